@@ -57,6 +57,7 @@ _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 _STEPPED = 1e-4  # of a factor: its inverse is the largest
 _SHARE = 4.0  # of the torque that a motion asks for: a clock that runs half as fast
+_SIGMAS = 3.0  # standard deviations that are sure
 _AT_END = 0.99  # of a range: what fits best is beyond
 
 
@@ -129,7 +130,7 @@ def causes(
     found = first = _all(scene, shapes, faults, special)
     while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
         assert found[0].shape
-        scene = replace(scene, physics=(*scene.physics, found[0].shape.columns))
+        scene = replace(scene, physics=(*scene.physics, _added(scene, found[0].shape)))
         # Others change little with it: the first of them tell whether one is likelier.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
@@ -144,6 +145,14 @@ def causes(
         [f for f in faults if f.kind in likely],
         {kind: find for kind, find in special.items() if kind in likely},
     )
+
+
+def _added(scene: Scene, shape: Shape) -> Columns:
+    """Return the columns that physics adds to a model: of what a prior holds, their sum alone."""
+    if math.isinf(shape.size):
+        return shape.columns
+    fit = scene.score.beside(shape.columns, shape.size)
+    return {j: (c @ fit.coefficients)[:, None] for j, c in shape.columns.items()}
 
 
 def _all(
@@ -192,7 +201,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
     whole = np.concatenate([c.ravel() for c in columns.values()])
     if not np.isfinite(whole).all() or not whole.any():
         return None
-    fit = scene.score.beside(columns)
+    fit = scene.score.beside(columns, shape.size)
     x = float(fit.coefficients[0])
     if not shape.within[0] < x < shape.within[1]:
         return None
@@ -352,6 +361,38 @@ def _computed(scene: Scene) -> Cause | None:
         "tau looks like a controller's command, or another model's torque: it has no noise, and no "
         "joint has friction; log the measured torque or the motor current (where the robot has "
         "no friction, declare friction = [])"
+    )
+    return Cause("command", (), says, math.inf, rows.size)
+
+
+def _lacks_friction(scene: Scene) -> Cause | None:
+    """Return that the torques are a command of which Coulomb friction was left out.
+
+    Every drive has some, that jumps where its joint turns. Asked where something is surely wrong
+    that nothing explains. With c the friction over the torque of a joint, and their mean over the
+    joints, weighed by precision, the mean is below what matters by 3 std, and no c is larger than
+    in every robot, to either side. Deviations are those of fits without each fold of motion.
+    """
+    rows = scene.rows
+    base, movable = rows.evaluator.model.base, rows.evaluator.model.robot.movable
+    joints = moving_joints([log.qd for log in rows.logs], rows.evaluator.model.robot.sigma)
+    names_of = {p.name: k for k, p in enumerate(base.parameters)}
+    found = {j: names_of.get(f"FS{movable[j].number}") for j in joints}
+    if not found or None in found.values():
+        return None
+    columns = [k for k in found.values() if k is not None]
+    size = rows.size[list(found)]
+    apart = scene.score.apart[:, columns] / size
+    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean(axis=0)) ** 2, axis=0))
+    share, precision = scene.X[columns] / size, 1 / np.maximum(std, 1e-300) ** 2
+    mean = float(share @ precision / precision.sum())
+    most = mean + _SIGMAS / math.sqrt(precision.sum())
+    if most > LEAST or (np.abs(share) > np.maximum(_SIGMAS * std, FACTOR)).any():
+        return None
+    says = (
+        "tau looks like a controller's command: no joint has Coulomb friction, and what is left is "
+        "no noise; log the measured torque or the motor current (where the drives have "
+        "none, leave coulomb out of friction)"
     )
     return Cause("command", (), says, math.inf, rows.size)
 
@@ -573,7 +614,8 @@ def find_cause(
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
     on by what matters and by 15 % of what is left, the error of every joint that is unexplained
     among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as
-    probable as physics without a name. Of up to three causes that the data do not tell apart all are named.
+    probable as physics without a name. Of up to three causes that the data do not tell apart all
+    are named.
 
     Args:
         scene: the model on the logs in the band of the run.
@@ -596,9 +638,16 @@ def find_cause(
         return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
-    scene, found = causes(scene, faults, repairs)
-    found = _exactly(scene, found)
-    best, alone = found[0], scene.score.alone.left
+    beside, found = causes(scene, faults, repairs)
+    found = _exactly(beside, found)
+    if cause := _sure(beside, found, least):
+        return cause
+    return _lacks_friction(scene) if beside.physics or found[0].kind else None
+
+
+def _sure(scene: Scene, found: Sequence[Cause], least: float) -> Cause | None:
+    """Return the first of some causes, the likeliest first, where it is sure."""
+    rows, best, alone = scene.rows, found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
     if best.physics or not clear.any() or not best.says:
