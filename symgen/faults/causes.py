@@ -128,9 +128,9 @@ def causes(
     special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
     shapes = [shape for make in KINDS.values() for shape in make(scene)]
     found = first = _all(scene, shapes, faults, special)
-    while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
-        assert found[0].shape
-        scene = replace(scene, physics=(*scene.physics, _added(scene, found[0].shape)))
+    # Free misfit names nothing, and hides what could be added: it competes at the end.
+    while (best := _lawful(found)) and len(scene.physics) < _MOST * scene.n:
+        scene = replace(scene, physics=(*scene.physics, best.columns))
         # Others change little with it: the first of them tell whether one is likelier.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
@@ -147,12 +147,10 @@ def causes(
     )
 
 
-def _added(scene: Scene, shape: Shape) -> Columns:
-    """Return the columns that physics adds to a model: of what a prior holds, their sum alone."""
-    if math.isinf(shape.size):
-        return shape.columns
-    fit = scene.score.beside(shape.columns, shape.size)
-    return {j: (c @ fit.coefficients)[:, None] for j, c in shape.columns.items()}
+def _lawful(found: Sequence[Cause]) -> Shape | None:
+    """Return the physics that is likelier than all but free misfit, if it is physics."""
+    best = next((c.shape for c in found if c.shape is None or not c.shape.free), None)
+    return best if best is not None and best.physics else None
 
 
 def _all(

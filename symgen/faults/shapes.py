@@ -88,6 +88,11 @@ class Shape:
         """Whether it is physics without a name."""
         return self.kind == _PHYSICS
 
+    @property
+    def free(self) -> bool:
+        """Whether it is physics of any shape."""
+        return math.isfinite(self.size)
+
     def says(self, x: float, when: str = "") -> str:
         """Return what a coefficient would say; "" where it is no larger than in every robot."""
         told = self.words.format(x=self.shown(x), when=when)
