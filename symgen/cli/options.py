@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import fields
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from symgen.report.terminal import print_result
 
@@ -257,39 +257,29 @@ def finish(result: Any, into: Path, **more: Any) -> int:
     return 0 if good else 1
 
 
-def again(**changed: str) -> str:
-    """Return the present command with changed options, for the shell.
+def again(command: str = "", **changed: str) -> str:
+    """Return this command, or another one with the same options, as a line for the shell.
 
     Args:
-        changed: options without dashes -> new values.
+        command: name of the other command. It gets the options of this one that it has, too.
+        changed: arguments and options by the names of their parameters -> new values.
     """
-    words = iter(sys.argv[1:])
-    kept = ["symgen"]
-    for word in words:
-        name, sign, _ = word.partition("=")
-        if name.removeprefix("--") not in changed or not name.startswith("--"):
-            kept.append(word)
-        elif not sign:
-            next(words, None)
-    return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
-
-
-def diagnosing(into: str) -> str:
-    """Return the `diagnose` command for the present one's logs and options, for the shell.
-
-    Args:
-        into: the folder that it writes.
-    """
-    from symgen.cli.diagnose import diagnose
-
-    present = click.get_current_context().command
-    own = {name: p for p in present.params for name in p.opts if name.startswith("--")}
-    taken = {name for p in diagnose.params for name in p.opts} - {"--into"}
-    words, kept = iter(sys.argv[1:]), ["symgen"]
-    for word in words:
-        name, sign, _ = word.partition("=")
-        alone = name not in own or sign or getattr(own[name], "is_flag", False)
-        value = [] if alone else [next(words)]
-        if name not in own or name in taken:
-            kept += ["diagnose" if word == present.name else word, *value]
-    return shlex.join([*kept, "--into", into])
+    context = click.get_current_context()
+    group = context.parent.command if context.parent else None
+    other = group.commands[command] if command and isinstance(group, click.Group) else None
+    taken = {p.name for p in (other or context.command).params}
+    words, options = ["symgen", command or str(context.command.name)], []
+    for p in context.command.params:
+        name, value = str(p.name), context.params.get(str(p.name))
+        given = context.get_parameter_source(name) is not ParameterSource.DEFAULT
+        if name not in taken or not (given or name in changed):
+            continue
+        values = changed.pop(name, value)
+        listed = values if isinstance(values, tuple) else (values,)
+        if isinstance(p, click.Argument):
+            words += map(str, listed)
+        elif isinstance(p, click.Option) and p.is_flag:
+            options += p.opts[:1]
+        else:
+            options += [part for v in listed for part in (p.opts[0], str(v))]
+    return shlex.join([*words, *options])

@@ -41,7 +41,7 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
@@ -434,13 +434,13 @@ def prediction_use(
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
-            f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
+            f"overfit: the torque error on held-out motion is {percent(said)}, "
             f"{said / max(own, 1e-300):.3g} times that on the training logs"
         )
     if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
         reasons.append(
-            f"the error depends on the motion: {100 * said:.3g} % on held-out data, and "
-            f"{100 * worst:.3g} % on another part of the motion that a fit did not see; symgen "
+            f"the error depends on the motion: {percent(said)} on held-out data, and "
+            f"{percent(worst)} on another part of the motion that a fit did not see; symgen "
             "diagnose looks for what is missing"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
@@ -488,17 +488,15 @@ def _unexplained(held: TorqueFit, noise: Residual, unknown: bool) -> Iterator[st
     cause = ", cause unknown" if unknown else ""
     if said > whole:
         yield (
-            f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained, "
-            f"of which noise explains {100 * noise.relative:.2g} %{cause}"
+            f"the model leaves {percent(said)} of the torque of held-out motion unexplained, "
+            f"noise alone {percent(noise.relative)}{cause}"
         )
     if len(lost):
-        told = ", ".join(
-            f"{j + 1} ({100 * each[j]:.3g} %; noise {100 * floor[j]:.2g} %)" for j in lost
-        )
+        told = ", ".join(f"{j + 1} ({percent(each[j])}; noise {percent(floor[j])})" for j in lost)
         yield f"the torque of held-out motion is unexplained at movable joints {told}{cause}"
     drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
     if len(drowned):
-        told = ", ".join(f"tau{j + 1} ({100 * floor[j]:.2g} %)" for j in drowned)
+        told = ", ".join(f"tau{j + 1} ({percent(floor[j])})" for j in drowned)
         yield f"noise is too large a part of {told}: no model of it can be judged"
 
 
@@ -507,8 +505,8 @@ def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
     if unexplained is None:
         return ()
     return (
-        f"{100 * unexplained:.2g} % of the torque is unexplained, cause unknown (noise leaves "
-        f"{100 * noise.relative:.2g} %): symgen diagnose looks for it",
+        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise leaves "
+        f"{percent(noise.relative)}): symgen diagnose looks for it",
     )
 
 
@@ -698,7 +696,7 @@ def headline(
         rests: what else is said of an estimate that is good for prediction.
     """
     prediction, parameters, simulation = uses
-    held, own = (f"{100 * e:.3g} %" for e in errors)
+    held, own = map(percent, errors)
     known = len(parameters.known)
     first = ["Not good for torque prediction: ", *prediction.reasons]
     if prediction.ok:

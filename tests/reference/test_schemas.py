@@ -49,7 +49,10 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
             (p["name"], p["value"]) for p in content["parameters"]
         ]
         known = [p for p in content["parameters"] if p["relative_std_percent"] <= 30]
-        said = [f"{p['value']:.5g}" for p in known]
+        shown = dict(re.findall(r"^([A-Z]+\d\w*) +(\S+)", out, re.MULTILINE))
+        off = {p["name"]: abs(float(shown[p["name"]]) - p["value"]) for p in known}
+        assert all(off[p["name"]] < min(p["std"], 5e-3 * abs(p["value"])) for p in known)
+        said = []
     elif kind == "prediction":
         assert result.error.relative == content["torque_error"]["relative"]
         said = [f"{100 * x:#.3g}" for x in content["torque_error"]["per_joint"]]
