@@ -235,3 +235,15 @@ def test_a_position_that_steps_is_named() -> None:
     q[5000:] += 0.5
     samples, _ = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
     assert ("q1", "step") in [(f.channel, f.kind) for f in unmended_faults(samples, (REVOLUTE,))]
+
+
+@pytest.mark.parametrize(("apart", "steps"), [(3, 1), (8, 2)])
+def test_steps_of_a_position_are_two_where_more_than_five_samples_are_between(
+    apart: int, steps: int
+) -> None:
+    q, qd, tau = _motion(4)
+    q[5000:] += 0.5
+    q[5000 + apart :] += 0.5
+    samples, _ = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
+    found = [f for f in unmended_faults(samples, (REVOLUTE,)) if f.kind == "step"]
+    assert [(f.channel, f.samples) for f in found] == [("q1", steps)]
