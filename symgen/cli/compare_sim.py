@@ -18,7 +18,7 @@ from symgen.errors import ParameterError
 @click.option("--controller", type=PATH, help="TOML with [controller] kp and kd: feedback to the "
               "measured motion.")  # fmt: skip
 @reading_options
-@into("compare-sim.json")
+@into("simulation.json")
 def compare_sim(paths: tuple[Path, ...], into: Path, **options: Any) -> int:
     """Simulate robot files along logs in MuJoCo, and report how far they move from the logs.
 

@@ -111,7 +111,7 @@ class Demonstration:
                 for p in effect.parameters
                 if np.isfinite(p.std)
             )
-            yield f"   {effect.name} on {on_joints(effect.joints)}: {found}"
+            yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {found}"
         gaps = [percent(gap.total) for gap in (self.why.before, self.why.after)]
         yield "   torque error: {} before, {} after".format(*gaps)
         yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"

@@ -12,6 +12,7 @@ say: what moves the robot is in the log.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,9 +36,10 @@ from symgen.identification.estimate import Joint, joints_of
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, read_result, result_file, to_json
+from symgen.views import Viewable
 
-SCHEMA = "symgen.compare-sim/1"
-MARKER = "compare-sim.json"
+SCHEMA = "symgen.simulation/1"
+MARKER, WINDOW = "simulation.json", "window.csv"
 #: After which a position is compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
 _WINDOWS = 40  # of a log, at most
@@ -52,8 +54,8 @@ class Horizon:
 
     Attributes:
         seconds: after the start of a window.
-        position_error: RMS over windows and joints of simulated minus measured position, over that
-            of the way that the joints went.
+        position_error: RMS over windows and joints of simulated minus measured position, over the
+            RMS of the distance that the joints moved.
         spread: standard deviation of that over the windows.
         per_joint: (n,) RMS over windows, rad or m.
     """
@@ -80,7 +82,7 @@ class Simulated:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SimulationComparison:
+class SimulationComparison(Viewable):
     """How far simulated robots are from logs.
 
     Attributes:
@@ -113,8 +115,23 @@ class SimulationComparison:
         return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {told}>"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of compare-sim.json."""
+        """Return the content of simulation.json."""
         return to_json(self, SCHEMA)
+
+    def to_csv(self) -> bytes:
+        """Return the window that is drawn, window.csv: t, then q1.. measured and of each file.
+
+        The columns of the first file are file1_q1.., those of the second file2_q1...
+        """
+        if self.measured is None:
+            return b""
+        t, q = self.measured
+        numbers = range(1, q.shape[1] + 1)
+        labels = [f"q{j}" for j in numbers]
+        labels += [f"file{k}_q{j}" for k in range(1, len(self.courses) + 1) for j in numbers]
+        file, rows = io.StringIO(), np.column_stack([t, q, *self.courses])
+        np.savetxt(file, rows, "%.9g", ",", header=",".join(["t", *labels]), comments="")
+        return file.getvalue().encode()
 
 
 def compare_simulations(

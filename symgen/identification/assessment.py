@@ -58,7 +58,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel, numbered
+from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -71,6 +71,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
@@ -185,7 +186,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     parameters = parameter_estimates(evaluator, X, std)
     faults = (
         *run.causes,
-        *hardly_moving(run.train, evaluator.model.robot.sigma),
+        *hardly_moving(run.train, evaluator.model.robot),
         *driving_friction(evaluator, run.train, X, solution.covariance),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
@@ -194,10 +195,17 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     floor = _noise_of(noise.residual, moving := _in_motion(seen).residual)
     unexplained = _beyond(moving, floor)
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
-    limits = _in_proportion(chosen.together)
+    limits = _in_proportion(chosen.together, evaluator.model.robot)
     uses = (
         prediction_use(
-            own, seen, floor, elsewhere, faults, (*coarse, *seldom_moving(run.train)), run.worst
+            own,
+            seen,
+            floor,
+            elsewhere,
+            faults,
+            evaluator.model.robot,
+            (*coarse, *seldom_moving(run.train, evaluator.model.robot)),
+            run.worst,
         ),
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters, limits),
@@ -335,10 +343,10 @@ def _notes(
     return tuple(filter(None, out))
 
 
-def _in_proportion(together: Sequence[Sequence[int]]) -> tuple[str, ...]:
+def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str, ...]:
     """Say for which motion a model holds whose joints moved in proportion."""
     return tuple(
-        f"this model holds only for motion in which movable joints {numbered(group)} move in "
+        f"this model holds only for motion in which {robot.listed(group)} move in "
         "proportion, as in the training logs"
         for group in together
     )
@@ -411,6 +419,7 @@ def prediction_use(
     noise: Residual,
     elsewhere: float,
     faults: Sequence[str],
+    robot: Robot,
     suspects: Sequence[str] = (),
     worst: float = 0.0,
 ) -> Use:
@@ -422,13 +431,14 @@ def prediction_use(
         noise: what noise alone leaves of it.
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
+        robot: for the names of joints.
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
     train, held = _in_motion(train), _in_motion(held)
     said, own = held.residual.relative, train.residual.relative
-    unexplained = tuple(_unexplained(held, noise, not faults))
+    unexplained = tuple(_unexplained(held, noise, robot, not faults))
     reasons += unexplained
     if unexplained:
         reasons += suspects
@@ -470,12 +480,13 @@ def _beyond(held: Residual, noise: Residual) -> float | None:
     return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
 
 
-def _unexplained(held: TorqueFit, noise: Residual, unknown: bool) -> Iterator[str]:
+def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) -> Iterator[str]:
     """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
 
     Args:
         held: of joints in motion.
         noise: what it alone leaves of them.
+        robot: for the names of joints.
         unknown: whether no cause is known.
     """
     said, each, floor = (
@@ -492,8 +503,11 @@ def _unexplained(held: TorqueFit, noise: Residual, unknown: bool) -> Iterator[st
             f"noise alone {percent(noise.relative)}{cause}"
         )
     if len(lost):
-        told = ", ".join(f"{j + 1} ({percent(each[j])}; noise {percent(floor[j])})" for j in lost)
-        yield f"the torque of held-out motion is unexplained at movable joints {told}{cause}"
+        told = ", ".join(
+            f"{robot.listed([int(j)])} ({percent(each[j])}; noise {percent(floor[j])})"
+            for j in lost
+        )
+        yield f"the torque of held-out motion is unexplained at {told}{cause}"
     drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
     if len(drowned):
         told = ", ".join(f"tau{j + 1} ({percent(floor[j])})" for j in drowned)
@@ -608,9 +622,8 @@ def driving_friction(
     out = np.flatnonzero(power < -SIGNIFICANT * std)
     if not len(out):
         return ()
-    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in out)
     return (
-        f"friction would drive the robot at joint{'s' * (len(out) > 1)} {numbers}: the sign of "
+        f"friction would drive the robot at {evaluator.model.robot.listed(out)}: the sign of "
         "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
     )
 
@@ -711,20 +724,20 @@ def headline(
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 
-def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
+def hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
     """Say which joints stay slower than 2 % of the fastest one of their kind in all logs.
 
     What is fitted there carries over to faster motions of these joints by chance only, whatever
     its standard deviation.
     """
-    moving = moving_joints([log.qd for log in logs], sigma)
+    moving = moving_joints([log.qd for log in logs], robot.sigma)
     size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
     return tuple(
-        f"movable joint {j + 1} hardly moves ({size[j]:.2g} "
+        f"{robot.listed([j])} hardly moves ({size[j]:.2g} "
         f"{'m' if kind == names.PRISMATIC else 'rad'} in all): its "
         "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
         "(sigma = 2; symgen import --fix)"
-        for j, kind in enumerate(sigma)
+        for j, kind in enumerate(robot.sigma)
         if j not in moving
     )
 
@@ -896,6 +909,7 @@ def wrong_sign(
     if best is None or found[best] > _BETTER * left:
         return ()
     return (
-        f"joint {best} fits better with the other sign of its ratio in [drive]: the residual falls "
+        f"{robot.label(best)} fits better with the other sign of its ratio in [drive]: the "
+        "residual falls "
         f"from {100 * left:.2g} to {100 * found[best]:.2g} %",
     )

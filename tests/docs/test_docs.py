@@ -19,7 +19,8 @@ from workshop import furnish, house
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
 _TUTORIALS = [
-    DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")
+    DOCS / f"{name}.md"
+    for name in ("quick-start", "tutorial-controller", "tutorial-diagnose", "tutorial-simulator")
 ]
 _PICTURES = DOCS / "pictures"
 _GALLERY = DOCS / "gallery.md"

@@ -25,6 +25,7 @@ ONLY_WRITTEN = {
     "symgen.demo/1",
     "symgen.demo/2",
     "symgen.comparison/1",
+    "symgen.samples/1",
 }
 
 
@@ -64,6 +65,10 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
     elif kind == "fleet":
         assert result.to_json() == content
         said = [f["says"] for f in content["changes"]]
+    elif kind == "simulation":
+        assert result.to_json() == content
+        last = [f["horizons"][-1]["position_error"] for f in content["files"]]
+        said = [f"{100 * x:#.3g}".rstrip(".") + " %" for x in last]
     else:
         assert result.mass.value == content["mass"]["value"]
         said = [f"{content['mass']['value']:.5g}"[:4]]

@@ -319,7 +319,7 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
     into = tmp_path / "simulated"
     code, printed, err = command("compare-sim", path, to, test, "--into", into)
     assert code == 0, err
-    found = json.loads((into / "compare-sim.json").read_text())
+    found = json.loads((into / "simulation.json").read_text())
     assert found["windows"] >= 5
     old, new = ([h["position_error"] for h in f["horizons"]] for f in found["files"])
     assert [h["seconds"] for h in found["files"][0]["horizons"]] == [0.2, 0.5, 1.0]
@@ -332,7 +332,7 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
         "compare-sim", to, test, "--controller", gains, "--into", tmp_path / "held"
     )
     assert code == 0, err
-    held = json.loads((tmp_path / "held" / "compare-sim.json").read_text())
+    held = json.loads((tmp_path / "held" / "simulation.json").read_text())
     assert held["files"][0]["horizons"][-1]["position_error"] < 0.5 * new[-1]
 
 

@@ -150,8 +150,8 @@ def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on()
     assert little.unexplained < 0.05
     assert "of the torque is unexplained, cause unknown (noise leaves" in little.headline
     assert much.verdict == "doubtful"
-    assert any("unexplained at movable joints 2 (" in reason for reason in much.reasons)
-    assert "1 (" not in next(r for r in much.reasons if "at movable joints" in r)
+    assert any("unexplained at joint 2 (" in reason for reason in much.reasons)
+    assert "joint 1 (" not in next(r for r in much.reasons if "unexplained at" in r)
 
 
 def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:
