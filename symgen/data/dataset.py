@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
-from symgen.data.log import Log, checked
+from symgen.data.log import Log, checked, given_roles
 from symgen.data.raw import Reading, Wanted, listed, refuse
 from symgen.data.stretch import Stretch, holes, within
 from symgen.data.tables import SUFFIXES, Table, arrow_reads, batches, open_table, parquet_file
@@ -168,13 +168,15 @@ class DataSet:
             LogError: the file cannot be read, or its rows fail the checks of a log.
         """
         robot, name, label = self.robot, stretch.file, label or stretch.name
+        sure = "q" in given_roles(self.reading)
         # `stretches` has checked the file, and found its units.
         with located(name), self._open(name, True, stretch.units) as table:
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
                 with located(f"rows {first} to {last}"):
                     log = checked(
-                        label, raw, None, robot.sigma, robot.drive, robot.joint_names, part=True
-                    )
+                        label, raw, None, robot.sigma, robot.drive, robot.joint_names,
+                        sure=sure, part=True,
+                    )  # fmt: skip
                 yield log
 
     def _open(

@@ -102,6 +102,8 @@ def read_log(
             if not path.exists():
                 refuse("there is no such file", _FILES)
             if is_bag(path):
+                if reading.unit or reading.time_unit:
+                    refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
                 raw = read_bag(path, reading, names, wanted.currents)
             elif path.suffix.lower() not in SUFFIXES:
                 refuse(f"the extension {path.suffix!r} is not known", _FILES)

@@ -33,6 +33,7 @@ _DATES = (946684800.0, 4102444800.0)
 _AGREE = 0.05
 #: Logarithm of a slope's error that is none of the unit: half of rpm over deg/s, which is 6.
 _APART = 0.5 * math.log(6.0)
+_USUALLY = (0.01, 0.99)  # quantiles of the range of a channel
 _EXACT = 1 << 53  # integers that a double holds
 #: Words for time in column names.
 TIMES = {"t", "time", "timestamp", "stamp"}
@@ -227,6 +228,8 @@ def units_of(sample: Sample, wanted: Wanted) -> Units:
     if not wanted.reading.poses:
         found = _time(sample, wanted.reading)
     roles = {role: x.shape[1] for role, x in sample.blocks[0][1].items() if role in QUANTITIES}
+    if len(set(roles.values())) > 1:
+        return found  # refused with its shapes
     slopes = () if wanted.reading.poses else tuple(_slopes(sample, found))
     sizes, told = _Joints(sample, wanted, roles, slopes).decided()
     return Units(tuple(sizes.items()), found.ticks, found.origin, (*found.told, *told))
@@ -418,7 +421,8 @@ class _Joints:
             what = f"the slope of {q!r} is {ratio:.3g} times {qd!r}: their units do not fit"
             refuse(what, "--unit with the units of both, such as --unit q=deg,qd=rad/s")
         pairs = fits or pairs
-        pairs = [p for p in pairs if not any(self._beyond(r, j, u) for r, u in p.items())] or pairs
+        # Speeds beyond their limits are no reason: many files have limits that nothing keeps.
+        pairs = [p for p in pairs if not ("q" in p and self._beyond("q", j, p["q"]))] or pairs
         choices = []
         for units in pairs:
             asked = {r: u for r, u in units.items() if u.foreign and not self._given(r, j)}
@@ -509,16 +513,17 @@ class _Joints:
         x = x[np.isfinite(x)] * unit.size
         if len(x) == 0:
             return False
-        low, high = float(x.min()), float(x.max())
+        low, high = map(float, np.quantile(x, _USUALLY))  # without outliers
         limits, drive = self.wanted.limits, self.wanted.drive
         if drive is not None and not np.array_equal(drive.ratio, np.eye(len(drive.ratio))):
             return False  # limits are those of the joint side
-        if limits is not None and role in ("q", "qs") and limits.position is not None:
+        if limits is not None and role in ("q", "qs") and j < len(limits.position or ()):
+            assert limits.position is not None
             least, most = limits.position[j]
             return max(least - low, high - most) > BEYOND * (most - least)
         if limits is not None and role in ("qd", "tau"):
-            known = limits.velocity if role == "qd" else limits.torque
-            return known is not None and max(-low, high) > (1 + BEYOND) * known[j]
+            known = (limits.velocity if role == "qd" else limits.torque) or ()
+            return j < len(known) and max(-low, high) > (1 + BEYOND) * known[j]
         turning = role == "q" and self._quantity(role, j) == "angle"
         return turning and high - low > MAX_RANGE
 

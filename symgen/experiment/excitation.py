@@ -364,7 +364,7 @@ def excite(
     given = limits or Limits()
     source = replace(source, limits=given.over(source.limits))
     allowed = bounds(source)
-    kinds = _kinds(motion.kind, source.n, allowed)
+    kinds = _kinds(motion.kind, source, allowed)
     progress("deriving and compiling the model")
     task = judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
     lengths = _durations(motion.duration, motion.runs, task)
@@ -402,14 +402,15 @@ def excite(
     return task.plan(best, (ended, search.searches), stopped)
 
 
-def _kinds(kind: str | Sequence[str], n: int, limits: Bounds) -> tuple[str, ...]:
+def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str, ...]:
+    n = robot.n
     kinds = (kind,) * n if isinstance(kind, str) else tuple(kind)
     if len(kinds) != n:
         raise ParameterError(f"{len(kinds)} kinds; accepted: one, or one for each of {n} joints")
     for j, name in enumerate(kinds):
         if name not in SMOOTH and np.isfinite(limits.rates[2, j]):
             raise ParameterError(
-                f"joint {j + 1}: accelerations of kind {name} jump, and its jerk is limited; "
+                f"{robot.listed([j])}: accelerations of kind {name} jump, and its jerk is limited; "
                 f"accepted: {', '.join(SMOOTH)}"
             )
     return kinds

@@ -193,7 +193,7 @@ def test_what_a_mask_leaves_too_little_of_is_named_by_log_and_joint() -> None:
     log = prepare(make_log("log", 0.01 * np.arange(40), *np.ones((2, 40, 2))))
     require_left(log, [few], ELBOW)
     masked = replace(log, mask=Mask(np.zeros((40, 2), bool), np.zeros(40, bool)))
-    with pytest.raises(LogError, match="log: --mask leaves 3 equations of elbow \(2\); accepted"):
+    with pytest.raises(LogError, match=r"log: --mask leaves 3 equations of elbow \(2\); accepted"):
         require_left(masked, [few], ELBOW)
 
 

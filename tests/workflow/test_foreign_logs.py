@@ -134,6 +134,28 @@ def test_the_column_in_si_is_preferred(tmp_path):
     assert found.converted == ()
 
 
+def test_limits_that_nothing_keeps_and_outliers_are_no_units(tmp_path):
+    spoiled = COLUMNS["qd1"].copy()
+    spoiled[[200, 700]] = 900.0
+    path = written(tmp_path / "log.csv", renamed({}, qd1=spoiled))
+    low = symgen.Limits(position=((-2.0, 2.0),) * 2, velocity=(0.01, 0.01))
+    log = read_log(path, sigma=(0, 0), limits=low)
+    assert log.converted == ()
+    assert log.qd.max() == 900.0
+    one = symgen.Limits(position=((-2.0, 2.0),), velocity=(3.0,), torque=(20.0,))
+    with pytest.raises(LogError, match="the log has 2 joints, the robot has 1"):
+        read_log(path, sigma=(0,), limits=one)
+
+
+def test_a_joint_that_turns_far_is_read_with_the_option(tmp_path):
+    turns = {"q1": 60.0 * COLUMNS["t"], "qd1": np.full(1500, 60.0)}
+    path = written(tmp_path / "log.csv", renamed({}, **turns))
+    with pytest.raises(LogError, match=r"'q1' and column 'qd1' may be in deg.*--unit q=rad"):
+        read_log(path, sigma=(0, 0))
+    log = read_log(path, sigma=(0, 0), reading=Reading(unit={"": "rad"}))
+    assert np.ptp(log.q[:, 0]) == pytest.approx(60 * 14.99)
+
+
 def test_a_slide_in_millimetres_is_in_metres(tmp_path):
     names = {"q2": "q2 [mm]", "qd2": "qd2 [mm/s]"}
     values = {"q2": COLUMNS["q2"] * 1e3, "qd2": COLUMNS["qd2"] * 1e3}
