@@ -15,6 +15,7 @@ open has no torque in the file's own geometry and gravity, but may have one in a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -38,6 +39,9 @@ _STATES = 200
 #: zero, rad, and of the share of weight that is carried.
 _TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
 _DEPENDENT = 1e-8
+#: Radius of a pinion, m: of the play of a joint that slides over that of one that turns.
+_PINION = 0.05
+_FINE, _LIGHT = 1e-3, 1e-3  # s, of crossings; inertia of a link, at least, of its largest
 #: The load's parameters, those first that are told when several say the same.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
@@ -61,6 +65,7 @@ def special_candidates(
     kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
         "joint_elasticity": _elastic,
+        "backlash": _loose,
         "zero_offset": _zeros,
         "gravity_compensation": _carried,
         ("payload" if given else "geometry_error"): _loads if given else _lengths,
@@ -296,6 +301,92 @@ def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques, _: Constants) 
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
     low, high = (_moved(v, j, s, h * along, torques.links) for h in (-step, step))
     return everywhere(((low - high) / (2 * step))[:, :, None])
+
+
+def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+    """Each joint, with play in its gear between its motor, whose motion is measured, and its link.
+
+    The gear touches on the flank s that the sign of its torque says, and the link is at
+
+        q - e,     e = s b/2,     torque by the model of the links, without rotor and friction
+
+    Where this torque changes its sign, the flanks part. The gear transmits nothing, so that the
+    link lags behind the motor by what the model asks of it in vain, R = torque at (q, qd, qdd):
+
+        M e'' = R,     M inertia of the links about the joint,
+
+    until it meets a flank, where it stays (a plastic impact). On all joints the torque changes by
+
+        torque of the links at (q - e, qd - e', qdd - e'') - torque at (q, qd, qdd):
+
+    a step d(torque)/dq b with the sign of the transmitted torque, not of the speed; a link torque
+    that lacks while the play is crossed, for (6 b M / |dR/dt|)^(1/3) where R falls evenly; and a
+    shock that gives the link the motor's speed. The width is the coefficient, and shapes the
+    crossing: column(b)/b. A rotor that base parameters join with the link counts as link.
+
+    Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
+    """
+    v, definition = variation(robot), definitions()["backlash"]
+    known = {e.joint for e in robot.on_logs if e.name == "backlash"}
+    for j, joint in enumerate(robot.movable):
+        if joint.number in known or joint.follows is not None:
+            continue
+        unit = _PINION if joint.sigma == names.PRISMATIC else 1.0
+        plain = Candidate(
+            definition, (j,), partial(_across, v, j), 1, uses_model=True
+        )
+        for search in definition.nonlinear.values():
+            for width in np.geomspace(search.low, search.high, search.count) * unit:
+                constants = {"width": float(width)}
+                yield replace(plain, constants=constants, scales=(float(width),))
+
+
+def _across(
+    v: Variation, j: int, s: FilteredLog, torques: Torques, constants: Constants
+) -> Columns:
+    """Return what a play of a width changes in the torque of all joints, over the width."""
+    b, zero = constants["width"], np.zeros((3, len(s.t)))
+    unit = zero.copy()
+    unit[2] = 1.0
+    rigid = _moved(v, j, s, zero, torques.links)
+    inertia = (_moved(v, j, s, unit, torques.links) - rigid)[:, j]
+    pull = rigid[:, j] / np.maximum(inertia, _LIGHT * np.abs(inertia).max(initial=1e-300))
+    e = crossed(pull, s.step, b)
+    behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
+    change = _moved(v, j, s, behind, torques.links) - rigid
+    return everywhere(change[:, :, None] / b)
+
+
+def crossed(pull: FloatArray, step: float, width: float) -> FloatArray:
+    """Return how far the motor is ahead of the link in a gear with play, (N,), within +-width/2.
+
+    Args:
+        pull: (N,) acceleration by which a link without torque falls behind, rad/s2 (m/s2): its
+            sign is that of the flank in contact.
+        step: s.
+        width: of the play, rad (m).
+    """
+    fine = max(1, int(np.ceil(step / _FINE)))
+    a = np.interp(np.arange((len(pull) - 1) * fine + 1) / fine, np.arange(len(pull)), pull)
+    h, side = step / fine, 1.0 if a[0] >= 0 else -1.0
+    out, at = np.empty(len(a)), 0
+    while at < len(a):
+        away = np.flatnonzero(side * a[at:] < 0)
+        leaves = at + int(away[0]) if len(away) else len(a)
+        out[at:leaves] = side * width / 2
+        at = leaves
+        if at == len(a):
+            break
+        speed = h * np.cumsum(a[at:])
+        e = side * width / 2 + h * np.cumsum(speed)
+        lands = np.flatnonzero(np.abs(e) > width / 2)
+        end = at + int(lands[0]) if len(lands) else len(a)
+        out[at:end] = e[: end - at]
+        if len(lands):
+            side = float(np.sign(e[lands[0]]))
+            out[end] = side * width / 2
+        at = end + 1
+    return out[::fine]
 
 
 def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
