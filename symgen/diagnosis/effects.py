@@ -29,6 +29,7 @@ from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
 _TOGETHER = 32  # columns that pass the filter at once
+_PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
 Constants = Mapping[str, float]
 
 
@@ -350,6 +351,8 @@ def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapp
 def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
     if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
         return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
+    if search.scale == "play":
+        return _PINION if sigma == names.PRISMATIC else 1.0
     if search.scale == "speed":
         speeds = np.concatenate([s.qd[:, position] for s in logs])
         return float(np.sqrt(np.mean(speeds**2))) or 1.0

@@ -22,7 +22,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
-from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques
+from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques, grid
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
@@ -39,9 +39,8 @@ _STATES = 200
 #: zero, rad, and of the share of weight that is carried.
 _TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
 _DEPENDENT = 1e-8
-#: Radius of a pinion, m: of the play of a joint that slides over that of one that turns.
-_PINION = 0.05
-_FINE, _LIGHT = 1e-3, 1e-3  # s, of crossings; inertia of a link, at least, of its largest
+#: Of crossings of play: step, s, and steps looked at first; inertia of a link over its largest.
+_FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
 #: The load's parameters, those first that are told when several say the same.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
@@ -327,18 +326,10 @@ def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
     """
     v, definition = variation(robot), definitions()["backlash"]
-    known = {e.joint for e in robot.on_logs if e.name == "backlash"}
     for j, joint in enumerate(robot.movable):
-        if joint.number in known or joint.follows is not None:
-            continue
-        unit = _PINION if joint.sigma == names.PRISMATIC else 1.0
-        plain = Candidate(
-            definition, (j,), partial(_across, v, j), 1, uses_model=True
-        )
-        for search in definition.nonlinear.values():
-            for width in np.geomspace(search.low, search.high, search.count) * unit:
-                constants = {"width": float(width)}
-                yield replace(plain, constants=constants, scales=(float(width),))
+        plain = Candidate(definition, (j,), partial(_across, v, j), 1, uses_model=True)
+        for constants in grid(definition.nonlinear, (), j, joint.sigma):
+            yield replace(plain, constants=constants, scales=(constants["width"],))
 
 
 def _across(
@@ -351,13 +342,13 @@ def _across(
     rigid = _moved(v, j, s, zero, torques.links)
     inertia = (_moved(v, j, s, unit, torques.links) - rigid)[:, j]
     pull = rigid[:, j] / np.maximum(inertia, _LIGHT * np.abs(inertia).max(initial=1e-300))
-    e = crossed(pull, s.step, b)
+    e = _behind_flanks(pull, s.step, b)
     behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
     change = _moved(v, j, s, behind, torques.links) - rigid
     return everywhere(change[:, :, None] / b)
 
 
-def crossed(pull: FloatArray, step: float, width: float) -> FloatArray:
+def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
     """Return how far the motor is ahead of the link in a gear with play, (N,), within +-width/2.
 
     Args:
@@ -366,27 +357,30 @@ def crossed(pull: FloatArray, step: float, width: float) -> FloatArray:
         step: s.
         width: of the play, rad (m).
     """
-    fine = max(1, int(np.ceil(step / _FINE)))
-    a = np.interp(np.arange((len(pull) - 1) * fine + 1) / fine, np.arange(len(pull)), pull)
-    h, side = step / fine, 1.0 if a[0] >= 0 else -1.0
-    out, at = np.empty(len(a)), 0
-    while at < len(a):
-        away = np.flatnonzero(side * a[at:] < 0)
-        leaves = at + int(away[0]) if len(away) else len(a)
-        out[at:leaves] = side * width / 2
-        at = leaves
-        if at == len(a):
-            break
-        speed = h * np.cumsum(a[at:])
-        e = side * width / 2 + h * np.cumsum(speed)
-        lands = np.flatnonzero(np.abs(e) > width / 2)
-        end = at + int(lands[0]) if len(lands) else len(a)
-        out[at:end] = e[: end - at]
+    finer = max(1, int(np.ceil(step / _FINE)))
+    h, count = step / finer, (len(pull) - 1) * finer + 1
+    a = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
+    turns = np.append(np.flatnonzero((a[1:] < 0) != (a[:-1] < 0)) + 1, count)
+    out, side, at = np.empty(count), -1.0 if a[0] < 0 else 1.0, 0
+    while at < count:
+        if (a[at] < 0) == (side < 0):  # in contact until the flanks part
+            end = int(turns[np.searchsorted(turns, at, side="right")])
+            out[at:end], at = side * width / 2, end
+            continue
+        span = _FLIGHT
+        while True:
+            e = side * width / 2 + h * np.cumsum(h * np.cumsum(a[at : at + span]))
+            lands = np.flatnonzero(np.abs(e) > width / 2)
+            if len(lands) or at + span >= count:
+                break
+            span *= 2
         if len(lands):
-            side = float(np.sign(e[lands[0]]))
-            out[end] = side * width / 2
-        at = end + 1
-    return out[::fine]
+            e = e[: lands[0] + 1]
+            side = float(np.sign(e[-1]))
+            e[-1] = side * width / 2
+        out[at : at + len(e)] = e
+        at += len(e)
+    return out[::finer]
 
 
 def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:

@@ -97,7 +97,10 @@ def recorded(seed: int, gear: Gear, seconds: float = 15.0, rate: float = 250.0) 
     begin = [*aim[0], *speed[0], at, speed[0, j]]
     found = solve_ivp(rates, (0, t[-1]), begin, "LSODA", t, rtol=1e-5, atol=1e-7, max_step=4e-3)
     q, v = found.y[:2].T, found.y[2:4].T
-    tau, noise = law(t) - Kp * q - Kd * v, np.random.default_rng([seed, 1]).normal(size=(3, *q.shape))
+    tau, noise = (
+        law(t) - Kp * q - Kd * v,
+        np.random.default_rng([seed, 1]).normal(size=(3, *q.shape)),
+    )
     size = np.sqrt(np.mean(tau**2, axis=0))
     return {
         "t": t,

@@ -56,7 +56,7 @@ def inverse(machine: Machine, motion: Motion, engine: str = "pinocchio") -> np.n
 
 
 def _behind(pull: np.ndarray, step: float, play: float) -> np.ndarray:
-    """How far a link with play is behind its motor, (N,); pull is what it lacks over its inertia."""
+    """How far a link is behind its motor, (N,); pull is the torque it lacks over its inertia."""
     side = at = play / 2 * np.sign(pull[0])
     rate, out = 0.0, np.empty(len(pull))
     for i, a in enumerate(pull):
