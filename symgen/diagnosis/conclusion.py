@@ -26,7 +26,6 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
-from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.messages import noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import may_be_noise
@@ -45,6 +44,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
+from symgen.estimation.floor import at_rest, noise_floor, quiet
 from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
@@ -55,8 +55,6 @@ from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Gap of a joint over its noise floor, and over what matters, from which something is missing.
-_LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained
 _REPEATED = 0.9  # largest probability of what data that repeat one motion show
 _REPEAT = (
@@ -192,8 +190,8 @@ def conclude(
             f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
             f"{noise:.3g} %: by this it is judged, as friction at rest can be anything",
         )
-    quiet = _quiet(moving.after, moving.floor, least)
-    verdict = _verdict(accepted, moving.after, quiet)
+    nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
+    verdict = _verdict(accepted, moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
@@ -217,7 +215,7 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, quiet)),
+        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, nothing)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -572,12 +570,6 @@ def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
     if not accepted:
         return "consistent" if quiet else "unexplained"
     return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
-
-
-def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
-    """Whether no joint has a gap that is visible: above the noise, and twice what matters."""
-    pairs = zip(gap.per_joint, floor.per_joint, strict=True)
-    return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
 def _advice(
