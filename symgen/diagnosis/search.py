@@ -142,7 +142,8 @@ class Search:
             if keys in seen:  # one displaces the other in turn: they are as good as each other
                 break
             seen.add(keys)
-        found = self._told_apart(accepted)
+        # The last exchange may have left one without which the others do as well.
+        found = self._told_apart(self._backward(accepted))
         found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
