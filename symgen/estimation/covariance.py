@@ -1,26 +1,23 @@
 """The covariance of an estimate, robust to correlated residuals and to what a model misses.
 
 Residuals that are correlated in time are summed up over neighbours (Newey and West 1987). What a
-model misses is there in all joints at once, and another one in another part of the motion: that
-shows by how an estimate changes without each block of time, the jackknife. The larger of the two
-deviations counts for each parameter.
+model misses comes back whenever the robot comes by, so that no sum over neighbours tells it: it is
+taken as a random function of the motion's state (`features`), whose size is estimated joint by
+joint from the residual. The two parts add up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.estimation.summary import BLOCKS, Summary, nonzero_columns
+from symgen.estimation.summary import Summary, nonzero_columns
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
-_FEWEST = 5  # blocks
-_APART = 2.0  # independent rows of a joint in a block, at least
-_ALONE = 0.01  # of what all blocks say of a combination: less is not known without one of them
+_RANK = 1e-10  # of a matrix of products: eigenvalues below are zero
 
 
 def scores(
@@ -64,8 +61,8 @@ def robust_covariance(
     scores: Sequence[FloatArray],
     weights: Sequence[float | FloatArray] | FloatArray,
     instruments: bool = False,
-) -> FloatArray:
-    """Return the covariance (p, p) of an estimate, see `sandwich` and `jackknife`.
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariance of an estimate, (p, p) each: of noise, and of what the model misses.
 
     Args:
         system: whose logs the scores belong to.
@@ -74,19 +71,10 @@ def robust_covariance(
         weights: of the rows in that derivative, a number or (K,) a log.
         instruments: whether its rows are those of Z, on one side.
     """
-    parts = [counts(e) for e in system.logs]
-    numbers, p = _numbers(system.logs), len(bread)
-    count = max(BLOCKS, *(1 + int(own.max(initial=0)) for own in numbers))
-    products, sums = np.zeros((count, p, p)), np.zeros((count, p))
-    for e, s, w, own in zip(system.logs, scores, weights, numbers, strict=True):
-        W = e.W * np.reshape(w, (-1, 1))
-        Z = e.Z * np.reshape(w, (-1, 1)) if instruments and e.Z is not None else W
-        for b in np.unique(own):
-            at = own == b
-            products[b] += Z[at].T @ W[at]
-            sums[b] += s[at].sum(axis=0)
-    whole = long_run_covariance(system, bread, scores)
-    return widened(whole, jackknife(bread, products, sums, parts))
+    pairs = zip(system.logs, weights, strict=True)
+    parts = [Products.of(e, w, instruments) for e, w in pairs if e.features is not None]
+    noise = long_run_covariance(system, bread, scores)
+    return noise, misfit_covariance(bread, parts)
 
 
 def long_run_covariance(
@@ -127,84 +115,105 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> F
     return factor * (bread @ meat @ bread.T)
 
 
-def jackknife(
-    bread: FloatArray, products: FloatArray, sums: FloatArray, parts: Iterable[Summary]
-) -> FloatArray:
-    """Return the variances (p,) that an estimate has by how it changes without each block of time.
+@dataclass(frozen=True, eq=False)
+class Products:
+    """What the covariance of a misfit has to know of the weighted equations of one joint of a log.
 
-        var = f^2 (B - 1)/B sum over blocks of (d_b - mean d)^2,    d_b = (A^-1 - A_b^-1)^-1 s_b
+    Attributes:
+        joint: its position, None for energy.
+        rows, correlation: see `Summary`.
+        gram: [W F y]'[W F y] with F the random functions, (p + m + 1, p + m + 1).
+        cross: W'F, or Z'F of instruments Z, (p, m).
+    """
 
-    with A_b^-1 and s_b what block b adds to A^-1 and to the scores, and f Student's critical value
-    at 5 % for B - 1 degrees of freedom over the normal law's (Efron and Tibshirani 1993, chapter
-    11). What one block alone determines is left to the sandwich.
+    joint: int | None
+    rows: int
+    correlation: int
+    gram: FloatArray
+    cross: FloatArray
+
+    @classmethod
+    def of(cls, e: Equations, weight: float | FloatArray, instruments: bool = False) -> Products:
+        """Return those of equations; arguments as for `robust_covariance`."""
+        assert e.features is not None
+        whole = np.column_stack([e.W, e.features, e.y]) * np.reshape(weight, (-1, 1))
+        gram, p = whole.T @ whole, e.W.shape[1]
+        cross = gram[:p, p:-1]
+        if instruments and e.Z is not None:
+            cross = (e.Z * np.reshape(weight, (-1, 1))).T @ whole[:, p:-1]
+        return cls(e.joint, len(e.y), e.correlation, gram, cross)
+
+    @classmethod
+    def of_summary(cls, s: Summary, weight: float) -> Products:
+        """Return those of a summary."""
+        assert s.features is not None
+        own, m = s.factor.T @ s.factor, len(s.features)
+        p, beside = len(own) - 1, np.delete(s.features, np.s_[-m - 1 : -1], axis=1)
+        gram = np.insert(own, [p] * m, beside.T, axis=1)
+        gram = np.insert(gram, [p] * m, s.features, axis=0)
+        return cls(s.joint, s.rows, s.correlation, weight**2 * gram, weight**2 * beside[:, :-1].T)
+
+    def __add__(self, other: Products) -> Products:
+        return replace(
+            self,
+            rows=self.rows + other.rows,
+            gram=self.gram + other.gram,
+            cross=self.cross + other.cross,
+        )
+
+
+def misfit_covariance(bread: FloatArray, parts: Iterable[Products]) -> FloatArray:
+    """Return the covariance (p, p) that an unknown function of the motion's state gives X.
+
+        cov = sum over joints of s_j^2 (A W_j'F_j) (A W_j'F_j)'
+
+    with F the random functions, whose coefficients have the deviation s_j: one function for each
+    joint, the same in all logs.
 
     Args:
         bread: A (p, p), inverse derivative of the estimating equations.
-        products: (B, p, p) A_b^-1.
-        sums: (B, p) s_b.
-        parts: the logs: blocks of few independent rows are joined.
+        parts: by log and joint; none where functions are not known.
     """
-    from scipy.special import stdtrit
-
-    rows: dict[int | None, float] = {}
+    joints: dict[int | None, Products] = {}
     for part in parts:
-        if part.correlation:  # rows that are no series are blocks by themselves
-            own = part.rows / part.correlation
-            rows[part.joint] = rows.get(part.joint, 0.0) + own
-    few = min(rows.values(), default=np.inf)
-    while len(products) >= 2 * _FEWEST and few < _APART * len(products):
-        products, sums = products[::2] + products[1::2], sums[::2] + sums[1::2]
-    filled = np.any(products, axis=(1, 2))
-    products, sums, count = products[filled], sums[filled], int(filled.sum())
-    if count < 2:
-        return np.zeros(len(bread))
-    scale = np.sqrt(np.maximum(np.diag(bread), 1e-300))
-    left = np.eye(len(bread)) - bread @ products * scale / scale[:, None]
-    steps = np.linalg.pinv(left, rcond=_ALONE) @ (sums @ bread.T / scale)[..., None]
-    spread = np.sum((steps[..., 0] - steps[..., 0].mean(axis=0)) ** 2, axis=0)
-    wider = float(stdtrit(count - 1, 0.975)) / 1.96
-    return np.asarray(wider**2 * (count - 1) / count * spread * scale**2)
+        known = joints.get(part.joint)
+        joints[part.joint] = part if known is None else known + part
+    out = np.zeros_like(bread)
+    for own in joints.values():
+        moved = bread @ own.cross
+        out += misfit_variance(own) * (moved @ moved.T)
+    return out
 
 
-def widened(covariance: FloatArray, variances: FloatArray) -> FloatArray:
-    """Return a covariance whose deviations are at least those of some variances, (p,)."""
-    own = np.maximum(np.diag(covariance), 1e-300)
-    wider = np.sqrt(np.maximum(variances / own, 1.0))
-    return np.asarray(covariance * np.outer(wider, wider))
+def misfit_variance(own: Products) -> float:
+    """Return s^2 of the coefficients of random functions, by restricted likelihood.
 
+        y = W X + F c + e,   c of variance s^2,   e of variance sigma^2, rows counted once
 
-def shares_of_time(spans: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the parts of all training time at which logs begin and end, from their stamps, s."""
-    edges = np.cumsum([0.0, *(end - start for start, end in spans)])
-    edges = edges / max(edges[-1], 1e-300)
-    return [(float(a), float(b)) for a, b in pairwise(edges)]
-
-
-def blocks_at(
-    t: FloatArray, span: tuple[float, float], place: tuple[float, float]
-) -> NDArray[np.intp]:
-    """Return the block of time of each row.
-
-    Args:
-        t: (K,) times of the rows, s.
-        span: when their log begins and ends, s.
-        place: as `shares_of_time` has it.
+    in what is left of y beside W, where X has no say (Patterson and Thompson 1971). With the
+    eigenvalues l_k of F'F beside W, and z_k the share of y in their directions, z_k has the
+    variance s^2 l_k + sigma^2; what is left beside F, too, has sigma^2 alone. s^2 is the mean over
+    the likelihood of s/sigma.
     """
-    part = (t - span[0]) / max(span[1] - span[0], 1e-300)
-    whole = place[0] + part * (place[1] - place[0])
-    return np.clip((whole * BLOCKS).astype(np.intp), 0, BLOCKS - 1)
-
-
-def _numbers(logs: Sequence[Equations]) -> list[NDArray[np.intp]]:
-    """Return the block of each row; rows that are no series are one block for each time."""
-    if all(e.correlation == 0 for e in logs):
-        names = sorted({(e.log, t) for e in logs for t in e.t.tolist()})
-        known = {name: k for k, name in enumerate(names)}
-        return [np.array([known[e.log, t] for t in e.t.tolist()], dtype=np.intp) for e in logs]
-    spans: dict[str, tuple[float, float]] = {}
-    for e in logs:
-        own = e.span or (float(e.t.min(initial=np.inf)), float(e.t.max(initial=-np.inf)))
-        old = spans.get(e.log, own)
-        spans[e.log] = (min(own[0], old[0]), max(own[1], old[1]))
-    place = dict(zip(spans, shares_of_time(spans.values()), strict=True))
-    return [blocks_at(e.t, spans[e.log], place[e.log]) for e in logs]
+    p = len(own.cross)
+    gram, scale = own.gram[p:, p:], np.sqrt(np.maximum(np.diag(own.gram)[:p], 0.0))
+    scale = np.where(scale > 0, scale, np.inf)
+    values, vectors = np.linalg.eigh(own.gram[:p, :p] / np.outer(scale, scale))
+    kept = values > _RANK * values[-1]
+    beside = (vectors[:, kept].T / np.sqrt(values[kept])[:, None] / scale) @ own.gram[:p, p:]
+    gram = gram - beside.T @ beside
+    shown, directions = np.linalg.eigh(gram[:-1, :-1])
+    seen = shown > _RANK * np.trace(own.gram[p:-1, p:-1])
+    shown, z = shown[seen], (directions.T @ gram[:-1, -1])[seen]
+    z2 = z**2 / shown
+    each = max(own.correlation, 1)  # rows that count once
+    free = own.rows - kept.sum() - seen.sum()
+    left = max(gram[-1, -1] - z2.sum(), 0.0)
+    count = max(free / each, 0.0)
+    noise = left / count if free > 0 and count > 0 else 0.0
+    ratio = np.append(0.0, np.geomspace(1e-4, 1e6, 101) / max(shown.max(initial=0.0), 1e-300))
+    spread = 1 + ratio[:, None] * shown
+    sigma2 = np.maximum((np.sum(z2 / spread, axis=1) + count * noise) / (count + len(z2)), 1e-300)
+    fit = -0.5 * (np.log(spread).sum(axis=1) + (count + len(z2)) * np.log(sigma2))
+    likely = np.exp(fit - fit.max())
+    return float(np.sum(likely * ratio * sigma2) / likely.sum())

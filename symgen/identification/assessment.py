@@ -193,7 +193,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
-    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
+    elsewhere = error_elsewhere(evaluator, run.train, solution.noise, chosen.together)
     limits = _in_proportion(chosen.together)
     uses = (
         prediction_use(
