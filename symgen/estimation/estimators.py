@@ -163,7 +163,7 @@ class Huber:
         beyond = 1 - np.mean(np.concatenate(inside))
         return Solution(
             X,
-            *robust_covariance(system, bread, own, kept),
+            *robust_covariance(system, X, bread, own, kept),
             condition(R),
             tuple(map(float, inverse)),
             (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
@@ -380,7 +380,7 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        covariances = robust_covariance(system, bread, own, weights)
+        covariances = robust_covariance(system, X, bread, own, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
 
@@ -462,7 +462,7 @@ class InstrumentalVariables:
             )
         return Solution(
             reduced.X,
-            *robust_covariance(system, bread, rows, weights, instruments=True),
+            *robust_covariance(system, reduced.X, bread, rows, weights, instruments=True),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
             notes,

@@ -197,7 +197,7 @@ def least_squares_solution(
     """
     bread = inverse_information(scale, R)
     rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
-    covariances = robust_covariance(system, bread, rows, weights)
+    covariances = robust_covariance(system, X, bread, rows, weights)
     return Solution(X, *covariances, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 

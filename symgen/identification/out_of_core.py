@@ -58,16 +58,11 @@ from symgen.estimation.chunks import (
     unpacked_arrays,
     unpacked_chunk,
 )
-from symgen.estimation.covariance import (
-    Products,
-    bartlett,
-    misfit_covariance,
-    sandwich,
-    scores,
-)
+from symgen.estimation.covariance import bartlett, sandwich, scores, widened
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.logs import Source, held_from
+from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.solve import Solution, condition, log_weights, with_the_others_zero
 from symgen.estimation.summary import Summary, merge_summaries, square, summarise_features
 from symgen.estimation.torque_error import TorqueFit
@@ -559,8 +554,9 @@ class ChunkedLogs(OpenLogs):
         bread = inverse @ inverse.T / np.outer(scale, scale)
         meat = total["meat"][np.ix_(kept, kept)] * np.outer(scale, scale)
         products = (Products.of_summary(s, w) for s, w in zip(own, weights, strict=True))
-        covariances = sandwich(bread, meat, own), misfit_covariance(bread, products)
-        part = Solution(X, *covariances, condition(R), tuple(map(float, weights)))
+        white, misfit = covariances(X, bread, products)
+        noise = widened(sandwich(bread, meat, own), white)
+        part = Solution(X, noise, misfit, condition(R), tuple(map(float, weights)))
         solution = with_the_others_zero(part, kept, len(names))
         if method.name == Consistent.name:
             solution = Consistent(run.evaluator.model).bounded(solution, names)
