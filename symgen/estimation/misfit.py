@@ -11,7 +11,7 @@ the estimate, beside the noise of all joints and what the others miss.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,14 +31,15 @@ class Products:
 
     Attributes:
         joint: its position, None for energy.
-        rows, correlation: see `Summary`.
+        rows: number of equations.
+        independent: rows that share no samples, about.
         gram: [W F y]'[W F y], (p + m + 1, p + m + 1).
         cross: W'[W F], or Z'[Z F] of instruments Z, (p, p + m).
     """
 
     joint: int | None
     rows: int
-    correlation: int
+    independent: float
     gram: FloatArray
     cross: FloatArray
 
@@ -52,7 +53,7 @@ class Products:
         if instruments and e.Z is not None:
             Z = e.Z * np.reshape(weight, (-1, 1))
             cross = Z.T @ np.hstack([Z, whole[:, p:-1]])
-        return cls(e.joint, len(e.y), e.correlation, gram, cross)
+        return cls(e.joint, len(e.y), len(e.y) / max(e.correlation, 1), gram, cross)
 
     @classmethod
     def of_summary(cls, s: Summary, weight: float) -> Products:
@@ -63,11 +64,16 @@ class Products:
         beside = np.delete(s.features, np.s_[p : p + m], axis=1)
         gram = np.insert(np.insert(own, [p] * m, beside.T, axis=1), [p] * m, s.features, axis=0)
         gram *= weight**2
-        return cls(s.joint, s.rows, s.correlation, gram, gram[:p, :-1])
+        return cls(s.joint, s.rows, s.rows / max(s.correlation, 1), gram, gram[:p, :-1])
 
     def __add__(self, other: Products) -> Products:
-        rows, gram, cross = self.rows + other.rows, self.gram + other.gram, self.cross + other.cross
-        return replace(self, rows=rows, gram=gram, cross=cross)
+        return Products(
+            self.joint,
+            self.rows + other.rows,
+            self.independent + other.independent,
+            self.gram + other.gram,
+            self.cross + other.cross,
+        )
 
 
 def covariances(
@@ -117,7 +123,7 @@ def noise_variance(own: Products) -> float:
     seen = shown > _RANK * np.trace(own.gram[p:-1, p:-1])
     shown = shown[seen]
     z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
-    free = max(own.rows - int(kept.sum()) - len(z2), 0) / max(own.correlation, 1)
+    free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
     if free + len(z2) == 0:
         return 0.0
     rest = max(float(left[-1, -1] - z2.sum()), 0.0)

@@ -81,6 +81,7 @@ def test_threads_change_nothing(logs: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Path) -> None:
     columns = motion(5000, 5)
+    columns["tau2"] = columns["tau2"] - 0.9 * columns["qd2"]
     for name in ("qd1", "qd2"):
         del columns[name]
     columns["tau1"] = np.clip(columns["tau1"], -1.2, 1.2)
@@ -90,7 +91,7 @@ def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Pat
     workers = symgen.Workers(1)
     memory = symgen.identify(robot(), train, method="ols", **given)
     same(memory, symgen.identify(robot(), train, method="ols", workers=workers, **given), 1e-9)
-    # Torques that are cut off give no robot: parameters of one come from a conic solver.
+    # Friction that drives is that of no robot: parameters of one come from a conic solver.
     memory, chunks = (
         symgen.identify(robot(), train, **given, **more) for more in ({}, {"workers": workers})
     )
