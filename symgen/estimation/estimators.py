@@ -56,7 +56,10 @@ from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
-NOISE_BIAS = "bias from noise of positions and speeds in the regressor, and errors of the model"
+NOISE_BIAS = (
+    "bias from noise of positions and speeds in the regressor, and errors of the model that are no "
+    "smooth function of positions and speeds"
+)
 #: Columns whose part that the instruments leave is smaller than this share are not suspect.
 _SUSPECT = 1e-7
 #: Level of the Durbin-Wu-Hausman test below which least squares is called biased.

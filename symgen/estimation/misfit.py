@@ -19,7 +19,8 @@ from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 
-_RANK = 1e-10  # of a matrix of products: eigenvalues below are zero
+_RANK = 1e-10  # of the products of W: eigenvalues below are zero
+_SHOWN = 1e-7  # of what functions show: less is rounding, or noise alone
 _SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
 #: Variances of a misfit over that of noise, in the direction that shows most of it.
 _RATIOS = np.geomspace(1e-4, 1e6, 101)
@@ -120,7 +121,7 @@ def noise_variance(own: Products) -> float:
     said = basis.T @ own.gram[:p, p:]
     left = own.gram[p:, p:] - said.T @ said
     shown, directions = np.linalg.eigh(left[:-1, :-1])
-    seen = shown > _RANK * np.trace(own.gram[p:-1, p:-1])
+    seen = shown > _SHOWN * np.trace(own.gram[p:-1, p:-1])
     shown = shown[seen]
     z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
     free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
@@ -156,7 +157,7 @@ def misfit_variance(
     moves = FW @ moved
     V = noise * (G - moves - moves.T) + FW @ others @ FW.T
     values, vectors = np.linalg.eigh(V)
-    seen = values > _RANK * noise * np.trace(G)
+    seen = values > _SHOWN * noise * np.trace(G)
     if not seen.any():
         return 0.0
     whiten = (vectors[:, seen] / np.sqrt(values[seen])).T

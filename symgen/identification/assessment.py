@@ -1,7 +1,7 @@
 """What an estimate is worth: its fit, what it may be used for, and all that is said of it.
 
     prediction  the torque error on held-out motion is small, not learned by heart, and what the
-                covariance of X says of other motions in the same range is no larger
+                noise of X says of other motions in the same range is no larger
     parameters  which of them are known, and whether a robot can have them
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
@@ -82,8 +82,7 @@ _BETTER = 0.5  # of the residual that another sign has to leave at most
 RESIDUAL = 0.25
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
-#: Error of torque on other motions in the same range, as the covariance of X has it, over what is
-#: said.
+#: Error of torque on other motions in the same range, as the noise of X has it, over what is said.
 ELSEWHERE = 1.0
 #: Torque error on one part of the motion over that on held-out data from which it depends on it.
 VARIES = 2.5
@@ -464,9 +463,11 @@ def error_elsewhere(
     covariance: FloatArray,
     together: Sequence[Sequence[int]] = (),
 ) -> float:
-    """Return the torque error on other motions of the same range, from the covariance of X alone.
+    """Return the torque error on other motions of the same range, from the noise of X alone.
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
+
+    What the model misses is no part of C: the held-out error shows it.
 
     with W at states whose joints are drawn from the logs independently of each other: each joint
     as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
@@ -475,7 +476,7 @@ def error_elsewhere(
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
-        covariance: of X, (p, p).
+        covariance: C of X, from noise, (p, p).
         together: joints that moved in proportion, in groups.
     """
     motion = [
