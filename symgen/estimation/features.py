@@ -27,8 +27,8 @@ from symgen.estimation.windows import Windows, chunks
 
 #: Waves, with a cosine and a sine each; and their seed.
 WAVES, SEED = 32, 1988
-#: Radians of a wave over one spread of the motion: from nearly a straight line to a wave or more.
-_SLOW, _FAST = 0.5, 2.0
+#: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.
+_SLOW, _FAST = 0.5, 2 * np.pi
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ def _drawn(n: int) -> tuple[FloatArray, FloatArray]:
     """Return the waves of n joints, (2 n, WAVES), and directions of torque, (n, 2 WAVES)."""
     rng = np.random.default_rng(SEED)
     directions = rng.normal(size=(2 * n, WAVES))
-    directions *= np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), WAVES))
-    directions /= np.linalg.norm(directions, axis=0)
+    lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), WAVES))
+    directions *= lengths / np.linalg.norm(directions, axis=0)
     torques = rng.normal(size=(n, 2 * WAVES))
     return directions, torques
 
