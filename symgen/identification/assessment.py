@@ -67,7 +67,6 @@ from symgen.identification.solving import (
     Method,
     convergence,
     equate,
-    moved_by_window,
     system_of,
 )
 from symgen.robot.toml_text import robot_toml
@@ -218,7 +217,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         validation=found.held,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        notes=(*_notes(chosen, method, solution, found), *found.notes, *limits),
+        notes=(*_notes(chosen, solution, found), *found.notes, *limits),
         traces=traces,
         convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
@@ -297,9 +296,7 @@ def make_estimate(
     )
 
 
-def _notes(
-    chosen: ChosenModel, method: Method, solution: Solution, found: Outcome
-) -> tuple[str, ...]:
+def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str, ...]:
     """Say what was done to the logs, and what the intervals do not tell."""
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
@@ -322,13 +319,6 @@ def _notes(
         listed = ", ".join(f"{w:g}" for w in shares)
         out.append(f"squared residuals of the logs are weighed by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
-    about = run.evaluator, chosen.train, method, chosen.model, solution
-    moved = moved_by_window(*about, chosen.kept)
-    if moved:
-        out.append(
-            f"with other windows {moved}: the model misses something of this size, "
-            "which std does not tell"
-        )
     return tuple(filter(None, out))
 
 

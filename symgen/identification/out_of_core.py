@@ -327,7 +327,7 @@ class EquationReduction(Reduction):
         return packed_arrays(arrays)
 
 
-_FOLDED = "folded; band, curves, scans of windows and tests of bias and whiteness are those of"
+_FOLDED = "folded; band, curves and tests of bias and whiteness are those of"
 _REPAIRS, _COUNTS, _FEATURES = "repairs", " rows, correlation, joint", " features"
 
 

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import scipy.stats
 from oracles.precision import at_least_white, long_run, wider
 
 import symgen
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, sandwich
 from symgen.estimation.equation_model import require_model
-from symgen.estimation.estimators import Ols
 from symgen.estimation.solve import (
     column_norms,
     condition,
