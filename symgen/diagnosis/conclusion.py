@@ -26,7 +26,6 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
-from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.messages import noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import may_be_noise
@@ -46,6 +45,7 @@ from symgen.diagnosis.whitened_system import (
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
 from symgen.estimation.features import features_of
+from symgen.estimation.floor import at_rest, noise_floor, quiet
 from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
@@ -55,10 +55,7 @@ from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-from symgen.symbolic.variation import link_values
 
-#: Gap of a joint over its noise floor, and over what matters, from which something is missing.
-_LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained
 _REPEATED = 0.9  # largest probability of what data that repeat one motion show
 _REPEAT = (
@@ -150,8 +147,8 @@ def conclude(
         selection: what the search found.
         notes: what was done to the logs.
         least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than; None: no free function is
-            compared with the laws that were found.
+        misfit: part of a joint's torque that no model is righter than; None: of the model as it
+            is declared, it is not asked where the gap is or what free functions explain.
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
@@ -194,8 +191,8 @@ def conclude(
             f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
             f"{noise:.3g} %: by this it is judged, as friction at rest can be anything",
         )
-    quiet = _quiet(moving.after, moving.floor, least)
-    verdict = _verdict(accepted, moving.after, quiet)
+    nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
+    verdict = _verdict(accepted, moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
@@ -211,7 +208,7 @@ def conclude(
         after=told.after,
         floor=told.floor,
         where=()
-        if verdict == "consistent"
+        if misfit is None or verdict == "consistent"
         else places(baseline, accepted, moving.before, moving.floor),
         effects=found,
         free_functions=shapes or None,
@@ -219,7 +216,7 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*map(shape, shapes), *_advice(found, verdict, quiet)),
+        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, nothing)),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -481,14 +478,13 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         X = baseline.X
     # What stands in the effects' columns.
     inside = baseline.parameters(baseline.beside(model.accepted))
-    links = link_values(declared.model.robot, declared.model.base, inside)
     others = (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
     curves, variance, rests = [], np.zeros(n), np.zeros(n)
     count, moved = np.zeros(n), np.zeros(n)
     for log in baseline.held:
-        torques = baseline.torques_along(log, X, model.evaluator, links)
+        torques = baseline.torques_along(log, X, model.evaluator, inside)
         whole, at = torques.model, p
         for c in (s.candidate for s in model.corrected):
             columns = dense(c.columns(log, torques), log.tau.shape)
@@ -580,15 +576,11 @@ def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
     return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
 
 
-def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
-    """Whether no joint has a gap that is visible: above the noise, and twice what matters."""
-    pairs = zip(gap.per_joint, floor.per_joint, strict=True)
-    return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
-
-
-def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
-    out = [noisy(e) for e in found if e.note]
-    out += [tie(e) for e in found if e.indistinguishable_from and e.separate]
+def _advice(
+    found: Sequence[FoundEffect], robot: Robot, verdict: str, quiet: bool
+) -> tuple[str, ...]:
+    out = [noisy(e, robot) for e in found if e.note]
+    out += [tie(e, robot) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
     nothing = "what is left is noise and static friction at rest: no effect is missing in it"

@@ -18,9 +18,9 @@ import numpy as np
 from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-from symgen.diagnosis.floor import passband
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.floor import passband
 from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
@@ -133,7 +133,7 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
     for s in found:
         number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
         if s.fault:
-            notes.append(f"joint {number}, second encoder: {s.fault}")
+            notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
             continue
         same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
         rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))

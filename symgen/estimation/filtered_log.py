@@ -1,4 +1,4 @@
-"""A log in the band of a run: what every equation, comparison and diagnosis is made of."""
+"""Logs in the band of a run: the data of all equations, comparisons and diagnoses."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
 _NODES = 16.0
+#: Nodes per period of the cutoff for what is smooth in the motion: a product of two signals below
+#: the cutoff holds nothing above twice it, so that no more than this aliases nothing into the band.
+_SMOOTH = 4.0
 #: Weight of a row in the comparison band under which a mask leaves nothing of it.
 _HARDLY = 0.05
 #: Periods of the comparison band over which its low-pass spreads a rest.
@@ -29,7 +32,7 @@ class FilteredLog:
     """One log in the band of a run; arrays at the log's own rate.
 
     Attributes:
-        samples: the log as it was sampled: its torque is not filtered.
+        samples: the log as sampled, with unfiltered torque.
         band: the filters of the run.
         q: (N, n) positions below the cutoff, rad (m).
         qd: (N, n) speeds below it: measured ones, or the derivative of q.
@@ -62,7 +65,7 @@ class FilteredLog:
 
     @property
     def mask(self) -> Mask | None:
-        """The samples that no equation may touch."""
+        """The samples that no equation may use."""
         return self.samples.mask
 
     @cached_property
@@ -74,7 +77,7 @@ class FilteredLog:
 
     @cached_property
     def at_rest(self) -> Bools | None:
-        """Where joints stand still, (N, n); None where none does."""
+        """Whether joints stand still, (N, n); None if none does."""
         rests = self.band.rests
         if rests is None:
             return None
@@ -115,10 +118,22 @@ class FilteredLog:
         """Measured torque in the comparison band at the kept samples, (K, n)."""
         return self.compared(self.tau)
 
+    @property
+    def smooth_stride(self) -> int:
+        """Samples between the nodes that smooth functions of the motion need, without any step."""
+        rows = self.rows
+        if rows.cutoff is None:
+            return 1
+        highest = max(_SMOOTH * self.band.cutoff_hz, _NODES * rows.cutoff)
+        return max(rows.stride, int(1 / (highest * self.step)))
+
     @cached_property
     def thinned(self) -> FilteredLog:
-        """The log as if it had been sampled at its nodes alone: what is smooth needs no more."""
-        stride = self.rows.stride
+        """The log sampled at its nodes only, which is enough for smooth signals."""
+        return self.every(self.rows.stride)
+
+    def every(self, stride: int) -> FilteredLog:
+        """Return the log sampled at every `stride`-th sample only."""
         if stride == 1:
             return self
         samples = self.samples.cut(slice(None, None, stride))
@@ -127,16 +142,19 @@ class FilteredLog:
         thin.__dict__["qdd"] = np.ascontiguousarray(self.qdd[::stride])
         return thin
 
-    def compared(self, x: FloatArray) -> FloatArray:
+    def compared(self, x: FloatArray, stride: int | None = None) -> FloatArray:
         """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
 
-        Masked samples have no say: what passes the low-pass was multiplied by `weight`, and so was
-        what it is compared with.
+        Masked samples have no influence: both sides of a comparison are multiplied by `weight`
+        before the low-pass.
 
         Args:
-            x: at all samples, or at the nodes alone.
+            x: the signal at all samples, or at the nodes only.
+            stride: samples from one row of x to the next, where x is neither.
         """
-        rows = self.rows if len(x) == self.rows.nodes else replace(self.rows, stride=1)
+        rows = self.rows
+        if stride is not None or len(x) != rows.nodes:
+            rows = replace(rows, stride=stride or 1)
         x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
         if rows.cutoff is None:
             return x[self.kept]
@@ -145,7 +163,7 @@ class FilteredLog:
 
     @cached_property
     def weight(self) -> FloatArray | None:
-        """(N, n) 0 at masked samples, 1 a quarter period of the comparison band away; or None."""
+        """(N, n) weight: 0 at masked samples, 1 from a quarter period away; None without a mask."""
         if self.mask is None:
             return None
         from scipy.ndimage import distance_transform_edt
@@ -161,35 +179,40 @@ class FilteredLog:
         self,
         model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
         together: int = BLOCK,
+        stride: int | None = None,
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, chunk by chunk, in the comparison band.
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
-            together: nodes of a chunk, about.
+            together: approximate number of nodes in a chunk.
+            stride: samples from node to node; None for those that any model needs.
 
         Yields:
-            Which of the kept samples come now, and their values.
+            The indices into the kept samples, and their values.
         """
 
+        rows = self.rows if stride is None else replace(self.rows, stride=stride)
+        every = self.stride if stride is None else stride
+
         def at(first: int, last: int) -> FloatArray:
-            nodes = slice(first * self.stride, (last - 1) * self.stride + 1, self.stride)
+            nodes = slice(first * every, (last - 1) * every + 1, every)
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return self.rows.chunks(at, together)
+        return rows.chunks(at, together)
 
     def held(
         self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
     ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model of positions alone along the log, as `modelled` does.
+        """Evaluate a model that depends on positions only along the log, as `modelled` does.
 
-        At as few nodes as the comparison band needs: noise of positions counts less than that of
-        their slopes, of which the cutoff is.
+        It uses only as many nodes as the comparison band needs, because positions have less noise
+        than their derivatives, for which the cutoff was chosen.
 
         Args:
             model: from q (k, n) to (k, ...).
-            together: nodes of a chunk, about.
+            together: approximate number of nodes in a chunk.
         """
         rows = self.rows
         if rows.cutoff is not None:
@@ -200,7 +223,7 @@ class FilteredLog:
 
     @cached_property
     def resting(self) -> Bools | None:
-        """Whether a rest of the joint concerns a kept sample, (K, n); None where no joint rests."""
+        """Whether a rest of the joint affects a kept sample, (K, n); None if no joint rests."""
         if self.at_rest is None:
             return None
         reach = round(_REST_REACHES / (self.band.comparison_hz * self.step))
@@ -215,7 +238,7 @@ class FilteredLog:
 
     @property
     def reach(self) -> int:
-        """Samples, before and after, that a sample has a say in: a period of the band."""
+        """Number of samples before and after that a sample influences: a period of the band."""
         return 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
 
     @cached_property
@@ -230,7 +253,7 @@ class FilteredLog:
 
 
 def stride_of(band: Band, step: float) -> int:
-    """Return the samples from one node to the next of logs of a step in a band."""
+    """Return the number of samples between nodes, for a sampling step and a band."""
     if not band.filters(step):
         return 1
     highest = max(band.cutoff_hz, band.comparison_hz)
@@ -238,7 +261,7 @@ def stride_of(band: Band, step: float) -> int:
 
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:
-    """Return which of the kept samples of all logs together are those of each."""
+    """Return the span of each log among the kept samples of all logs."""
     ends = np.cumsum([0, *(len(log.kept) for log in logs)])
     return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
 
@@ -249,15 +272,15 @@ def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
 
 
 def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:
-    """Put a log into the band of a run.
+    """Filter a log for the band of a run.
 
     Measured speeds pass the same filter as positions; derived ones are the derivative of the
     filtered positions.
 
     Args:
         samples: the log.
-        band: of the run.
-        q: its positions in the band, where they are known and speeds are measured.
+        band: band of the run.
+        q: its filtered positions, if they are known and speeds are measured.
     """
     derived = band.velocity == "derived" or samples.velocity_derived
     if not band.filters(samples.step):
@@ -274,7 +297,7 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
 
 
 def unfiltered(samples: Samples) -> FilteredLog:
-    """Take positions and speeds as they are: those of a planned motion, or of a simulation."""
+    """Return a log with unfiltered positions and speeds, for planned or simulated motion."""
     rate = 1 / samples.step
     band = Band(rate, rate / 2, comparison_band([samples]), "measured")
     return FilteredLog(samples, band, samples.q, samples.qd)

@@ -1,4 +1,4 @@
-"""The mask of one log, said in its notes, and what it leaves."""
+"""The mask of a log, its notes, and a check of the remaining samples."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _SELDOM = 0.2  # share of samples in motion that shows little
 
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
-    """Mask samples at rest or in saturation; nothing is taken out of the log itself.
+    """Mask samples at rest or in saturation; the log itself keeps all samples.
 
-    Momentum and torque equations of a joint are left out where that joint is masked, energy
-    equations where every joint that moves is at rest or any torque is saturated.
+    Momentum and torque equations of a joint are left out if that joint is masked. Energy equations
+    are left out if all moving joints are at rest, or if any torque is saturated.
 
     Args:
         samples: the log on its uniform grid.
-        log: the log that they came from, for torques that were not resampled.
-        robot: for types of joints, limits of torque, and the drive.
+        log: the original log, for torques that are not resampled.
+        robot: robot with types of joints, torque limits, and the drive.
         kinds: "rest", "saturation" or both.
 
     Raises:
-        LogError: a joint has fewer than 10 samples left.
+        LogError: fewer than 10 samples of a joint remain.
     """
     joint = np.zeros(samples.q.shape, dtype=bool)
     whole = np.zeros(len(samples.t), dtype=bool)
@@ -42,9 +42,10 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         if not still.all():
             whole |= rest[:, ~still].all(axis=1)
         joint |= rest
-        what = _shares(rest, "at rest")
-        held = ", ".join(str(j + 1) for j in np.flatnonzero(still))
-        notes.append(what + (f"; joint {held} never moves and is left as it is" if held else ""))
+        what = _shares(rest, robot, "at rest")
+        if still.any():
+            what += f"; {robot.listed(np.flatnonzero(still))} never moves and is not masked"
+        notes.append(what)
     if "saturation" in kinds:
         assert log.tau is not None  # open_log has seen to it
         limits = None if robot.limits is None else robot.limits.torque
@@ -53,36 +54,36 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         whole |= high.any(axis=1)
         joint |= high
         known = "at a limit of [limits] or stuck" if limits is not None else "stuck"
-        notes.append(_shares(high, f"in saturation ({known} at its extreme)"))
+        notes.append(_shares(high, robot, f"in saturation ({known} at its extreme)"))
     for j, left in enumerate((~joint).sum(axis=0)):
         if left < MIN_SAMPLES:
             raise LogError(
-                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of joint "
-                f"{j + 1}; accepted: at least {MIN_SAMPLES}"
+                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of "
+                f"{robot.listed([j])}; accepted: at least {MIN_SAMPLES}"
             )
     said = tuple(f"{samples.name}: masked {note}" for note in notes)
     return replace(samples.masked(joint, whole), notes=(*samples.notes, *said))
 
 
-def _shares(flags: Bools, what: str) -> str:
-    """Say how many samples of each joint are flagged."""
+def _shares(flags: Bools, robot: Robot, what: str) -> str:
+    """Return a text with the share of flagged samples of each joint."""
     counts = ", ".join(
-        f"joint {j + 1} {count} ({100 * count / len(flags):.3g} %)"
+        f"{robot.listed([j])} {count} ({100 * count / len(flags):.3g} %)"
         for j, count in enumerate(flags.sum(axis=0))
         if count
     )
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> None:
-    """Refuse a mask that leaves next to no equations.
+def require_left(log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot) -> None:
+    """Refuse a mask that covers nearly all samples.
 
     Raises:
-        LogError: an equation of a joint, or of the energy, is left fewer than 10 times.
+        LogError: fewer than 10 equations of a joint, or of the energy, remain.
     """
     for e in equations if log.mask is not None else ():
         if len(e.y) < MIN_SAMPLES:
-            whose = "" if e.joint is None else f" of joint {e.joint + 1}"
+            whose = "" if e.joint is None else f" of {robot.listed([e.joint])}"
             raise LogError(
                 f"{log.name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
@@ -90,20 +91,20 @@ def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> 
 
 
 def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
-    """Say where joints of unmasked logs stand still, so that friction there can be anything."""
+    """Return notes on joints of unmasked logs that stand still, with any static friction."""
     out = []
     for samples in logs:
         share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
         if samples.mask is None and share > _MUCH:
             out.append(
-                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples: "
-                "friction can be anything there, and the gap counts it (--mask rest leaves it out)"
+                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
+                "Static friction there is part of the gap; --mask rest leaves these samples out"
             )
     return tuple(out)
 
 
-def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
-    """Say which joints are at rest for most of a log: what they do in motion is hardly seen."""
+def seldom_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
+    """Return notes on joints that are at rest for most of a log, so their motion hardly shows."""
     out = []
     for log in logs:
         if log.at_rest is None:
@@ -111,9 +112,8 @@ def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
         moving = 1 - log.at_rest.mean(axis=0)
         few = np.flatnonzero(moving < _SELDOM)
         if len(few):
-            listed = ", ".join(str(j + 1) for j in few)
             out.append(
-                f"{log.name}: movable joints {listed} move in at most "
+                f"{log.name}: {robot.listed(few)} moved in at most "
                 f"{100 * moving[few].max():.2g} % of the samples; symgen excite writes a motion in "
                 "which all joints move"
             )

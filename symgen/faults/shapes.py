@@ -27,6 +27,7 @@ from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import LACKS
 from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.values import FloatArray
 from symgen.faults.scene import Scene
@@ -45,7 +46,9 @@ _STEP = 1e-4  # rad or part, of differences
 _PHYSICS = "physics"
 #: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
 _LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
-LAWS = len(_LAWS) + 1
+LAWS = len(_LAWS) + 2
+#: Free misfit: cosines and sines of so many random directions of the state, over so many spreads.
+_WAVES, _LENGTHS, _SEED = 16, (0.5, 2.0), 1988
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,7 @@ class Shape:
         changes: whether it may begin within a log.
         always: whether it may be there all the time.
         undo: of the coefficient: gives a log without it; None where no log can be mended.
+        size: RMS of the torque that each column is expected to have, N m or N.
     """
 
     kind: str
@@ -77,11 +81,17 @@ class Shape:
     changes: bool = False
     always: bool = True
     undo: Callable[[float], Undo] | None = None
+    size: float = math.inf
 
     @property
     def physics(self) -> bool:
         """Whether it is physics without a name."""
         return self.kind == _PHYSICS
+
+    @property
+    def free(self) -> bool:
+        """Whether it is physics of any shape."""
+        return math.isfinite(self.size)
 
     def says(self, x: float, when: str = "") -> str:
         """Return what a coefficient would say; "" where it is no larger than in every robot."""
@@ -89,18 +99,22 @@ class Shape:
         return told if abs(x) > self.least else ""
 
 
-def _numbered(scene: Scene, j: int) -> str:
-    return str(scene.rows.evaluator.model.robot.movable[j].number)
+_BRACES = str.maketrans("{}", "()")  # words of a shape are a format
+
+
+def _label(scene: Scene, j: int) -> str:
+    robot = scene.rows.evaluator.model.robot
+    return robot.label(robot.movable[j].number).translate(_BRACES)
 
 
 def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
-    """Return d tau / dx at 0 of a model that moves with x, (K, n)."""
+    """Return d tau / dx at 0 of a model that moves with x, (K, n); friction has no part in it."""
 
     def difference(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         low, high = (moved(h)(q, qd, qdd) for h in (-_STEP, _STEP))
         return np.asarray((high - low) / (2 * _STEP))
 
-    return scene.rows.along(difference)
+    return scene.rows.along(difference, smooth=True)
 
 
 def _zeros(scene: Scene) -> Iterator[Shape]:
@@ -113,13 +127,13 @@ def _zeros(scene: Scene) -> Iterator[Shape]:
         def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
             return lambda q, qd, qdd: scene.torque(q + h * unit, qd, qdd)
 
-        number = _numbered(scene, j)
+        label = _label(scene, j)
         yield Shape(
             "zero",
             (j,),
             everywhere(_slope(scene, moved)[:, :, None]),
-            f"the zero of joint {number} is off by about {{x:.2g}} degrees{{when}}: correct theta "
-            f"of joint {number}; symgen diagnose --effects zero_offset gives the value",
+            f"the zero of {label} is off by about {{x:.2g}} degrees{{when}}: correct theta "
+            f"of {label}; symgen diagnose --effects zero_offset gives the value",
             least=ZERO,
             within=(-_FAR, _FAR),
             shown=lambda x: abs(math.degrees(x)),
@@ -169,7 +183,7 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
             "ratio",
             (j,),
             everywhere(columns[:, :, None]),
-            f"{channel}: the gear ratio of joint {_numbered(scene, j)} is off by a factor "
+            f"{channel}: the gear ratio of {_label(scene, j)} is off by a factor "
             "{x:.3g} (positions times it, torque over it)",
             channel,
             least=FACTOR,
@@ -223,8 +237,8 @@ def _weights(scene: Scene) -> Iterator[Shape]:
                 "weight",
                 (j,),
                 {j: -weight[:, [j]]},
-                f"tau{j + 1} lacks about {{x:.2g}} % of the weight that joint "
-                f"{_numbered(scene, j)} holds: something else carries it (a spring, a "
+                f"tau{j + 1} lacks about {{x:.2g}} % of the weight that "
+                f"{_label(scene, j)} holds: something else carries it (a spring, a "
                 "counterweight, a controller's gravity compensation); symgen diagnose --effects "
                 "gravity_compensation",
                 least=FACTOR,
@@ -238,8 +252,7 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
     model, v = scene.rows.evaluator.model, scene.rows.variation
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
-    X = np.pad(scene.X, (0, len(model.base.parameters) - len(scene.X)))
-    links = link_values(model.robot, model.base, X)
+    links = link_values(model.robot, model.base, scene.whole)
     for number, key in v.lengths:
 
         def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
@@ -250,7 +263,8 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
             f"length {key}{number}",
             (),
             everywhere(_slope(scene, moved)[:, :, None]),
-            f"the length {key} of joint {number} is off by about {{x:.2g}} mm: correct it; symgen "
+            f"the length {key} of {model.robot.label(number).translate(_BRACES)} is off by "
+            f"about {{x:.2g}} mm: correct it; symgen "
             "diagnose --effects geometry_error gives the value",
             least=0.01 * length,
             within=(-_LONG * length, _LONG * length),
@@ -268,7 +282,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)
 
-    columns = scene.rows.along(loaded, BLOCK).reshape(*scene.rows.y.shape, -1)
+    columns = scene.rows.along(loaded, BLOCK, smooth=True).reshape(*scene.rows.y.shape, -1)
     words = (
         "another load is carried on the last link{when}: identify from logs with one load; symgen "
         "payload tells its mass"
@@ -281,7 +295,7 @@ def _frictions(scene: Scene) -> Iterator[Shape]:
     speeds = scene.rows.along(lambda _, qd, __: np.hstack([np.sign(qd), qd]))
     for j in range(scene.n):
         words = (
-            f"the friction of joint {_numbered(scene, j)} is another one{{when}}: a brake, or a "
+            f"the friction of {_label(scene, j)} is another one{{when}}: a brake, or a "
             "joint that warms up; identify from logs in one state"
         )
         columns = {j: speeds[:, [j, scene.n + j]]}
@@ -302,7 +316,8 @@ def _offsets(scene: Scene) -> Iterator[Shape]:
 def _rivals(scene: Scene) -> Iterator[Shape]:
     """Yield physics of one joint that a model may lack.
 
-    Its friction, load, position and inertia, and what the motion of other joints does to it.
+    Its friction, load, position and inertia, what the motion of other joints does to it, and any
+    smooth function of positions and speeds.
     """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
@@ -323,6 +338,23 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j
         yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
+    waves = _waves(scene)
+    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(_WAVES)):
+        yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
+
+
+def _waves(scene: Scene) -> FloatArray:
+    """Return random waves of positions and speeds of all joints, (K, 2 _WAVES)."""
+    logs, n, rng = scene.rows.logs, scene.n, np.random.default_rng(_SEED)
+    state = np.hstack([np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd")])
+    middle, spread = state.mean(axis=0), np.maximum(state.std(axis=0), 1e-300)
+    ways = rng.normal(size=(2 * n, _WAVES)) / np.sqrt(n) / rng.uniform(*_LENGTHS, _WAVES)
+
+    def wave(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
+        angle = (np.hstack([q, qd]) - middle) / spread @ ways
+        return np.hstack([np.cos(angle), np.sin(angle)])
+
+    return scene.rows.along(wave)
 
 
 #: What is tried beside a model.

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -33,6 +33,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import noise_fit, quiet, unexplained_from
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
@@ -40,9 +41,8 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
-from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
 from symgen.faults.scene import mean_friction_power
@@ -58,7 +58,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel, numbered
+from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -70,6 +70,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
@@ -77,8 +78,6 @@ _PLENTY = 10  # independent equations for each parameter
 _AT_ONCE = 8192  # samples whose energies are evaluated together
 _LOUD = 0.03  # relative residual above which signs are tried
 _BETTER = 0.5  # of the residual that another sign has to leave at most
-#: Largest torque error on held-out motion that counts as explained, of all joints; of one: JOINT.
-RESIDUAL = 0.25
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the noise of X has it, over what is said.
@@ -95,7 +94,6 @@ WINDOWS = 3.0
 SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
-_SHARE = 1e-4  # of the squared torque of all joints that one needs to count
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
@@ -186,16 +184,26 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     parameters = parameter_estimates(evaluator, X, std)
     faults = (
         *run.causes,
-        *hardly_moving(run.train, evaluator.model.robot.sigma),
+        *hardly_moving(run.train, evaluator.model.robot),
         *driving_friction(evaluator, run.train, X, solution.covariance),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
+    noise = noise_fit(evaluator, run.held, X)
+    floor = _noise_of(noise.residual, moving := _in_motion(seen).residual)
+    unexplained = _beyond(moving, floor)
     elsewhere = error_elsewhere(evaluator, run.train, solution.noise, chosen.together)
-    limits = _in_proportion(chosen.together)
+    limits = _in_proportion(chosen.together, evaluator.model.robot)
     uses = (
         prediction_use(
-            own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train)), run.worst
+            own,
+            seen,
+            floor,
+            elsewhere,
+            faults,
+            evaluator.model.robot,
+            (*coarse, *seldom_moving(run.train, evaluator.model.robot)),
+            run.worst,
         ),
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters, limits),
@@ -246,8 +254,10 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             uses,
             len(parameters),
             (seen.residual.relative, own.residual.relative),
-            (*limits, *seen.told_apart),
+            (*limits, *seen.told_apart, *_told_of(unexplained, floor)),
         ),
+        noise_floor=floor,
+        unexplained=unexplained,
     )
 
 
@@ -322,10 +332,10 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     return tuple(filter(None, out))
 
 
-def _in_proportion(together: Sequence[Sequence[int]]) -> tuple[str, ...]:
+def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str, ...]:
     """Say for which motion a model holds whose joints moved in proportion."""
     return tuple(
-        f"this model holds only for motion in which movable joints {numbered(group)} move in "
+        f"this model holds only for motion in which {robot.listed(group)} move in "
         "proportion, as in the training logs"
         for group in together
     )
@@ -395,8 +405,10 @@ def _settings(method: Method) -> list[tuple[str, str]]:
 def prediction_use(
     train: TorqueFit,
     held: TorqueFit,
+    noise: Residual,
     elsewhere: float,
     faults: Sequence[str],
+    robot: Robot,
     suspects: Sequence[str] = (),
     worst: float = 0.0,
 ) -> Use:
@@ -405,37 +417,29 @@ def prediction_use(
     Args:
         train: torques of the training logs.
         held: of data that the estimate never saw.
+        noise: what noise alone leaves of it.
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
+        robot: for the names of joints.
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
-    train, held = (f.in_motion if f.in_motion.size.any() else f for f in (train, held))
+    train, held = _in_motion(train), _in_motion(held)
     said, own = held.residual.relative, train.residual.relative
-    if said > RESIDUAL:
-        reasons.append(
-            f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained"
-            f"{'' if faults else ', cause unknown'}"
-        )
-    each = np.array(held.residual.per_joint)
-    counts = held.size > _SHARE * held.size.sum()
-    bad = [f"{j + 1} ({100 * each[j]:.3g} %)" for j in np.flatnonzero((each > JOINT) & counts)]
-    if bad:
-        reasons.append(
-            f"the torque of held-out motion is unexplained at movable joints {', '.join(bad)}"
-        )
-    if said > RESIDUAL or bad:
+    unexplained = tuple(_unexplained(held, noise, robot, not faults))
+    reasons += unexplained
+    if unexplained:
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
-            f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
+            f"overfit: the torque error on held-out motion is {percent(said)}, "
             f"{said / max(own, 1e-300):.3g} times that on the training logs"
         )
     if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
         reasons.append(
-            f"the error depends on the motion: {100 * said:.3g} % on held-out data, and "
-            f"{100 * worst:.3g} % on another part of the motion that a fit did not see; symgen "
+            f"the error depends on the motion: {percent(said)} on held-out data, and "
+            f"{percent(worst)} on another part of the motion that a fit did not see; symgen "
             "diagnose looks for what is missing"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
@@ -445,6 +449,68 @@ def prediction_use(
             f"one, {_FARTHER}"
         )
     return Use("prediction", tuple(reasons))
+
+
+def _in_motion(fit: TorqueFit) -> TorqueFit:
+    """Return the fit of joints that move, where any does."""
+    return fit.in_motion if fit.in_motion.size.any() else fit
+
+
+def _noise_of(noise: Residual, left: Residual) -> Residual:
+    """Return what noise leaves: in the band no more than is left, as it is not always white."""
+    each = map(min, noise.per_joint or (), left.per_joint or ())
+    return Residual(min(noise.relative, left.relative), tuple(each))
+
+
+def _beyond(held: Residual, noise: Residual) -> float | None:
+    """Return the part of a torque that noise does not explain; None where no joint shows any."""
+    if quiet(held.per_joint or (), noise.per_joint or (), LEAST):
+        return None
+    return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
+
+
+def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) -> Iterator[str]:
+    """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
+
+    Args:
+        held: of joints in motion.
+        noise: what it alone leaves of them.
+        robot: for the names of joints.
+        unknown: whether no cause is known.
+    """
+    said, each, floor = (
+        held.residual.relative,
+        *(np.array(r.per_joint) for r in (held.residual, noise)),
+    )
+    whole, level = unexplained_from(noise)
+    counts = held.size > LEAST**2 * held.size.sum()
+    lost = np.flatnonzero(counts & (each > level))
+    cause = ", cause unknown" if unknown else ""
+    if said > whole:
+        yield (
+            f"the model leaves {percent(said)} of the torque of held-out motion unexplained, "
+            f"noise alone {percent(noise.relative)}{cause}"
+        )
+    if len(lost):
+        told = ", ".join(
+            f"{robot.listed([int(j)])} ({percent(each[j])}; noise {percent(floor[j])})"
+            for j in lost
+        )
+        yield f"the torque of held-out motion is unexplained at {told}{cause}"
+    drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
+    if len(drowned):
+        told = ", ".join(f"tau{j + 1} ({percent(floor[j])})" for j in drowned)
+        yield f"noise is too large a part of {told}: no model of it can be judged"
+
+
+def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
+    """Say how much of the torque nothing explains, beside what noise leaves."""
+    if unexplained is None:
+        return ()
+    return (
+        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise leaves "
+        f"{percent(noise.relative)}): symgen diagnose looks for it",
+    )
 
 
 def error_elsewhere(
@@ -547,9 +613,8 @@ def driving_friction(
     out = np.flatnonzero(power < -SIGNIFICANT * std)
     if not len(out):
         return ()
-    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in out)
     return (
-        f"friction would drive the robot at joint{'s' * (len(out) > 1)} {numbers}: the sign of "
+        f"friction would drive the robot at {evaluator.model.robot.listed(out)}: the sign of "
         "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
     )
 
@@ -632,10 +697,10 @@ def headline(
         uses: prediction, parameters and simulation, as judged.
         count: number of parameters.
         errors: of torque on held-out motion and on the training logs.
-        rests: what is said of joints at rest.
+        rests: what else is said of an estimate that is good for prediction.
     """
     prediction, parameters, simulation = uses
-    held, own = (f"{100 * e:.3g} %" for e in errors)
+    held, own = map(percent, errors)
     known = len(parameters.known)
     first = ["Not good for torque prediction: ", *prediction.reasons]
     if prediction.ok:
@@ -650,20 +715,20 @@ def headline(
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 
-def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
+def hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
     """Say which joints stay slower than 2 % of the fastest one of their kind in all logs.
 
     What is fitted there carries over to faster motions of these joints by chance only, whatever
     its standard deviation.
     """
-    moving = moving_joints([log.qd for log in logs], sigma)
+    moving = moving_joints([log.qd for log in logs], robot.sigma)
     size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
     return tuple(
-        f"movable joint {j + 1} hardly moves ({size[j]:.2g} "
+        f"{robot.listed([j])} hardly moves ({size[j]:.2g} "
         f"{'m' if kind == names.PRISMATIC else 'rad'} in all): its "
         "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
         "(sigma = 2; symgen import --fix)"
-        for j, kind in enumerate(sigma)
+        for j, kind in enumerate(robot.sigma)
         if j not in moving
     )
 
@@ -835,6 +900,7 @@ def wrong_sign(
     if best is None or found[best] > _BETTER * left:
         return ()
     return (
-        f"joint {best} fits better with the other sign of its ratio in [drive]: the residual falls "
+        f"{robot.label(best)} fits better with the other sign of its ratio in [drive]: the "
+        "residual falls "
         f"from {100 * left:.2g} to {100 * found[best]:.2g} %",
     )

@@ -23,7 +23,6 @@ from symgen.estimation.values import (
     Whiteness,
 )
 from symgen.faults.fault import Fault
-from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
 from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
@@ -41,6 +40,7 @@ from symgen.schemas import (
     result_file,
     to_json,
 )
+from symgen.views import Viewable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -186,7 +186,7 @@ class Alternative:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Estimate:
+class Estimate(Viewable):
     """Identified parameters with their precision, the fit, and a verdict in words.
 
     Attributes:
@@ -200,6 +200,10 @@ class Estimate:
         validation: the same on data that the estimate never saw.
         torque_train: residual in torque of the same parameters, per joint.
         torque_validation: the same on the validation data.
+        noise_floor: what noise alone leaves of the torque of the validation data, of joints in
+            motion; None where it is not known.
+        unexplained: part of that torque that neither the model nor noise explains; None where no
+            joint's error is visible beside its noise.
         cutoff_hz: of the zero-phase filter, None where none was used.
         window_s: length of the energy windows, s.
         verdict: "trusted" or "doubtful".
@@ -230,6 +234,8 @@ class Estimate:
     validation: Annotated[Residual, at("residual.validation")]
     torque_train: Annotated[Residual | None, at("torque_residual.train")] = None
     torque_validation: Annotated[Residual | None, at("torque_residual.validation")] = None
+    noise_floor: Annotated[Residual | None, OPTIONAL] = None
+    unexplained: Annotated[float | None, OPTIONAL] = None
     cutoff_hz: float | None
     window_s: float | None
     verdict: str
@@ -258,13 +264,6 @@ class Estimate:
             f"<Estimate of {self.robot}: {len(self.parameters)} parameters by {self.model} and "
             f"{self.method}, {self.verdict}>"
         )
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (p.name, f"{p.value:.5g}", f"{p.std:.2g}", f"{p.relative_std_percent:.1f}", p.unit)
-            for p in self.parameters
-        ]
-        return html_table(repr(self), ("parameter", "value", "std", "std %", "unit"), rows)
 
     @property
     def X(self) -> FloatArray:

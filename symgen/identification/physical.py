@@ -1,15 +1,18 @@
-"""What link parameters must obey to exist, and the nearest that do: semidefinite programs.
+"""Physical consistency of parameters, and the nearest consistent ones, by semidefinite programs.
 
-Base parameters X = G s fix no more than combinations of the standard parameters s. They are
-realisable when some s gives them with every link a body of positive mass density, and friction and
-rotor inertia not negative:
+Base parameters X = G s determine only combinations of the standard parameters s. X is possible if
+some s gives it in which every link is a body of positive mass density, and friction and rotor
+inertia are not negative:
 
     G s = X,   [[S_j, m_j], [m_j', M_j]] positive definite for each link j,   IA, FS, FV >= 0
 
 (Sousa and Cortesao 2014; Traversaro, Brossette, Escande, Nori 2016; Wensing, Kim, Slotine 2018).
-Every base parameter is led by a standard parameter that no other contains: the rest are free
-variables, and X = G s holds to rounding. Units are a typical length and mass of the robot, in which
-the entries of a pseudo-inertia compare.
+Every base parameter has a leading standard parameter that no other one contains. The other standard
+parameters are free variables, and X = G s holds to rounding. The units are a typical length and
+mass of the robot, in which the entries of a pseudo-inertia have similar size.
+
+Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
+their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
 
 Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
 
@@ -18,9 +21,9 @@ Programs have a quadratic objective, affine equations, signs and semidefinite ma
 and are solved by Clarabel (Goulart and Chen 2024). Symmetric matrices are vectors: the upper
 triangle column by column, off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
 
-Torques in N mm or in kN m all fit as well, with parameters a thousand times too large or small. A
-joint's own inertia M_jj over the square of what the robot reaches from there is the mass that it
-moves like; a note says so where all joints move like tonnes, or none like more than a few coins.
+Torques in N mm or in kN m fit equally well, with parameters a thousand times too large or small.
+The inertia M_jj of a joint, divided by the square of the robot's reach from there, is an apparent
+mass. A note reports if it is tonnes for all joints, or a few grams for all.
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
@@ -54,7 +58,7 @@ def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
 
         S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
 
-    A body of positive mass density in some volume has a positive definite one, and the reverse.
+    A body of positive mass density has a positive definite one, and vice versa.
 
     Args:
         link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
@@ -68,9 +72,10 @@ def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
-    """Return the link behind every joint of the file, fixed ones included.
+    """Return the link of every joint of the file, including fixed ones.
 
-    With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c').
+    With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c'). A link whose
+    parameters are all 0 is a frame without mass.
 
     Args:
         robot: the mechanism.
@@ -89,13 +94,21 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
                 f"link {joint.number}: {', '.join(missing[:5])} missing; accepted: all of "
                 f"{' '.join(names.LINK)}"
             )
-        mass, com, inertia = about_centre(
-            np.sum([[values[name] for name in link] for link in wanted], axis=0)
-        )
+        link = np.sum([[values[name] for name in link] for link in wanted], axis=0)
+        if not link.any():  # a frame
+            out.append(Body(joint.number, 0.0, np.zeros(3), np.zeros((3, 3))))
+            continue
+        mass, com, inertia = about_centre(link)
         if not mass > 0:
             raise ParameterError(f"link {joint.number}: its mass is {mass:g}; accepted: above 0")
         out.append(Body(joint.number, mass, com, inertia))
     return tuple(out)
+
+
+def parameters_of(P: FloatArray) -> FloatArray:
+    """Return XX XY XZ YY YZ ZZ MX MY MZ M (10,) of a pseudo-inertia (4, 4)."""
+    J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+    return np.array([*J[np.triu_indices(3)], *P[:3, 3], P[3, 3]])
 
 
 def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
@@ -118,7 +131,7 @@ def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArra
 
 
 _SOLVED = ("Solved", "AlmostSolved")  # to the accuracy, or to a hundred times it
-_ACCURACY = 1e-10
+_ACCURACIES = (1e-10, 1e-8)  # of the first and of the second try
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +157,7 @@ def minimise(
     Args:
         P: positive semidefinite (n, n).
         c: (n,).
-        cones: what y obeys.
+        cones: constraints on y.
 
     Raises:
         ParameterError: Clarabel finds no solution.
@@ -157,30 +170,38 @@ def minimise(
         "nonnegative": clarabel.NonnegativeConeT,
         "semidefinite": lambda m: clarabel.PSDTriangleConeT(round((2 * m + 0.25) ** 0.5 - 0.5)),
     }
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    for name in ("gap_abs", "gap_rel", "feas"):
-        setattr(settings, f"tol_{name}", _ACCURACY)
-        setattr(settings, f"reduced_tol_{name}", 100 * _ACCURACY)
-    solver = clarabel.DefaultSolver(
-        csc_matrix(np.triu(P)),
-        c,
-        csc_matrix(-np.concatenate([cone.E for cone in cones])),
-        np.concatenate([cone.f for cone in cones]),
-        [kinds[cone.kind](len(cone.f)) for cone in cones],
-        settings,
-    )
-    solution = solver.solve()
-    if str(solution.status) not in _SOLVED:
+    E = np.concatenate([cone.E for cone in cones])
+    for accuracy in _ACCURACIES:
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        for name in ("gap_abs", "gap_rel", "feas"):
+            setattr(settings, f"tol_{name}", accuracy)
+            setattr(settings, f"reduced_tol_{name}", 100 * accuracy)
+        # Variables of very different size stop the solver: the second try has them alike.
+        size = np.sqrt(np.diag(P) + np.sum(E**2, axis=0))
+        unit = np.ones(len(c)) if accuracy == _ACCURACIES[0] else 1 / np.where(size > 0, size, 1.0)
+        solver = clarabel.DefaultSolver(
+            csc_matrix(np.triu(P * np.outer(unit, unit))),
+            c * unit,
+            csc_matrix(-E * unit),
+            np.concatenate([cone.f for cone in cones]),
+            [kinds[cone.kind](len(cone.f)) for cone in cones],
+            settings,
+        )
+        solution = solver.solve()
+        if str(solution.status) in _SOLVED:
+            break
+    else:
         raise ParameterError(f"the solver Clarabel ends with {solution.status}")
     ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
-    return np.array(solution.x), np.split(np.array(solution.z), ends)
+    return np.array(solution.x) * unit, np.split(np.array(solution.z), ends)
 
 
 #: The pseudo-inertia of ten link parameters as a vector of the solver, the unit matrix as such a
 #: vector, and the link parameters of which it is the pseudo-inertia.
 MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
 IDENTITY = triangle_vector(np.eye(4))
+_BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
 _UNIT = np.array([2.0, 0, 0, 2, 0, 2, 0, 0, 0, 1])
 #: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive ...
 _CERTAIN = 1e-8
@@ -192,6 +213,8 @@ _ENOUGH = 1e-3
 _LARGEST = 100.0
 #: Weight of the size of what a prior does not name, and of size in the search for the nearest.
 _FAINT, _FAINTEST, _TINY = 1e-3, 1e-6, 1e-12
+#: Most steps of Newton's method, the shortest part of one, and the decrease that ends it.
+_STEPS, _SHORTEST, _DONE = 200, 1e-12, 1e-22
 #: Share of a link in what makes X impossible, from which it is named.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
@@ -214,7 +237,7 @@ _DIAGONAL = ("XX", "YY", "ZZ", "M")
 
 
 class Feasibility:
-    """What the parameters of one robot must obey, in its own units: x = s / scale.
+    """Constraints on the parameters of a robot, in its own units: x = s / scale.
 
     Raises:
         ParameterError: X are not finite base parameters of this robot.
@@ -255,7 +278,7 @@ class Feasibility:
         self.at[self.heads] = self.X / self.scale[self.heads]
 
     def require(self, prior: Mapping[str, float]) -> None:
-        """Refuse a prior that does not hold finite standard parameters of this robot."""
+        """Refuse a prior without finite standard parameters of this robot."""
         for name, value in prior.items():
             if name not in self.names:
                 raise ParameterError(
@@ -268,7 +291,7 @@ class Feasibility:
                 )
 
     def fault(self) -> str:
-        """Return in words why no link parameters give X, or ''."""
+        """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
             f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
             for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
@@ -287,63 +310,111 @@ class Feasibility:
     def margin(self) -> tuple[float, FloatArray]:
         """The largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
 
-        X is realisable when it is positive. The second value is the share of each link in what
-        binds t: the trace of its dual matrix.
+        X is possible if it is positive. The second value is the share of each link in the binding
+        constraints of t: the trace of its dual matrix.
         """
-        onto = np.column_stack([self.onto, -self._floors(np.ones(len(self.links)))])
-        t = np.eye(onto.shape[1])[-1]
-        trace = np.zeros((len(self.links), len(self.names)))
-        np.put_along_axis(trace, self.links, (IDENTITY @ MATRIX)[None], axis=1)
+        (t, _), blame = self._widest(self.onto, self.at, self.links)
+        return t, blame
+
+    def _widest(
+        self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]
+    ) -> tuple[tuple[float, FloatArray], FloatArray]:
+        """Return the largest t and y with P_j - t I >= 0 for x = onto y + at, and the blame."""
+        floors = np.zeros(len(self.names))
+        floors[links] = _UNIT
+        wider = np.column_stack([onto, -floors])
+        t = np.eye(wider.shape[1])[-1]
+        trace = np.zeros((len(links), len(self.names)))
+        np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
         cones = [
-            *self._consistent(onto, self.at),
-            Cone(
-                "nonnegative",
-                -trace @ np.pad(self.onto, ((0, 0), (0, 1))),
-                _LARGEST - trace @ self.at,
-            ),
+            *self._consistent(wider, at, links),
+            Cone("nonnegative", -trace @ np.pad(onto, ((0, 0), (0, 1))), _LARGEST - trace @ at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
         y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
-        return float(y[-1]), np.array([IDENTITY @ z for z in duals[: len(self.links)]])
+        blame = np.array([IDENTITY @ z for z in duals[: len(links)]])
+        return (float(y[-1]), y[:-1]), blame
 
     def closest(self, prior: Mapping[str, float]) -> FloatArray:
-        """Return the standard parameters s that give X and come closest to the prior."""
+        """Return the standard parameters s that give X, with the links closest to the prior.
+
+            minimise sum over links of tr(P0^-1 P) - log det(P0^-1 P)
+
+        with P0 the pseudo-inertia in the prior. If a link has no mass in the prior, it has none in
+        the result. Other links that are not bodies of positive mass in the prior become as small as
+        possible.
+        """
         target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
         named = np.isin(self.names, list(prior))
-        weights = np.where(named | (not prior), 1.0, _FAINT)
-        # Half of what all links can have at once, but no more than a link has in the prior.
-        floors = np.full(len(self.links), self.margin[0] / 2)
-        for j in np.flatnonzero(named[self.links].all(axis=1)):
-            own = float(np.linalg.eigvalsh(pseudo_inertia(target[self.links[j]]))[0])
-            floors[j] = min(floors[j], max(own, _CERTAIN))
-        weighted = self.onto.T * weights
-        y, _ = minimise(
-            weighted @ self.onto,
-            weighted @ (self.at - target),
-            self._consistent(self.onto, self.at - self._floors(floors)),
-        )
-        s: FloatArray = (self.onto @ y + self.at) * self.scale
+        given = named[self.links].all(axis=1)
+        body = given & (_least(target[self.links]) > _CERTAIN)
+        # Fixed to their values where that leaves room: they lead no base parameter.
+        still = given & ~body & ~np.isin(self.links, self.heads).any(axis=1)
+        for fixed in (still, still & False):
+            held = np.isin(self.free, self.links[fixed])
+            onto, links = self.onto[:, ~held], self.links[~fixed]
+            at = self.at + self.onto[:, held] @ target[np.array(self.free, dtype=int)[held]]
+            (margin, y), _ = self._widest(onto, at, links)
+            if margin > _CERTAIN:
+                break
+        start = self._smallest(prior, onto, at, links, margin, y)
+        centres = np.where(body[~fixed, None], target[links], (onto @ start + at)[links])
+        y = _closest_bodies(onto, at, links, centres, self.positive, target, start)
+        s: FloatArray = (onto @ y + at) * self.scale
         s[self.positive] = np.maximum(s[self.positive], 0.0)
         s[self.heads] = self.X - self.G[:, self.free] @ s[self.free]
         s[self.positive] = np.maximum(s[self.positive], 0.0)  # -1e-17, from the line above
         return s
 
+    def _smallest(
+        self,
+        prior: Mapping[str, float],
+        onto: FloatArray,
+        at: FloatArray,
+        links: NDArray[np.intp],
+        margin: float,
+        widest: FloatArray,
+    ) -> FloatArray:
+        """Return y of the smallest parameters x = onto y + at: those nearest to a prior, or to 0.
+
+        Every link has half of the least eigenvalue that all can have at once, or what it has in the
+        prior where that is less. Where the solver fails, they have all of it.
+        """
+        target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
+        named = np.isin(self.names, list(prior))
+        weights = np.where(named | (not prior), 1.0, _FAINT)
+        floors = np.full(len(links), margin / 2)
+        for j in np.flatnonzero(named[links].all(axis=1)):
+            floors[j] = min(floors[j], max(float(_least(target[links[j]][None])[0]), _CERTAIN))
+        below = np.zeros(len(self.names))
+        below[links] = floors[:, None] * _UNIT
+        weighted = onto.T * weights
+        try:
+            return minimise(
+                weighted @ onto,
+                weighted @ (at - target),
+                self._consistent(onto, at - below, links),
+            )[0]
+        except ParameterError:
+            return widest
+
     def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
-        """Return the nearest base parameters that a robot can have, and how far they are."""
+        """Return the nearest base parameters that a robot can have, and their distance."""
         whiten = _whitening(covariance, len(self.X))
         n, p = len(self.names), len(self.X)
         onto = whiten @ self.G * self.scale
         # In units of the most precise direction: deviations may span many decades.
         precise = float(np.linalg.norm(onto, 2))
         distance = np.hstack([onto / precise, -np.eye(p)])
-        floors = self._floors(np.full(len(self.links), _NEAREST))
+        floors = np.zeros(n)
+        floors[self.links] = _NEAREST * _UNIT
         faint = max(_FAINTEST / precise**2, _TINY)
         y, _ = minimise(
             np.diag([*np.full(n, faint), *np.ones(p)]),
             np.zeros(n + p),
             [
                 Cone("zero", distance, -whiten @ self.X / precise),
-                *self._consistent(np.eye(n, n + p), -floors),
+                *self._consistent(np.eye(n, n + p), -floors, self.links),
             ],
         )
         s = y[:n] * self.scale
@@ -351,16 +422,91 @@ class Feasibility:
         near: FloatArray = self.G @ s
         return near, float(np.linalg.norm(whiten @ (near - self.X)))
 
-    def _floors(self, floors: FloatArray) -> FloatArray:
-        """Return the parameters of links whose pseudo-inertias are these times the unit matrix."""
-        out = np.zeros(len(self.names))
-        out[self.links] = floors[:, None] * _UNIT
-        return out
-
-    def _consistent(self, onto: FloatArray, at: FloatArray) -> list[Cone]:
+    def _consistent(self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
-        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in self.links]
+        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in links]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
+
+
+def _least(links: FloatArray) -> FloatArray:
+    """Return the least eigenvalue of the pseudo-inertia of some links (L, 10)."""
+    return np.asarray(np.linalg.eigvalsh(np.tensordot(links, _BASIS, 1))[:, 0])
+
+
+def _closest_bodies(
+    onto: FloatArray,
+    at: FloatArray,
+    links: NDArray[np.intp],
+    centres: FloatArray,
+    positive: NDArray[np.intp],
+    target: FloatArray,
+    start: FloatArray,
+) -> FloatArray:
+    """Return y (m,) of the x = onto y + at whose links are closest to some bodies.
+
+        minimise sum_j tr(C_j^-1 P_j) - log det P_j + 1/2 w |x - target|^2 over what is positive
+
+    by Newton's method with an active set of signs (Nocedal and Wright 2006, chapter 16).
+
+    Args:
+        onto, at: (n, m) and (n,).
+        links: (L, 10) places of the links in x.
+        centres: (L, 10) the bodies.
+        positive: places in x of what is never negative.
+        target: (n,) where the latter is drawn to, by very little.
+        start: (m,) where all links are bodies.
+    """
+    inverse = np.linalg.inv(np.tensordot(centres, _BASIS, 1))  # (L, 4, 4)
+    pull = np.einsum("lab,kba->lk", inverse, _BASIS)
+    rows = onto[links]  # (L, 10, m)
+    signs, floors = onto[positive], at[positive]
+    # A sign that y does not change says nothing.
+    used = np.abs(signs).max(axis=1, initial=0.0) > 0
+    signs, floors = signs[used], floors[used]
+    drawn = target[positive][used]
+
+    def value(y: FloatArray) -> float:
+        P = np.tensordot(rows @ y + at[links], _BASIS, 1)
+        sign, log = np.linalg.slogdet(P)
+        if (sign <= 0).any() or (np.linalg.eigvalsh(P)[:, 0] <= 0).any():
+            return np.inf
+        beside = _FAINTEST / 2 * float(np.sum((signs @ y + floors - drawn) ** 2))
+        return float(np.sum(pull * (rows @ y + at[links])) - log.sum()) + beside
+
+    y, now = start, value(start)
+    active = signs @ y + floors <= 0
+    for _ in range(_STEPS):
+        P = np.linalg.inv(np.tensordot(rows @ y + at[links], _BASIS, 1))
+        moved = P[:, None] @ _BASIS  # (L, 10, 4, 4)
+        slope = pull - np.einsum("lkaa->lk", moved)
+        bend = np.einsum("lkab,liba->lki", moved, moved)
+        beside = signs @ y + floors - drawn
+        g = np.einsum("lkm,lk->m", rows, slope) + _FAINTEST * signs.T @ beside
+        H = np.einsum("lkm,lki,lin->mn", rows, bend, rows) + _FAINTEST * signs.T @ signs
+        A = signs[active]
+        zero = np.zeros((len(A), len(A)))
+        step, *_ = np.linalg.lstsq(
+            np.block([[H, -A.T], [A, zero]]), np.concatenate([-g, np.zeros(len(A))]), rcond=None
+        )
+        d, multipliers = step[: len(y)], step[len(y) :]
+        falls = signs @ d
+        room = np.where(~active & (falls < 0), -(signs @ y + floors) / np.minimum(falls, -1e-300),
+                        np.inf)  # fmt: skip
+        length = min(1.0, float(room.min(initial=np.inf)))
+        while length > _SHORTEST and not value(y + length * d) <= now + 0.1 * length * float(g @ d):
+            length /= 2
+        if length <= _SHORTEST or float(-g @ d) < _DONE:
+            if length > _SHORTEST and length == 1.0:
+                y = y + d
+            if not (multipliers < 0).any():
+                break
+            active[np.flatnonzero(active)[int(np.argmin(multipliers))]] = False
+            continue
+        y = y + length * d
+        now = value(y)
+        if length == float(room.min(initial=np.inf)):
+            active[int(np.argmin(room))] = True
+    return y
 
 
 def _length(robot: Robot) -> float:
@@ -388,14 +534,14 @@ CAVEAT = (
 
 @dataclass(frozen=True, eq=False)
 class LinkParameters:
-    """Standard parameters of all links that could exist and give certain base parameters.
+    """Physically possible standard parameters of all links, for given base parameters.
 
     Attributes:
         values: every standard parameter by name, in the order of the model.
         X: the base parameters that they give, (p,).
-        sigmas: distance d of X from what was asked for, sqrt(d' C^-1 d); 0 where it is met.
-        bodies: mass, centre and inertia of the link behind each joint.
-        caveat: what these numbers are not.
+        sigmas: distance d of X from the requested one, sqrt(d' C^-1 d); 0 if they are equal.
+        bodies: mass, centre and inertia of the link of each joint.
+        caveat: the limits of these numbers, as a text.
     """
 
     values: Mapping[str, float]
@@ -412,23 +558,23 @@ def link_parameters(
     prior: Mapping[str, float] | None = None,
     nearest: FloatArray | None = None,
 ) -> LinkParameters:
-    """Find link parameters that could exist and give the base parameters X.
+    """Find physically possible link parameters that give the base parameters X.
 
-    Of all such sets it returns the closest to the prior, in units of a typical length and mass of
-    the robot; without a prior, the smallest.
+    Of all such sets it returns the one whose links are closest to those of the prior, by the
+    log-determinant divergence of their pseudo-inertias; without a prior, the smallest, in units of
+    a typical length and mass of the robot.
 
     Args:
         model: from `derive`.
         X: base parameters (p,), for example `estimate.X`.
-        prior: standard parameters by name, from CAD for example. Those that it does not name are
-            kept small, with a thousandth of the weight.
-        nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, an X that no
-            robot can have gives way to the nearest one that a robot can have, and `sigmas` tells
-            how far that is.
+        prior: standard parameters by name, for example from CAD. The others are kept small, with a
+            thousandth of the weight.
+        nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, the function
+            replaces an impossible X by the nearest possible one, and `sigmas` is the distance.
 
     Raises:
-        ParameterError: no link parameters give X (the message says why), or X or the prior are not
-            this robot's.
+        ParameterError: no link parameters give X (the message has the reason), or X or the prior
+            do not belong to this robot.
     """
     problem = Feasibility(model, X)
     prior = prior or {}
@@ -451,7 +597,7 @@ def link_parameters(
 def nearest_consistent(
     model: Model, X: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the nearest base parameters that a robot can have, and how far they are.
+    """Return the nearest base parameters that a robot can have, and their distance.
 
         minimise (X - X0)' C^-1 (X - X0)
 
@@ -464,11 +610,10 @@ def nearest_consistent(
         covariance: C of X0, (p, p).
 
     Returns:
-        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)): 0 where X0 is possible.
+        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)), which is 0 if X0 is possible.
 
     Raises:
-        ParameterError: the solver finds no solution, or what it finds is not
-            possible after all.
+        ParameterError: the solver finds no solution, or its solution is not possible.
     """
     problem = Feasibility(model, X)
     if not problem.fault():
@@ -481,7 +626,7 @@ def nearest_consistent(
 
 
 def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
-    """Say whether a robot could have these base parameters, and how far the nearest are.
+    """Return whether a robot can have these base parameters, and the distance to the nearest.
 
     Args:
         model: whose parameters they are.
@@ -510,7 +655,7 @@ def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consiste
 
 
 def _noise(p: int) -> float:
-    """Return the distance from p estimates to the truth that noise exceeds once in twenty.
+    """Return the distance of p estimates from the truth that noise exceeds in 5 % of cases.
 
     Fisher's approximation of the quantile of chi with p degrees of freedom.
     """
@@ -521,14 +666,14 @@ def _noise(p: int) -> float:
 class Consistent:
     """The most likely parameters with every link a body of positive mass (Sousa, Cortesao 2014).
 
-    Of all link parameters whose pseudo-inertias are positive definite, with friction and rotor
-    inertia not negative, those whose base parameters are nearest to another estimate in the metric
-    of its covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. With
-    equal residuals in all rows this is least squares under these constraints.
+    All pseudo-inertias are positive definite, and friction and rotor inertia are not negative. Of
+    these parameters, the method returns those nearest to a base estimate in the metric of its
+    covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. If all rows
+    have equal residuals, this is constrained least squares.
 
     Attributes:
-        model: of the robot.
-        base: the estimate that it starts from.
+        model: model of the robot.
+        base: estimator of the base estimate.
     """
 
     model: Model
@@ -548,7 +693,7 @@ class Consistent:
         return self.bounded(self.base.solve(system), system.names)
 
     def bounded(self, free: Solution, names: tuple[str, ...]) -> Solution:
-        """Return the solution nearest to one without constraints; raises as `solve`."""
+        """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
             f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
@@ -573,7 +718,7 @@ _STATES = 200
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
-    """Say that a robot would be absurdly heavy or light; "" where it can be.
+    """Return a note if a robot would be absurdly heavy or light, else "".
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
@@ -596,7 +741,7 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
 
 
 def _reach(robot: Robot) -> FloatArray:
-    """Return what the robot reaches from each joint, m (1 for a slide), (n,)."""
+    """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
     lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
     out = [
         _BODY + sum(x for number, x in lengths.items() if number > joint.number)

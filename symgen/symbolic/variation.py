@@ -1,7 +1,7 @@
-"""The torque of a robot's links when a length or gravity is not what its file says.
+"""The torque of a robot's links for other lengths and another gravity than those of its file.
 
-One tape from all standard parameters of the links, every length that is not zero and gravity, as
-symbols: what the base parameters of the file's own geometry hide, shows here.
+One tape has all standard parameters of the links, all nonzero lengths, and gravity as symbols. It
+also contains parameters that have no effect in the geometry of the file.
 """
 
 from __future__ import annotations
@@ -26,26 +26,30 @@ _LENGTHS = ("d", "r", "b")
 _UNPROVED = Proof(0, (), (), 0, 0, 0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Variation:
-    """The torque of a robot's links, friction and rotors apart, with lengths and gravity free."""
+    """The torque of a robot's links, without friction and rotors, for any lengths and gravity."""
 
     robot: Robot
 
-    @property
+    @cached_property
+    def _plain(self) -> Robot:
+        return self.robot.with_values()
+
+    @cached_property
     def lengths(self) -> tuple[tuple[int, str], ...]:
         """Number of the joint and key of every length that is not zero, as ("d", "r", "b")."""
         return tuple(
             (joint.number, key)
-            for joint in self.robot.with_values().joints
+            for joint in self._plain.joints
             for key in _LENGTHS
             if getattr(joint, key) != 0
         )
 
-    @property
+    @cached_property
     def gravity(self) -> FloatArray:
         """Gravity in frame 0, (3,), m/s2."""
-        return np.array([float(g) for g in self.robot.with_values().gravity])
+        return np.array([float(g) for g in self._plain.gravity])
 
     def torque(
         self,
@@ -58,10 +62,10 @@ class Variation:
 
         Args:
             state: q, qd, qdd, (..., n) each; rad or m and so on.
-            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10); what comes before
-                its last two axes is broadcast against that of the state.
-            gravity: in frame 0, (3,); None for the file's.
-            changes: what is added to lengths, m.
+            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10). The leading axes
+                are broadcast against those of the state.
+            gravity: in frame 0, (3,), m/s2; None for the file's.
+            changes: added to lengths, m.
 
         Returns:
             (..., n), N m or N.
@@ -86,12 +90,12 @@ class Variation:
 
     @cached_property
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
-        joints = self.robot.with_values().joints
+        joints = self._plain.joints
         return {_symbol(j, key): getattr(joints[j - 1], key) for j, key in self.lengths}
 
     @cached_property
     def _tape(self) -> Tape:
-        plain = self.robot.with_values()
+        plain = self._plain
         free = set(self.lengths)
         joints = tuple(
             replace(
@@ -134,10 +138,10 @@ def _arithmetic(
 
 
 def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray:
-    """Return link parameters (links, 10) that give X (p,): those that lead a base parameter.
+    """Return link parameters (links, 10) that give X (p,).
 
-    All others are zero: of the many sets, this one differs from the true one by what has no
-    torque in the model's own geometry and gravity.
+    Parameters that lead a base parameter have its value; all others are zero. The difference from
+    the true set has no torque in the geometry and gravity of the model.
     """
     out = np.zeros((len(robot.joints), len(names.LINK)))
     for value, p in zip(X, base.parameters, strict=True):

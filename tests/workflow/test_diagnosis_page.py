@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, clipped, visit
+from browser import BROWSER, HOSTILE, Page, clipped, sheets, visit
 from plotly.offline import get_plotlyjs
 from support_diagnose import whole_gap
 
@@ -185,7 +185,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
         *("Diagnosis of planar2r", "Partly explained", "the gap falls", "15.2 %", "21.2 %"),
         *(
             "gravity_spring on joint 2",
-            "0.81234",
+            "0.812",
             "0.012",
             "N m/rad",
             "-K2*q2",
@@ -195,7 +195,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
         *("cable_torque, torque_ripple on joint 1", "motion over the whole range", "searched"),
         *("time_delay", "the whole arm", "it explains too little", "321", "8.250 Hz", "97 %"),
         *("do not hold what samples alone show: torque_ripple",),
-        *("look at the portraits", "resampled to 500 Hz", "test.csv, again.csv", "ZZ1R", "3.5000"),
+        *("look at the portraits", "resampled to 500 Hz", "test.csv, again.csv", "ZZ1R", "3.50"),
     ):
         assert words.lower() in text.lower(), words
 
@@ -292,13 +292,14 @@ def test_the_page_is_no_larger_than_it_was() -> None:
 def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: Path) -> None:
     html = diagnosis_page(synthetic(), moved())
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
+    assert sheets(html, tmp_path) <= 2
 
 
 def test_hostile_names_add_no_element() -> None:
     found = synthetic(HOSTILE, HOSTILE)
     effect = replace(found.effects[0], name=HOSTILE, expression=HOSTILE, separate=HOSTILE)
     spoiled = replace(
-        found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(HOSTILE,),
+        found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(f"{HOSTILE}!",),
         rejected=(Rejected(HOSTILE, (), HOSTILE),),
         mended=(replace(channel(HOSTILE, 1, 1.0), channel=HOSTILE, says=HOSTILE, unit=HOSTILE),),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, clipped, visit
+from browser import BROWSER, HOSTILE, Page, clipped, sheets, visit
 from plotly.offline import get_plotlyjs
 
 import symgen
@@ -115,7 +115,7 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
     for words in (
         *("Identification of arm2", "Doubtful", "joint 2 is hardly excited"),
         *("1.23 %", "2.34 %", "3.46 %", "4.57 %", "4.18 %", "5.27 %", "42.4"),
-        *("ZZ1 + IA1 + L1**2*M2", "1.7000", "-0.31000", "12346", "N m s/rad"),
+        *("ZZ1 + IA1 + L1**2*M2", "1.70", "-0.310", "12346", "N m s/rad"),
         *("5 of 6", "80.0 %", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
         *("1 pair of parameters", "-0.9731", "Energy balance", "white: no correlation beyond"),
         *("Values beside prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),
@@ -389,6 +389,7 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
     )
     html = result_page(estimate, symgen.read_robot("panda"))
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
+    assert sheets(html, tmp_path) <= 2
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

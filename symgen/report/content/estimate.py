@@ -17,12 +17,14 @@ from symgen.report.content.parts import (
     Section,
     Table,
     counted,
+    errors_in_units,
     frames_section,
     notes_section,
     number,
     percent,
     repairs_section,
     run_lines,
+    value_with_std,
 )
 from symgen.report.folded import folded
 from symgen.report.plots import curves as plots
@@ -34,21 +36,21 @@ if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
 _SPECTRUM = {
-    "energy": "A window of length T passes white noise with notches at multiples of 1/T. A peak "
-    "beside them is motion that the model does not explain.",
+    "energy": "The spectrum of white noise has notches at multiples of 1/T, for windows of length "
+    "T. A peak is motion that the model does not explain.",
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
-_LOGS = "The list above the plot chooses the log; validation stands on a tinted ground."
+_LOGS = "Choose a log above the plot. Validation logs have a tinted background."
 _BALANCE = (
-    "Measured work of the drives since the start of the log; by the model it became kinetic and "
-    "potential energy, which come back, and friction, which does not. A rest that grows steadily "
-    "is a loss or an offset that the model misses."
+    "Work of the drives since the start of the log. The model divides it into kinetic and "
+    "potential energy, and losses to friction. A residual that grows steadily is a loss or an "
+    "offset that the model lacks."
 )
 _CONVERGENCE = (
-    "Each estimate over its final value, as data come in: a line that still moves at the end needs "
-    f"more data. At first the {plots.COURSES} are drawn that moved most in the second half, weak "
-    "ones apart; a click on the legend shows others."
+    "Each estimate relative to its final value, over the time of the data used. If a line still "
+    f"moves at the end, record more data. The plot shows the {plots.COURSES} known parameters that "
+    "moved most in the second half; click on the legend to show others."
 )
 _TORQUES = (
     "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
@@ -66,17 +68,17 @@ _MODELS = (
     "error on folds of the training logs that the fit did not use."
 )
 _DIFFERENCES = (
-    "Parameters that another model estimates otherwise than the chosen one, beyond chance. They "
-    "point to an effect that the robot file does not declare."
+    "Parameters for which another model gives a significantly different value. They indicate an "
+    "effect that the robot file does not declare."
 )
 _VALUES = (
-    "Each value over the estimate's own, with 2 std to either side: 1 is the estimate. Weak "
-    "parameters are pale, and their bars may leave the plot; a value of zero is left out."
+    "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
+    "pale, and their bars can be longer than the plot. Values of zero are left out."
 )
 _WHITENESS = (
-    "Residuals are taken so far apart that they share no window and nothing that a filter spreads; "
-    "the band holds 95 % of the correlations of a white residual, of whatever changing size. A "
-    f"residual counts as not white where p is below {LEVEL:g}."
+    "The test uses residuals that share no window and no memory of a filter. The band contains "
+    "95 % of the correlations of a white residual, also if its size changes with the motion. A "
+    f"residual is not white if p is below {LEVEL:g}."
 )
 #: Correlation from which two parameters are named as hardly told apart by the data.
 TIED = 0.9
@@ -124,7 +126,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
         _known_section(e),
-        *(_values_sections(e) if e.prior or e.comparison else ()),
+        *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
     return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
@@ -139,7 +141,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
-        *(() if e.prior or e.comparison else _values_sections(e)),
+        *(() if e.prior else _values_sections(e)),
         _difference_section(e),
         *(
             Section(
@@ -171,22 +173,19 @@ def _error_section(e: Estimate) -> Section:
     """The torque error of each joint, in its unit and as a share of its torque."""
     (said, _, held), (_, _, own) = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
-    sizes = [""] * len(e.joints)
-    errors = sizes
+    sizes = [("", "")] * len(e.joints)
     if torques and held.per_joint:
-        rms = np.sqrt(np.mean(np.concatenate([t.measured for t in torques]) ** 2, axis=0))
-        units = [joint.unit for joint in e.joints]
-        sizes, errors = (
-            [f"{number(x, 3)} {unit}" for x, unit in zip(column, units, strict=False)]
-            for column in (rms, rms * held.per_joint)
-        )
-    each = zip(held.per_joint or (), own.per_joint or (), strict=False)
+        measured = np.concatenate([t.measured for t in torques])
+        sizes = errors_in_units(e.joints, measured, held.per_joint)
+    told = [held, own] if e.noise_floor is None else [held, e.noise_floor, own]
+    each = zip(*(r.per_joint or () for r in told), strict=False)
     rows = [
-        (joint.label, size, error, *map(percent, both))
-        for joint, size, error, both in zip(e.joints, sizes, errors, each, strict=False)
+        (joint.label, *size, *map(percent, shares))
+        for joint, size, shares in zip(e.joints, sizes, each, strict=False)
     ]
-    rows.append(("all joints", "", "", percent(held.relative), percent(own.relative)))
-    header = ("joint", "RMS torque", "RMS error", "held-out data", "training logs")
+    rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
+    header = ("joint", "RMS torque", "RMS error", "held-out data",
+              *(() if e.noise_floor is None else ("noise alone",)), "training logs")  # fmt: skip
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
@@ -232,7 +231,7 @@ def _weak_section(e: Estimate) -> Section:
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
     return [
-        (p.name, number(p.value), number(p.std, 3), percent(relative), p.unit)
+        (p.name, *value_with_std(p.value, p.std), percent(relative), p.unit)
         for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
     ]
 
