@@ -23,6 +23,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
@@ -273,6 +274,8 @@ def choose_model(
     still = find_standing(run.train)
     together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
     fault = motion_fault(still, together, evaluator.model.robot)
+    known = features_of(run.train, evaluator.model.robot.sigma)
+    models = [replace(model, features=known) for model in models]
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
@@ -289,8 +292,8 @@ def choose_model(
             reduce = bool(together) and method.prior is None
             best, found = _alternatives(run, models, shares, reduce)
         plain = best.solution if isinstance(best.solution, Solution) else None
-        known = plain, best.torques, best.columns, together
-        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *known)
+        about = plain, best.torques, best.columns, together
+        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *about)
     try:
         held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
     except IdentificationError as error:
@@ -340,7 +343,7 @@ def _alternatives(
     Returns:
         The model that predicts best, and what is told of all, that one first.
     """
-    compared = _equations(run, _COMPARED, shares)
+    compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
     torques = _summary(compared, _COMPARED)
     fitted, lost = list[Candidate](), dict[str, IdentificationError]()
     for model in models:
