@@ -25,6 +25,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Colum
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.recorder import late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
@@ -159,7 +160,8 @@ def _all(
     found = [nothing, *_linear(scene, shapes)]
     found += [cause for find in special.values() for cause in find(scene)]
     for fault in faults:
-        if not (fault.kind == "sign" and fault.channel.startswith("tau")):  # tried in sets
+        # Signs are tried in sets, delays for all joints and by joint.
+        if fault.kind != "delay" and not (fault.kind == "sign" and fault.channel[:3] == "tau"):
             found += _undone(scene, fault)
     return _ordered(found, scene.n)
 
@@ -230,15 +232,17 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
     logs = tuple(map(fault.undo, rows.logs))
     if [len(a.kept) for a in logs] != [len(b.kept) for b in rows.logs]:
         return
-    undone = replace(rows, logs=logs)
-    # The cached properties: the same rows against the same.
-    undone.__dict__.update(fold=rows.fold, weight=rows.weight)
+    undone = rows.with_torques(logs)
     score = replace(scene, rows=undone).score
-    gain = rows.size / undone.size if len(fault.joints) == 1 else np.ones(scene.n)
+    gain = rows.size / undone.size if fault.kind in ("gain", "ratio") else np.ones(scene.n)
     more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
-    alone = score.alone
-    told = alone.score - more - scene.score.alone.score
-    yield Cause(fault.kind, fault.joints, fault.fault, told, alone.left * gain**2, fault=fault)
+    now, was = score.alone, scene.score.alone
+    left = now.left * gain**2
+    if (undone.weight < rows.weight).any():  # the same rows against the same
+        was = scene.scored(rows.W, undone.weight).alone
+        left = left * scene.score.alone.left / np.maximum(was.left, 1e-300)
+    told = now.score - more - was.score
+    yield Cause(fault.kind, fault.joints, fault.fault, told, left, fault=fault)
 
 
 def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
@@ -329,6 +333,12 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     if share < 1:
         says = asked if 1 - share > FACTOR else ""
         yield Cause("command", (), says, better, fit.left, regressor=W)
+
+
+def _late(scene: Scene) -> Iterator[Cause]:
+    """Yield torques that come late, of all joints or of one."""
+    for fault in late_torques(scene):
+        yield from _undone(scene, fault)
 
 
 def _computed(scene: Scene) -> Cause | None:
@@ -559,6 +569,7 @@ SPECIAL: Mapping[str, Finder] = {
     "gravity": _directions,
     "sign": _signs,
     "gain": _units,
+    "delay": _late,
     "moment": _moments,
 }
 

@@ -22,8 +22,8 @@ from symgen.data.mask import Bools, at_rest, moving_joints, rms, touched
 from symgen.data.raw import FloatArray
 from symgen.data.signals import noise_of_differences
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.summary import (
-    BLOCKS,
     Blocks,
     block_errors,
     block_summary,
@@ -31,10 +31,12 @@ from symgen.estimation.summary import (
     solve_gram,
 )
 from symgen.estimation.system import Equations, torque_equations
+from symgen.faults import scene
 from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.recorder import common_delay
 from symgen.faults.samples import step, steps
-from symgen.faults.scene import mean_inertia
-from symgen.faults.undo import earlier, exchanged, levelled, multiplied, unlimited
+from symgen.faults.scene import Scene, mean_inertia
+from symgen.faults.undo import exchanged, levelled, multiplied, unlimited
 from symgen.runtime.evaluator import Evaluator
 
 Rows = Sequence[tuple[Equations, ...]]
@@ -212,18 +214,16 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
 
 
 def _late(trial: Trial) -> Iterator[Fault]:
-    """Find torques that are late against the motion: tau(t) = model(t - delay)."""
-    blocks = _with_delay(trial.logs, trial.rows)
-    delay = float(blocks.fit()[-1])
-    apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
-    sure = None if abs(delay) <= _STD * _jackknife(apart) else np.ones(trial.n, dtype=bool)
-    best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
-    if max(best, share) > _CLEARER:  # it is common to all joints, or none
-        return
-    word = "late" if delay > 0 else "early"
-    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
-    undo = partial(earlier, delay=delay)
-    yield _fault("delay", "tau", says, range(trial.n), delay, undo, share)
+    """Find torques of all joints that are late against the motion, or early."""
+    logs = tuple(trial.logs)
+    fault = common_delay(Scene(scene.Rows(trial.evaluator, logs, len(logs), MISFIT)))
+    if fault is not None:
+        sure = np.ones(trial.n, dtype=bool)
+        best, share = trial.share(
+            trial.right(fault, trial.logs), partial(trial.right, fault, trial.held), sure
+        )
+        if max(best, share) <= _CLEARER:  # it is common to all joints, or none
+            yield replace(fault, share=share)
 
 
 def _fault(
@@ -239,15 +239,6 @@ def _fault(
         EVERYWHERE, channel, says,
         kind=kind, joints=tuple(joints), value=value, undo=undo, share=share,
     )  # fmt: skip
-
-
-def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
-    """Summarise tau = W X - delay dtau/dt."""
-    extended = [
-        _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
-        for log, rows in zip(logs, equations, strict=True)
-    ]
-    return block_summary(extended)
 
 
 def _exchanged(trial: Trial) -> Iterator[Fault]:
@@ -335,23 +326,6 @@ def _equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
         tuple(e.with_rest_weight(_AT_REST) for e in torque_equations(evaluator, log))
         for log in logs
     ]
-
-
-def _with_column(
-    log: FilteredLog, rows: tuple[Equations, ...], column: FloatArray
-) -> tuple[Equations, ...]:
-    """Return the equations of one log with one more unknown, common to its joints.
-
-    Args:
-        log: the log.
-        rows: its equations, joint by joint.
-        column: (K, n) of the unknown, at the kept samples.
-    """
-    out = []
-    for j, e in enumerate(rows):
-        own = column[:, j] if log.mask is None else column[log.free[:, j], j]
-        out.append(replace(e, W=np.column_stack([e.W, own * e.scale]), Z=None))
-    return tuple(out)
 
 
 def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
