@@ -24,8 +24,8 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import EVERYWHERE, Fault
-from symgen.faults.recorder import late_torques
+from symgen.faults.fault import EVERYWHERE, MASKED, Fault
+from symgen.faults.recorder import cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
@@ -341,6 +341,23 @@ def _late(scene: Scene) -> Iterator[Cause]:
         yield from _undone(scene, fault)
 
 
+def _cut(scene: Scene) -> Iterator[Cause]:
+    """Yield torques that are cut off at a limit, |tau_j| <= L: tau_j = min(max(W_j X, -L), L).
+
+    X is fitted without the rows near the limit; of them, what it leaves with the cut counts.
+    """
+    for fault, limit, weight in cut_torques(scene):
+        (j,) = fault.joints
+        score = scene.scored(scene.rows.W, weight)
+        left = score.residual.copy()
+        model = scene.rows.y[:, j] - left[:, j]
+        left[:, j] += model - np.clip(model, -limit, limit)
+        whole = replace(score, residual=left, weight=scene.rows.weight)
+        fit = whole.fitted_without(weight == 0)
+        better = fit.score - scene.score.alone.score
+        yield Cause("saturated", fault.joints, fault.fault, better, fit.left, fault=fault)
+
+
 def _computed(scene: Scene) -> Cause | None:
     """Return that the torques are a model's: without noise, and without friction on any joint.
 
@@ -570,6 +587,7 @@ SPECIAL: Mapping[str, Finder] = {
     "sign": _signs,
     "gain": _units,
     "delay": _late,
+    "saturated": _cut,
     "moment": _moments,
 }
 
@@ -579,6 +597,7 @@ def find_cause(
     faults: Sequence[Fault] = (),
     repairs: Sequence[Fault] = (),
     least: float = LEAST,
+    undone: bool = False,
 ) -> Cause | None:
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
 
@@ -592,6 +611,8 @@ def find_cause(
         faults: of channels that were found before.
         repairs: what was mended in the logs.
         least: part of a joint's torque that matters.
+        undone: whether what is named will be undone: then it need not be 15 % of what is left, as
+            more is looked for behind it.
     """
     rows = scene.rows
     train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
@@ -612,11 +633,12 @@ def find_cause(
     found = _exactly(scene, found)
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
-    clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
+    part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
+    clear = (fell >= least) & (best.left <= part**2 * alone)
     lost = np.sqrt(alone) / rows.size > JOINT
     if best.physics or not clear.any() or not best.says or not clear[lost].all():
         return None
-    if len(rows.logs) > rows.train and not _confirmed(rows, best):
+    if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
@@ -628,15 +650,17 @@ def find_cause(
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
 
 
-def _confirmed(rows: Rows, cause: Cause) -> bool:
+def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
     """Whether a cause that is always there, fitted to the training logs, lowers the held-out error.
 
-    By 15 % of a joint's, and on the whole, as identify would see it if the cause were undone. What
-    has neither columns nor an undo, or begins somewhere, is not asked.
+    To a part of a joint's, and on the whole, as identify would see it if the cause were undone.
+    What has neither columns nor an undo, is masked or begins somewhere, is not asked.
     """
     shape, fault = cause.shape, cause.fault
+    if fault is not None and fault.kind in MASKED:
+        return True  # undone, it takes the rows out that show it
     if fault is not None and fault.undo is not None:
-        mended = replace(rows, logs=tuple(map(fault.undo, rows.logs)))
+        mended = rows.with_torques(tuple(map(fault.undo, rows.logs)))
         other = mended.W, mended.y, mended.weight
     elif shape is not None and cause.kind == shape.kind:
         both = [rows.W, dense(shape.columns, rows.y.shape)]
@@ -654,11 +678,12 @@ def _confirmed(rows: Rows, cause: Cause) -> bool:
         weighed.__dict__.update(W=W, y=y, weight=weight * train[:, None])
         scene = Scene(weighed)
         X, _ = scene.fitted(scene.blocks(W, weighed.weight))
-        error = (y - W @ X) * weight
-        size = np.sum((y * weight)[~train] ** 2, axis=0)
-        left.append(np.sum(error[~train] ** 2, axis=0) / np.maximum(size, 1e-300))
+        judged = other[2][~train]  # the rows that both have
+        error = (y - W @ X)[~train] * judged
+        size = np.sum((y[~train] * judged) ** 2, axis=0)
+        left.append(np.sum(error**2, axis=0) / np.maximum(size, 1e-300))
     ratio = left[1] / np.maximum(left[0], 1e-300)
-    return bool(ratio.min() <= _CLEARER**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
+    return bool(ratio.min() <= part**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:

@@ -5,6 +5,7 @@ Both compete with other causes on the rows of the torque as it was measured.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,16 +13,20 @@ from functools import partial
 import numpy as np
 
 from symgen.data.mask import moving_joints
+from symgen.data.signals import noise_of_differences
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.summary import Blocks
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.scene import Scene
-from symgen.faults.undo import earlier
+from symgen.faults.undo import earlier, unlimited
 
 #: Largest delay in s that is looked for, and values that are tried up to it.
 _LATEST, _TRIED = 0.5, 12
 _FEWEST = 4  # times the largest delay: a log is at least so long
+#: A quantile of the torque that a cut one reaches; in deviations of noise, how near to it the level
+#: is looked for, and how near to the level a torque is that is cut; samples that tell the noise.
+_TOP, _WITHIN, _AT_LIMIT, _FEW = 0.999, 6.0, 3.0, 20
 _ROUNDS, _EXACT = 6, 1e-5  # of Gauss and Newton's method, and s to which it settles
 
 
@@ -136,3 +141,52 @@ def settled_delay(scene: Scene, joints: Sequence[int], delay: float) -> float:
         if abs(more) < _EXACT:
             break
     return delay
+
+
+def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
+    """Yield torques of one joint that may be cut off: the largest of each log are its limit.
+
+    Where the robot's drive gives no more than a limit, the robot moves by that torque: the model
+    asks for no more, and nothing is cut.
+
+    Args:
+        scene: the model.
+
+    Yields:
+        The fault; (K,) the limit of the rows; and (K, n) their weight without those near it.
+    """
+    rows = scene.rows
+    for j in range(scene.n):
+        limits, noise = (
+            np.array(x) for x in zip(*(_top(log, j) for log in rows.logs), strict=True)
+        )
+        near = dict(zip((log.name for log in rows.logs), limits - _AT_LIMIT * noise, strict=True))
+        undo = partial(unlimited, j=j, limits=near)
+        weight = rows.with_torques(tuple(map(undo, rows.logs))).weight
+        if not weight[:, j].any():
+            continue  # all of it is the signal
+        counts = [np.count_nonzero(np.abs(log.tau[:, j]) > near[log.name]) for log in rows.logs]
+        shares = [count / len(log.t) for count, log in zip(counts, rows.logs, strict=True)]
+        most = int(np.argmax(shares))
+        says = (
+            f"tau{j + 1} is cut at {limits[most]:.4g} in {100 * shares[most]:.2g} % of the samples "
+            f"of {rows.logs[most].name}: these are left out of the fit; move more slowly, or raise "
+            "the limit"
+        )
+        std = float(noise[most]) / math.sqrt(max(int(counts[most]), 1))
+        fault = Fault(
+            EVERYWHERE, f"tau{j + 1}", says, int(sum(counts)),
+            values=(("limit", float(limits[most]), std),), kind="saturated", joints=(j,),
+            value=float(limits[most]), undo=undo,
+        )  # fmt: skip
+        yield fault, np.repeat(limits, [len(log.kept) for log in rows.logs]), weight
+
+
+def _top(log: FilteredLog, j: int) -> tuple[float, float]:
+    """Return the level at which the largest torques of a joint lie, and the noise, a deviation."""
+    x = log.tau[:, j] if log.mask is None else log.tau[~log.mask.joint[:, j], j]
+    size = np.abs(x)
+    if len(x) < _FEW:
+        return math.inf, 0.0
+    noise = float(noise_of_differences(x)) + 1e-6 * float(size.max())
+    return float(np.median(size[size >= np.quantile(size, _TOP) - _WITHIN * noise])), noise

@@ -133,13 +133,13 @@ def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) ->
     return replace(log, samples=with_column(log.samples, "tau", j, tau))
 
 
-def unlimited(log: FilteredLog, j: int, limit: float) -> FilteredLog:
-    """Return a log without the torques of a joint at a limit, and what the low-pass made of them.
+def unlimited(log: FilteredLog, j: int, limits: Mapping[str, float]) -> FilteredLog:
+    """Return a log without torques of a joint at its limit, and what the low-pass made of them.
 
     It carries them to their neighbours, half a period of its cutoff away.
     """
     reach = 0 if log.rows.cutoff is None else int(0.5 / (log.rows.cutoff * log.step))
-    at = touched(np.abs(log.tau[:, j]) > limit, reach)
+    at = touched(np.abs(log.tau[:, j]) > limits[log.name], reach)
     return replace(log, samples=masked(log.samples, at, [j]))
 
 
