@@ -97,8 +97,12 @@ class Baseline:
 
         A joint that stands has no speed.
         """
-        logs = self.base.logs if self._resting is None else self._resting.halted
-        return Seen(logs, self.torques(found))
+        return Seen(self.halted, self.torques(found))
+
+    @property
+    def halted(self) -> tuple[FilteredLog, ...]:
+        """The training logs, without speed of joints that stand."""
+        return self.base.logs if self._resting is None else self._resting.halted
 
     def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
         """Return the system of the declared model on some logs."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import SLOW, Bools, spans, touched
-from symgen.diagnosis.whitened_system import standing
+from symgen.diagnosis.whitened_system import modelled, standing
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 
@@ -81,10 +81,15 @@ def resting_logs(logs: Sequence[FilteredLog]) -> RestingLogs | None:
 
 def _deep(log: FilteredLog, still: Bools) -> Iterator[tuple[int, int, int]]:
     """Yield joint and kept rows of rests that are out of reach of motion and mask."""
-    for j in range(still.shape[1]):
-        deep = ~touched(~still[:, j], log.reach) & log.clear[:, j]
-        for first, last in spans(deep[log.kept]):
+    for j, deep in enumerate(deep_rows(log, still).T):
+        for first, last in spans(deep):
             yield j, int(first), int(last)
+
+
+def deep_rows(log: FilteredLog, still: Bools) -> Bools:
+    """Return the kept rows of rests that are out of reach of motion and mask, (K, n)."""
+    moving = [touched(~joint, log.reach) for joint in still.T]
+    return (~np.column_stack(moving) & log.clear)[log.kept]
 
 
 def static_friction(resting: RestingLogs, torque: Sequence[FloatArray]) -> FloatArray:
@@ -96,3 +101,25 @@ def static_friction(resting: RestingLogs, torque: Sequence[FloatArray]) -> Float
     """
     back, forth = map(resting.means, torque)
     return _STATIC * np.abs(forth - back) / 2
+
+
+def beyond_friction(log: FilteredLog, error: FloatArray, model: Torque) -> FloatArray:
+    """Return by how much torques at rest are beyond the limits of static friction, (n,).
+
+    These are sums of squares over the kept rows.
+
+    Args:
+        log: in the band of the run.
+        error: (K, n) measured minus modelled torque in the band, at the kept instants.
+        model: gives the modelled torque.
+    """
+    still = standing(log)
+    deep = deep_rows(log, still)
+    if not deep.any():
+        return np.zeros(error.shape[1])
+    back, halted, forth = (
+        modelled(with_speed(log, still, share), model) for share in (-SLOW, 0.0, SLOW)
+    )
+    left = np.abs(error + modelled(log, model) - halted)
+    beyond = np.maximum(left - _STATIC * np.abs(forth - back) / 2, 0.0)
+    return np.asarray(np.sum(np.where(deep, beyond, 0.0) ** 2, axis=0))

@@ -312,6 +312,8 @@ class PredictiveScore:
     def _at_rest(self, d: FloatArray, more: FloatArray | None = None) -> float:
         """Return what rests add to the score of fits that add d (folds, p) to X.
 
+            -1/2 sum of log(1 + e^2 / s^2),    e beyond the limits, s^2 of the mean of a rest
+
         Args:
             d: in units of `_norms`.
             more: (R, folds) torque of further columns with the coefficients of each fold.
@@ -319,18 +321,14 @@ class PredictiveScore:
         rests = self.rests
         if rests is None:
             return 0.0
-        fold, n = self._rest_fold, len(self.sigma)
+        fold = self._rest_fold
         left = rests.residual - np.sum(rests.W * (d / self._norms)[fold], axis=1)
         if more is not None:
             left = left - more[np.arange(len(fold)), fold]
-        beyond = np.maximum(np.abs(left) - rests.limit, 0.0) ** 2
-        group = fold * n + rests.joint
-        count = np.bincount(group)
-        seen = np.flatnonzero(count)
-        mean = np.bincount(group, beyond)[seen] / count[seen]
-        # a rest is known no better than the rows in motion
-        known = (self.sigma**2 + self.misfit**2)[seen % n]
-        return -0.5 * float(np.sum(count[seen] * np.log(mean + known)))
+        beyond = np.maximum(np.abs(left) - rests.limit, 0.0)
+        count = np.maximum(np.diff(rests.rows)[:, 0] / TEMPERATURE, 1.0)
+        known = (self.sigma**2)[rests.joint] / count + (self.misfit**2)[rests.joint]
+        return -0.5 * float(np.sum(np.log1p(beyond**2 / np.maximum(known, 1e-300))))
 
     def _squares_of(self, weight: FloatArray) -> FloatArray:
         """Return what the fits leave of rows of another weight (K, n) on each fold, (n, folds)."""

@@ -137,8 +137,8 @@ def causes(
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
     if not scene.physics:
         return scene, found
-    # Beside more physics none of the others is likelier than it was.
-    likely = {c.kind for c in first if c.score > 0}
+    # Beside more physics none of the others is likelier than it was, but for what a few rows show.
+    likely = {c.kind for c in first if c.score > 0} | {"delay", "saturated"}
     likely |= {"command"} if "clock" in likely else set()  # one fit gives both
     return scene, _all(
         scene,
