@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ DOCS = Path(__file__).parent
 def literate(script: Path) -> str:
     """Return a script as a page: docstring and comments at the margin become text.
 
-    The file of the same name that ends in .txt holds the output of the script; tests compare it.
+    The file of the same name that ends in .txt holds the output of the script, and the one in
+    docs/pictures that ends in .svg its picture; tests compare both.
     """
     head, _, rest = script.read_text("utf-8").removeprefix('"""').partition('"""\n')
     out, code = ["# " + head.strip()], list[str]()
@@ -33,8 +35,11 @@ def literate(script: Path) -> str:
         else:
             code += [part, ""]
     flush()
-    said = script.with_suffix(".txt").read_text("utf-8")
-    out.append(f"It prints:\n\n```text\n{said}```")
+    printed = script.with_suffix(".txt").read_text("utf-8")
+    out.append(f"## Output\n```text\n{printed}```")
+    picture = Path("pictures") / f"{script.stem}.svg"
+    title = re.search(r"<title>(.*?)</title>", (DOCS / picture).read_text("utf-8"))
+    out.append(f"![{title[1] if title else ''}](../{picture.as_posix()})")
     out.append(f"This page is the script `docs/examples/{script.name}`. The tests run it.")
     return "\n\n".join(out) + "\n"
 

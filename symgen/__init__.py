@@ -11,6 +11,8 @@ names, for this module and for editors and type checkers.
 
 from __future__ import annotations
 
+from symgen import views
+
 _where: dict[str, str] = {}
 
 
@@ -24,6 +26,15 @@ def _modules() -> dict[str, str]:
             if isinstance(line, ast.ImportFrom):
                 _where.update({name.name: str(line.module) for name in line.names})
     return _where
+
+
+def _views() -> views.Views:
+    import importlib
+
+    return importlib.import_module("symgen.report.views")  # type: ignore[return-value]
+
+
+views.provide(_views)
 
 
 def __getattr__(name: str) -> object:

@@ -138,6 +138,21 @@ def _answers(frames: str, folder: Path) -> list[list[Any]]:
     return list(json.loads(unescape(found[1])))
 
 
+def sheets(html: str, folder: Path) -> int:
+    """Return on how many sheets of paper a browser prints a page."""
+    assert BROWSER is not None
+    page, paper = folder / "printed.html", folder / "printed.pdf"
+    page.write_text(html, encoding="utf-8")
+    options = (
+        *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run"),
+        *("--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"),
+        *("--virtual-time-budget=5000", f"--user-data-dir={folder / 'profile'}"),
+        f"--print-to-pdf={paper}",
+    )
+    subprocess.run([BROWSER, *options, page.as_uri()], capture_output=True, timeout=180, check=True)
+    return len(re.findall(rb"/Type\s*/Page\b(?!s)", paper.read_bytes()))
+
+
 @dataclass(frozen=True)
 class Visit:
     """What a browser did with a page: its elements after the scripts, messages, requests."""

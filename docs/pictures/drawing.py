@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import runpy
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
+from typing import Any
 
 WIDTH, HEIGHT = 400, 270
 LEFT, RIGHT, TOP, BOTTOM = 44, 14, 48, 44
@@ -20,6 +23,12 @@ class Line:
     y: Sequence[float]
     color: str
     width: float = 1.6
+
+
+def example(name: str) -> dict[str, Any]:
+    """Run a script of docs/examples, which prints its output, and return its variables."""
+    script = Path(__file__).parents[1] / "examples" / f"{name}.py"
+    return runpy.run_path(str(script), run_name="__main__")
 
 
 def chart(

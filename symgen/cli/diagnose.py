@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, LOGS, ROBOT, into, listed, reading_options
+from symgen.cli.options import CUTOFF, LOGS, ROBOT, again, into, listed, reading_options
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
@@ -59,5 +59,8 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
         symgen.write(diagnosis, into)
     good = print_result(diagnosis)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
+    if any(effect.declared for effect in diagnosis.effects):
+        line = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
+        click.echo(f"try: {line}")
     click.echo(f"written: {into} ({names})")
     return 0 if good else 1

@@ -9,7 +9,7 @@ import click
 
 from symgen.cli.options import PATH, ROBOT, WINDOW, listed, numbers, taken
 from symgen.cli.progress import meter, say
-from symgen.report.terminal import print_plan
+from symgen.report.terminal import print_result
 
 
 @click.command()
@@ -58,7 +58,12 @@ from symgen.report.terminal import print_plan
 @click.option("--iterations", default=500, help="IPOPT iterations for each start.")
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
 @click.option("--to", default="csv", help="csv; or ros or urscript, to write that format too.")
-@click.option("--into", type=PATH, required=True, help="The CSV to write.")
+@click.option(
+    "--into",
+    type=PATH,
+    required=True,
+    help="CSV to write; page and JSON beside it.",
+)
 def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: Any) -> int:
     """Find motions within limits from which the parameters of ROBOT can be identified.
 
@@ -74,6 +79,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     from symgen.diagnosis.extend import with_effect
     from symgen.experiment.plan import FORMATS, exported, paths
     from symgen.files import check_new, write_files
+    from symgen.report.store import result_page
 
     if into.suffix != ".csv":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .csv")
@@ -83,7 +89,8 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     if to not in FORMATS:
         raise click.UsageError(f"--to {to}: accepted: {', '.join(FORMATS)}")
     files = paths(into, options["runs"])
-    for path in files:
+    page = into.with_suffix(".html")
+    for path in (*files, page):
         check_new(path)
     for key in ("position", "velocity", "acceleration", "jerk", "torque", "start", "duration"):
         count = options["runs"] if key == "duration" else source.n
@@ -100,9 +107,9 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
             source, limits=limits, motion=motion, search=search,
             progress=say, meter=advance, **options,
         )  # fmt: skip
-    found = exported(plan, source, into, to)
+    found = exported(plan, source, into, to) | {page: result_page(plan).encode()}
     write_files(found.items())
-    print_plan(plan)
+    print_result(plan)
     click.echo(f"written: {', '.join(map(str, found))}")
     return 0 if plan.good else 1
 

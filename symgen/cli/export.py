@@ -1,4 +1,4 @@
-"""The command `export`: identified link parameters in a copy of the robot file."""
+"""The command `export`: identified values in a copy of the robot file."""
 
 from __future__ import annotations
 
@@ -8,35 +8,93 @@ import click
 
 from symgen.cli.options import PATH
 from symgen.cli.progress import say
-from symgen.errors import PackageError
+from symgen.errors import PackageError, SymgenError
 
 
 @click.command()
 @click.argument("estimate", type=PATH)
-@click.option("--to", type=PATH, required=True, help="URDF or MJCF to write.")
+@click.option("--to", type=PATH, required=True, help="URDF or MJCF to write; a folder of them "
+              "with --samples.")  # fmt: skip
 @click.option("--from", "source", type=PATH, help="Robot file to copy; default the file of --to.")
 @click.option("--robot", help="Robot that was identified; default robot.toml beside ESTIMATE.")
-def export(estimate: Path, to: Path, source: Path | None, robot: str | None) -> None:
-    """Write the link parameters of ESTIMATE into the URDF or MJCF of the robot.
+@click.option("--log", "logs", type=PATH, multiple=True, help="Log on which the written file is "
+              "compared with the estimate; repeatable.")  # fmt: skip
+@click.option("--actuators", is_flag=True, help="MJCF: an actuator for each constant torque.")
+@click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
+              "drawn from their distribution.")  # fmt: skip
+@click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
+def export(
+    estimate: Path,
+    to: Path,
+    source: Path | None,
+    robot: str | None,
+    logs: tuple[Path, ...],
+    actuators: bool,
+    samples: int | None,
+    seed: int,
+) -> None:
+    """Write the identified values of ESTIMATE into the URDF or MJCF of the robot.
 
-    Only link parameters change. Many sets of link parameters fit an estimate: symgen takes the
-    physically possible one that is nearest to the values in the file.
+    Links, friction, rotor inertia, springs and coupled drives are written, as far as the format
+    can hold them. Many sets of link parameters fit an estimate: symgen takes the physically
+    possible one that is nearest to the values in the file.
     """
-    from symgen.files import replace_file
-    from symgen.identification.export import export as exported
-    from symgen.robot.formats.urdf import without_inertials
-    from symgen.robot.imported import read_text
+    from symgen.files import json_text, replace_file, write_folder
+    from symgen.identification import export as exports
 
-    for path in {to, source or to}:
-        if path.suffix.lower() not in (".urdf", ".xml") or path.suffix != to.suffix:
+    copied = source or to
+    kinds = {copied.suffix.lower()} if samples else {copied.suffix.lower(), to.suffix.lower()}
+    for path in (copied,) if samples else (copied, to):
+        if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
     say("deriving the model, and finding link parameters")
-    text, said = exported(estimate, source or to, robot)
-    if to.exists():
-        old, _ = read_text(to, "accepted: a new file")
-        if without_inertials(old, str(to)) != without_inertials(text):
+    marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
+    encoding = "utf-8-sig" if marked else "utf-8"
+    if samples:
+        drawn = [
+            *exports.export_samples(
+                estimate, copied, samples, robot, actuators=actuators, seed=seed
+            )
+        ]
+        digits, first = len(str(samples - 1)), drawn[0]
+        paths = [to / f"{copied.stem}_{k:0{digits}d}{copied.suffix}" for k in range(samples)]
+        files = {p.name: file.text.encode(encoding) for p, file in zip(paths, drawn, strict=True)}
+        values = [dict(file.values) for file in drawn]
+        table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
+        write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
+    else:
+        first = exports.export(estimate, copied, robot, actuators=actuators)
+        if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
-    marked = (source or to).read_bytes().startswith(b"\xef\xbb\xbf")
-    replace_file(to, text.encode("utf-8-sig" if marked else "utf-8"))
-    click.echo(f"note: {said}")
+        replace_file(to, first.text.encode(encoding))
+        paths = [to]
+    for note in first.notes:
+        click.echo(f"note: {note}")
+    if first.left_out:
+        listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
+        click.echo(f"note: the format cannot hold {listed}")
+    for log in logs:
+        say(f"comparing with {log}")
+        known, own = exports.read_identified(estimate, robot)
+        errors = [exports.file_errors(path, log, known, own or copied) for path in paths]
+        whole, each = errors[0].estimate, [100 * e.file for e in errors]
+        told = f"{each[0]:.3g} %"
+        if samples:
+            middle = sum(each) / len(each)
+            spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
+            told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
+        click.echo(f"torque error on {log}: {told}; the estimate {100 * whole:.3g} %")
     click.echo(f"written: {to}")
+
+
+def _same_robot(path: Path, source: Path) -> bool:
+    """Whether a file that would be replaced is of the robot of another one."""
+    from symgen.identification.parameters import same_frames
+    from symgen.robot.toml_io import read_imported
+
+    if path == source:
+        return True
+    try:
+        return same_frames(read_imported(path).robot, read_imported(source).robot)
+    except SymgenError:
+        return False

@@ -16,6 +16,7 @@ from typing import Any
 import click
 
 from symgen.cli.check import check
+from symgen.cli.compare_sim import compare_sim
 from symgen.cli.demo import demo
 from symgen.cli.diagnose import diagnose
 from symgen.cli.doctor import doctor
@@ -49,8 +50,9 @@ def cli(debug: bool) -> None:
     """Derive dynamic models of robots, identify their parameters, and diagnose model errors."""
 
 
-for _command in (check, demo, diagnose, doctor, excite, explain, export, fleet, generate, identify,
-                 import_, payload, predict, report, robots, simulate, study):  # fmt: skip
+for _command in (check, compare_sim, demo, diagnose, doctor, excite, explain, export, fleet,
+                 generate, identify, import_, payload, predict, report, robots, simulate,
+                 study):  # fmt: skip
     cli.add_command(_command)
 
 

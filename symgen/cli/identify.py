@@ -17,7 +17,6 @@ from symgen.cli.options import (
     ROBOT,
     WINDOW,
     again,
-    diagnosing,
     into,
     numbers,
     one_of,
@@ -126,19 +125,21 @@ def identify(
         said, urdf = "", {}
         if robot.endswith(".urdf"):
             try:
-                text, said = identified_file(robot, estimate)
-                urdf[f"{estimate.robot}.urdf"] = text.encode()
+                file = identified_file(robot, estimate)
+                said = "; ".join(file.notes)
+                urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:
                 said = f"no URDF is written: {error}"
         files = symgen.write(estimate, into, robot=source, more=urdf)
     if kept is not None:
         WorkFolder(kept).remove()
     trusted = print_result(estimate)
+    sound = all(use.ok for use in estimate.uses if use.name == "simulation")
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif not trusted:
-        click.echo(f"try: {diagnosing(robot, logs, validation, f'{into}-why')}")
-    elif estimate.physical.feasible is False and method == "wls":
+    elif not (trusted and sound):
+        click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
+    if trusted and estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import fields
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from symgen.report.terminal import print_result
 
@@ -257,24 +257,29 @@ def finish(result: Any, into: Path, **more: Any) -> int:
     return 0 if good else 1
 
 
-def again(**changed: str) -> str:
-    """Return the present command with changed options, for the shell.
+def again(command: str = "", **changed: str) -> str:
+    """Return this command, or another one with the same options, as a line for the shell.
 
     Args:
-        changed: options without dashes -> new values.
+        command: name of the other command. It gets the options of this one that it has, too.
+        changed: arguments and options by the names of their parameters -> new values.
     """
-    words = iter(sys.argv[1:])
-    kept = ["symgen"]
-    for word in words:
-        name, sign, _ = word.partition("=")
-        if name.removeprefix("--") not in changed or not name.startswith("--"):
-            kept.append(word)
-        elif not sign:
-            next(words, None)
-    return shlex.join([*kept, *(part for key in changed for part in (f"--{key}", changed[key]))])
-
-
-def diagnosing(robot: str, logs: Sequence[str], validation: Sequence[str], into: str) -> str:
-    """Return the `diagnose` command for the same logs, for the shell."""
-    held = [part for log in validation for part in ("--validation", log)]
-    return shlex.join(["symgen", "diagnose", robot, *logs, *held, "--into", into])
+    context = click.get_current_context()
+    group = context.parent.command if context.parent else None
+    other = group.commands[command] if command and isinstance(group, click.Group) else None
+    taken = {p.name for p in (other or context.command).params}
+    words, options = ["symgen", command or str(context.command.name)], []
+    for p in context.command.params:
+        name, value = str(p.name), context.params.get(str(p.name))
+        given = context.get_parameter_source(name) is not ParameterSource.DEFAULT
+        if name not in taken or not (given or name in changed):
+            continue
+        values = changed.pop(name, value)
+        listed = values if isinstance(values, tuple) else (values,)
+        if isinstance(p, click.Argument):
+            words += map(str, listed)
+        elif isinstance(p, click.Option) and p.is_flag:
+            options += p.opts[:1]
+        else:
+            options += [part for v in listed for part in (p.opts[0], str(v))]
+    return shlex.join([*words, *options])

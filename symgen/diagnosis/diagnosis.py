@@ -14,10 +14,10 @@ from symgen.diagnosis.mended import MendedChannel
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
-from symgen.files import html_table
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
+from symgen.views import Viewable
 
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
@@ -195,7 +195,7 @@ def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Diagnosis:
+class Diagnosis(Viewable):
     """The answer of `diagnose`.
 
     Attributes:
@@ -261,20 +261,6 @@ class Diagnosis:
             f"<Diagnosis of {self.robot}: {self.verdict}, torque error "
             f"{100 * self.before.total:.3g} % to {100 * self.after.total:.3g} %>"
         )
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (
-                e.name,
-                ", ".join(map(str, e.joints)) or "all",
-                e.expression,
-                ", ".join(f"{p.name} = {p.value:.4g} {p.unit}" for p in e.parameters),
-                f"{100 * e.gap_reduction:.0f} %",
-            )
-            for e in self.effects
-        ]
-        header = ("effect", "joints", "torque on the joint", "found", "closes")
-        return html_table(repr(self), header, rows)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json (schema symgen.diagnosis/1)."""

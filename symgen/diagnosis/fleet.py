@@ -38,6 +38,7 @@ from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import BESIDE, OrInf, at, read_result, result_file, to_json
+from symgen.views import Viewable
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
@@ -116,7 +117,7 @@ class IdentifyDay:
 
 
 @dataclass(frozen=True, eq=False)
-class Fleet:
+class Fleet(Viewable):
     """Estimates by robot and day, and what they tell.
 
     Attributes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FreeFunction
+from symgen.estimation.torque_error import percent
 from symgen.robot.effect import definitions
 
 #: Colour of a verdict: "good", "warn" or "bad".
@@ -15,11 +16,6 @@ TONES = {
     "unexplained": "bad",
     "bad-measurement": "bad",
 }
-
-
-def percent(ratio: float) -> str:
-    """Return a ratio in percent, three digits."""
-    return f"{100 * ratio:.3g} %"
 
 
 def on_joints(joints: Sequence[int]) -> str:

@@ -1,6 +1,6 @@
-"""The band of a run: the filter of positions and speeds, and that in which torques are compared.
+"""The filter band of a run: cutoff of positions and speeds, and comparison band of torques.
 
-Both are chosen from the training logs together, and used for everything that the run then does.
+symgen chooses both from all training logs, and uses them in the whole run.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _GRID = np.linspace(0.0, _SEEN, 2001)
 
 @dataclass(frozen=True)
 class Rests:
-    """Joints at rest: friction there is anything between its limits, which no column says.
+    """Down-weights samples at standstill, where static friction can take any value.
 
     Attributes:
-        slow: (n,) speeds in rad/s (m/s) below which a joint is at rest; below 0 where it never is.
-        weight: (n,) of the equations of a joint at rest beside those of it in motion, in (0, 1].
+        slow: (n,) speeds in rad/s (m/s) below which a joint is at rest; negative if it never is.
+        weight: (n,) weight of equations at rest relative to those in motion, in (0, 1].
     """
 
     slow: tuple[float, ...]
@@ -48,12 +48,12 @@ class Band:
 
     Attributes:
         rate_hz: sampling rate of the training logs, the lowest of them.
-        cutoff_hz: of the zero-phase low-pass that positions and speeds pass; half the rate where
-            they pass none.
-        comparison_hz: of the low-pass that measured and modelled torque pass before they are
-            compared.
+        cutoff_hz: cutoff of the zero-phase low-pass of positions and speeds; half the sampling rate
+            without a filter.
+        comparison_hz: cutoff of the low-pass of measured and modelled torque before their
+            comparison.
         velocity: "measured", or "derived" from positions.
-        rests: what counts as rest, and for how much; None where no joint rests.
+        rests: speeds and weights of joints at rest; None if no joint rests.
     """
 
     rate_hz: float
@@ -72,7 +72,7 @@ class Band:
         return self.cutoff_hz < OPEN / step
 
     def in_words(self) -> str:
-        """Return what every command says in one line."""
+        """Return the line that every command prints."""
         passed = (
             f"positions and speeds below {self.cutoff_hz:.3g} Hz"
             if self.cutoff_hz < OPEN * self.rate_hz
@@ -87,10 +87,11 @@ class Band:
 def comparison_band(logs: Sequence[Samples]) -> float:
     """Return the band in which torques are compared, Hz.
 
-    Twice the lowest frequency below which 99 % of the power of a joint's speed lies, all logs
-    together, the largest over the joints, but within 2 to 10 Hz. Speeds are central differences of
-    positions below 50 Hz. A piece of a longer log begins and ends in the middle of its motion,
-    which would look like a wide spectrum: its speeds fade in and out (Hann's window; Welch 1967).
+    It is twice the lowest frequency that has 99 % of the power of a joint's speed below it, over
+    all logs, for the joint with the largest value, within 2 to 10 Hz. Speeds are central
+    differences of positions below 50 Hz. A piece of a longer log begins and ends during motion,
+    which would widen its spectrum; a Hann window therefore fades its speeds in and out (Welch
+    1967).
     """
     found = 0.0
     for j in range(logs[0].q.shape[1]):

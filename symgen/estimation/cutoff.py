@@ -1,18 +1,17 @@
-"""Which cutoff, and which speeds: those with the smallest error on data that the fit did not see.
+"""Choose the filter cutoff and the kind of speeds with the smallest held-out torque error.
 
-A cutoff too low bends the motion, one too high lets the noise of accelerations into the regressor.
-Neither is known beforehand, and both show in the same number: the error in torque, in a comparison
-band that is the same for all, on folds of the training logs that were left out of the fit; joints
-weigh alike, each in units of the error that it has at the best. The noise of the torque is the same
-in all of these errors, so that they are compared block by block of time: as good as the best are
-cutoffs whose errors are above its own by one standard deviation of the difference, at most (the
-rule of one standard error of Breiman et al. 1984, section 3.4.3).
+A low cutoff distorts the motion; a high one lets noise of accelerations into the regressor. Both
+increase the torque error on folds of the training logs that the fit does not use. symgen measures
+this error in one comparison band for all cutoffs. Joints have equal weight, each relative to its
+smallest error. All errors contain the same torque noise, so symgen compares them block by block of
+time. A cutoff is as good as the best one if its error is larger by at most one standard deviation
+of the difference (the one-standard-error rule of Breiman et al. 1984, section 3.4.3).
 
-A log of moves between points is at rest for most of its time, and each rest is off by its own
-share of Coulomb friction, which no column explains: least squares that counts all rows alike puts
-it into gravity. Without these rows nothing is known of joints that hold while others move. So they
-stay and weigh what they are worth: the deviation of a joint's torque in motion over that at rest,
-as weighted least squares weighs logs (Gautier 1997), found from the training logs as the band is.
+A log of point-to-point moves is at rest for most of its time. Each rest contains another share of
+Coulomb friction, which no column explains; plain least squares would attribute it to gravity.
+Without these rows, nothing is known of joints that hold a position while others move. Therefore
+they keep a weight: the torque deviation of the joint in motion over that at rest, as weighted least
+squares weights logs (Gautier 1997). symgen estimates it from the training logs.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
 def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
-    """Return what counts as rest in some logs, with a first weight; None where no joint rests.
+    """Return the speeds of rest in some logs, with initial weights; None if no joint rests.
 
     Args:
         logs: the training logs.
@@ -56,12 +55,12 @@ def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
 
 
 def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Band:
-    """Return a band with the weight of equations at rest: deviation in motion over that at rest.
+    """Return a band with the weights of equations at rest: deviation in motion over that at rest.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
-        band: of the run, with a first weight.
+        band: band of the run, with initial weights.
     """
     if band.rests is None:
         return band
@@ -82,7 +81,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
 
 
 def rest_weight(moving: FloatArray, at_rest: FloatArray) -> float:
-    """Return the deviation of what is left in motion over that at rest; 1 where they are alike."""
+    """Return the residual deviation in motion over that at rest; 1 if they do not differ."""
     if min(len(moving), len(at_rest)) < _FEWEST:
         return 1.0
     moved, rested = (float(np.sqrt(np.mean(x**2))) for x in (moving, at_rest))
@@ -109,12 +108,12 @@ def choose_band(
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
-        cutoff: of the filter, Hz, where the user gives it.
-        own_speeds: whether measured speeds are kept in any case, as instrumental variables ask.
-        threads: that try cutoffs at once.
+        cutoff: cutoff of the filter, Hz; None to choose it.
+        own_speeds: whether to always use measured speeds, as instrumental variables need.
+        threads: number of threads that try cutoffs.
 
     Raises:
-        LogError: a cutoff that no filter can have, or a mask that leaves nothing.
+        LogError: no filter can have this cutoff, or the mask covers all samples.
     """
     for s in logs:
         if cutoff is not None:
@@ -155,7 +154,7 @@ def choose_band(
 
 
 def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
-    """Return whether a low-pass takes from no position more motion than there is noise in it."""
+    """Whether a low-pass removes from every position less motion than it contains noise."""
     return all(
         1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
         and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * position_noise(s)).all()
@@ -164,7 +163,7 @@ def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
 
 
 def position_noise(samples: Samples) -> FloatArray:
-    """Return the noise of positions, (n,): by sixth differences, or that of an encoder's step."""
+    """Return the noise of positions, (n,), from sixth differences or from the encoder step."""
     moved = np.abs(np.diff(samples.q, axis=0))
     step = np.where(moved > 0, moved, np.inf).min(axis=0, initial=np.inf)
     rounded = np.where(np.isfinite(step), step, 0.0) / 12**0.5
@@ -172,16 +171,16 @@ def position_noise(samples: Samples) -> FloatArray:
 
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
-    """Return the kind of speed and the cutoff with the least error, of (kinds, B, m) each."""
+    """Return the kind of speed and the cutoff with the smallest error, (kinds, B, m) each."""
     whole = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
     kind, k = np.unravel_index(whole.argmin(), whole.shape)
     return int(kind), int(k)
 
 
 def _middle(errors: FloatArray) -> int:
-    """Return the middle of the cutoffs around the best that are as good as it.
+    """Return the middle of the range of cutoffs that are as good as the best one.
 
-    The motion is bent below them, and noise comes in above.
+    Below this range the filter distorts the motion; above it, noise enters.
 
     Args:
         errors: (C, B) squared errors by cutoff and block.
@@ -199,7 +198,7 @@ def _middle(errors: FloatArray) -> int:
 
 
 def _sample(logs: Sequence[Samples]) -> list[Samples]:
-    """Return the logs, or where they are long FOLDS stretches of each."""
+    """Return the logs, or FOLDS stretches of each if they are long."""
     total = sum(len(s.t) for s in logs)
     if total <= _SAMPLES:
         return list(logs)

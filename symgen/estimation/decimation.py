@@ -1,10 +1,9 @@
 """The low-pass of the comparison band and its decimation, as one product with a banded matrix.
 
-Whatever is compared or solved passes the same zero-phase low-pass (Gautier's parallel filter) and
-is kept four times a period of its cutoff from 0.3 s on, where an engineer's decimation keeps it.
-Both at once are a matrix with the filter's impulse response in every row, shifted: a chunk of a
-regressor of many columns is filtered by a few dense products, and nothing of the length of the log
-has to be stored.
+Everything that is compared or solved passes the same zero-phase low-pass (the parallel filter of
+Gautier). Four samples in a period of its cutoff are kept, from 0.3 s on. Filter and decimation
+together are one matrix, with the shifted impulse response in every row. A few dense products
+therefore filter a chunk of a regressor, and nothing as long as the log has to be stored.
 """
 
 from __future__ import annotations
@@ -38,16 +37,16 @@ CHANNELS = 2048
 class Decimation:
     """A low-pass on nodes (every `stride`-th sample), and the samples at which its output is kept.
 
-    These are no nodes: wherever they lie, the impulse response is taken at its distance from the
-    nodes around, so that what is kept does not depend on where a model is evaluated.
+    Kept samples need not be nodes. The impulse response is evaluated at the distance to the nodes
+    around, so the output does not depend on the nodes at which a model is evaluated.
 
     Attributes:
-        samples: of the log.
-        step: between samples, s.
+        samples: number of samples of the log.
+        step: sampling step, s.
         stride: samples from node to node.
-        cutoff: Hz; None where nothing is filtered and every sample is kept.
-        every: samples from one kept to the next.
-        margin: samples left out at either end, where the filter runs in.
+        cutoff: cutoff, Hz; None without a filter, when every sample is kept.
+        every: samples from one kept sample to the next.
+        margin: samples left out at both ends, where the filter settles.
     """
 
     samples: int
@@ -73,11 +72,11 @@ class Decimation:
         """Evaluate nodes block by block, each once, filter them and keep some.
 
         Args:
-            values: gives nodes first .. last (exclusive), (last - first, ...).
-            together: nodes of a block, about.
+            values: returns the values at nodes first to last (exclusive), (last - first, ...).
+            together: approximate number of nodes in a block.
 
         Yields:
-            Which of `kept` come now, and their filtered values (k, ...).
+            The indices into `kept`, and their filtered values (k, ...).
         """
         kept = self.kept
         if self.cutoff is None:
@@ -117,7 +116,7 @@ class Decimation:
 
 @lru_cache(maxsize=12)
 def _weights(d: Decimation, reach: int, offset: int, shape: tuple[int, int]) -> FloatArray:
-    """Return what nodes weigh in kept samples, the first of which is `offset` after the first."""
+    """Return the weights of nodes in kept samples; the first kept one is `offset` after node 0."""
     assert d.cutoff is not None  # something is filtered
     kept, nodes = offset + d.every * np.arange(shape[0]), d.stride * np.arange(shape[1])
     away = np.abs(kept[:, None] - nodes)
@@ -129,10 +128,10 @@ def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimat
     """Return the decimation of a log whose every `stride`-th sample is a node.
 
     Args:
-        samples: of the log.
+        samples: number of samples of the log.
         step: sampling step, s.
         stride: samples from node to node.
-        cutoff: of the low-pass, Hz.
+        cutoff: cutoff of the low-pass, Hz.
     """
     if not cutoff < OPEN / (stride * step):
         return Decimation(samples, step, 1, None, 1, 0)

@@ -1,4 +1,4 @@
-"""A log in the band of a run: what every equation, comparison and diagnosis is made of."""
+"""Logs in the band of a run: the data of all equations, comparisons and diagnoses."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class FilteredLog:
     """One log in the band of a run; arrays at the log's own rate.
 
     Attributes:
-        samples: the log as it was sampled: its torque is not filtered.
+        samples: the log as sampled, with unfiltered torque.
         band: the filters of the run.
         q: (N, n) positions below the cutoff, rad (m).
         qd: (N, n) speeds below it: measured ones, or the derivative of q.
@@ -62,7 +62,7 @@ class FilteredLog:
 
     @property
     def mask(self) -> Mask | None:
-        """The samples that no equation may touch."""
+        """The samples that no equation may use."""
         return self.samples.mask
 
     @cached_property
@@ -74,7 +74,7 @@ class FilteredLog:
 
     @cached_property
     def at_rest(self) -> Bools | None:
-        """Where joints stand still, (N, n); None where none does."""
+        """Whether joints stand still, (N, n); None if none does."""
         rests = self.band.rests
         if rests is None:
             return None
@@ -117,7 +117,7 @@ class FilteredLog:
 
     @cached_property
     def thinned(self) -> FilteredLog:
-        """The log as if it had been sampled at its nodes alone: what is smooth needs no more."""
+        """The log sampled at its nodes only, which is enough for smooth signals."""
         stride = self.rows.stride
         if stride == 1:
             return self
@@ -130,11 +130,11 @@ class FilteredLog:
     def compared(self, x: FloatArray) -> FloatArray:
         """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
 
-        Masked samples have no say: what passes the low-pass was multiplied by `weight`, and so was
-        what it is compared with.
+        Masked samples have no influence: both sides of a comparison are multiplied by `weight`
+        before the low-pass.
 
         Args:
-            x: at all samples, or at the nodes alone.
+            x: the signal at all samples, or at the nodes only.
         """
         rows = self.rows if len(x) == self.rows.nodes else replace(self.rows, stride=1)
         x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
@@ -145,7 +145,7 @@ class FilteredLog:
 
     @cached_property
     def weight(self) -> FloatArray | None:
-        """(N, n) 0 at masked samples, 1 a quarter period of the comparison band away; or None."""
+        """(N, n) weight: 0 at masked samples, 1 from a quarter period away; None without a mask."""
         if self.mask is None:
             return None
         from scipy.ndimage import distance_transform_edt
@@ -166,10 +166,10 @@ class FilteredLog:
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
-            together: nodes of a chunk, about.
+            together: approximate number of nodes in a chunk.
 
         Yields:
-            Which of the kept samples come now, and their values.
+            The indices into the kept samples, and their values.
         """
 
         def at(first: int, last: int) -> FloatArray:
@@ -182,14 +182,14 @@ class FilteredLog:
     def held(
         self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
     ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model of positions alone along the log, as `modelled` does.
+        """Evaluate a model that depends on positions only along the log, as `modelled` does.
 
-        At as few nodes as the comparison band needs: noise of positions counts less than that of
-        their slopes, of which the cutoff is.
+        It uses only as many nodes as the comparison band needs, because positions have less noise
+        than their derivatives, for which the cutoff was chosen.
 
         Args:
             model: from q (k, n) to (k, ...).
-            together: nodes of a chunk, about.
+            together: approximate number of nodes in a chunk.
         """
         rows = self.rows
         if rows.cutoff is not None:
@@ -200,7 +200,7 @@ class FilteredLog:
 
     @cached_property
     def resting(self) -> Bools | None:
-        """Whether a rest of the joint concerns a kept sample, (K, n); None where no joint rests."""
+        """Whether a rest of the joint affects a kept sample, (K, n); None if no joint rests."""
         if self.at_rest is None:
             return None
         reach = round(_REST_REACHES / (self.band.comparison_hz * self.step))
@@ -215,7 +215,7 @@ class FilteredLog:
 
     @property
     def reach(self) -> int:
-        """Samples, before and after, that a sample has a say in: a period of the band."""
+        """Number of samples before and after that a sample influences: a period of the band."""
         return 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
 
     @cached_property
@@ -230,7 +230,7 @@ class FilteredLog:
 
 
 def stride_of(band: Band, step: float) -> int:
-    """Return the samples from one node to the next of logs of a step in a band."""
+    """Return the number of samples between nodes, for a sampling step and a band."""
     if not band.filters(step):
         return 1
     highest = max(band.cutoff_hz, band.comparison_hz)
@@ -238,7 +238,7 @@ def stride_of(band: Band, step: float) -> int:
 
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:
-    """Return which of the kept samples of all logs together are those of each."""
+    """Return the span of each log among the kept samples of all logs."""
     ends = np.cumsum([0, *(len(log.kept) for log in logs)])
     return [slice(a, b) for a, b in itertools.pairwise(map(int, ends))]
 
@@ -249,15 +249,15 @@ def _weighed(x: FloatArray, weight: FloatArray) -> FloatArray:
 
 
 def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> FilteredLog:
-    """Put a log into the band of a run.
+    """Filter a log for the band of a run.
 
     Measured speeds pass the same filter as positions; derived ones are the derivative of the
     filtered positions.
 
     Args:
         samples: the log.
-        band: of the run.
-        q: its positions in the band, where they are known and speeds are measured.
+        band: band of the run.
+        q: its filtered positions, if they are known and speeds are measured.
     """
     derived = band.velocity == "derived" or samples.velocity_derived
     if not band.filters(samples.step):
@@ -274,7 +274,7 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
 
 
 def unfiltered(samples: Samples) -> FilteredLog:
-    """Take positions and speeds as they are: those of a planned motion, or of a simulation."""
+    """Return a log with unfiltered positions and speeds, for planned or simulated motion."""
     rate = 1 / samples.step
     band = Band(rate, rate / 2, comparison_band([samples]), "measured")
     return FilteredLog(samples, band, samples.q, samples.qd)

@@ -1,7 +1,7 @@
 """Integrals of sampled signals: along a whole log, and over many windows of one length.
 
-Every interval between samples takes the integral of the polynomial of degree five through the six
-samples around it: exact up to that degree, where the trapezoid biases coarse logs.
+The integral over an interval is that of the polynomial of degree five through the six samples
+around it. It is exact up to that degree; the trapezoid rule would bias coarse logs.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _UNITS = 256  # nodes whose weights are found at once
 def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
     """Integrate from the first sample to each one: F_k = int from t_0 to t_k of y dt.
 
-    Every interval takes the integral of the polynomial of degree five through the six samples
-    around it: exact up to that degree, where the trapezoid biases coarse logs.
+    The integral over an interval is that of the polynomial of degree five through the six samples
+    around it.
 
     Args:
         y: (N, ...) signal in uniform steps, N at least 2.
@@ -39,15 +39,15 @@ def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
 
 
 def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
-    """Integrate over windows of `length` samples that end with some, as `cumulative_integral` does.
+    """Integrate over windows of `length` samples, with the rule of `cumulative_integral`.
 
-    The sum of the samples before is gone through once; the polynomials are taken at the ends alone.
+    A running sum serves all windows; polynomials are evaluated at their ends only.
 
     Args:
         y: (N, n) signal in uniform steps.
         step: sampling step in s.
         last: (K,) numbers of the samples at which windows end.
-        length: of the windows, samples.
+        length: length of the windows, samples.
 
     Returns:
         (K, n).
@@ -57,14 +57,14 @@ def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: in
 
 
 def window_integrals(length: int, ends: slice, span: slice, y: FloatArray) -> FloatArray:
-    """Integrate over windows of many columns, in steps from node to node: products with a band.
+    """Integrate many columns over windows of nodes, by products with a banded matrix.
 
-    The same numbers as those of `over_windows`, several times as fast for a whole regressor.
+    The results are those of `over_windows`, and several times as fast for a whole regressor.
 
     Args:
-        length: of the windows, nodes.
+        length: length of the windows, nodes.
         ends: nodes of a log at which windows end.
-        span: nodes at which y is known: POINTS more than the windows, where the log has them.
+        span: nodes at which y is known: POINTS more than the windows, if the log has them.
         y: (nodes of the span, ...).
     """
     last = np.arange(ends.start, ends.stop, ends.step) - span.start
@@ -90,7 +90,7 @@ def _window_weights(nodes: int, length: int, first: int, count: int, hop: int) -
 def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
     """Return a function from samples (K,) to the integral of y (N, n) up to them, (K, n).
 
-    It has a constant of its own, and the step as its unit.
+    The function has an arbitrary constant, and the step as its unit of time.
     """
     points = min(POINTS, len(y))
     before, inner = (points - 2) // 2, len(y) - points + 1  # of its interval; such intervals

@@ -1,4 +1,4 @@
-"""The mask of one log, said in its notes, and what it leaves."""
+"""The mask of a log, its notes, and a check of the remaining samples."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _SELDOM = 0.2  # share of samples in motion that shows little
 
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
-    """Mask samples at rest or in saturation; nothing is taken out of the log itself.
+    """Mask samples at rest or in saturation; the log itself keeps all samples.
 
-    Momentum and torque equations of a joint are left out where that joint is masked, energy
-    equations where every joint that moves is at rest or any torque is saturated.
+    Momentum and torque equations of a joint are left out if that joint is masked. Energy equations
+    are left out if all moving joints are at rest, or if any torque is saturated.
 
     Args:
         samples: the log on its uniform grid.
-        log: the log that they came from, for torques that were not resampled.
-        robot: for types of joints, limits of torque, and the drive.
+        log: the original log, for torques that are not resampled.
+        robot: robot with types of joints, torque limits, and the drive.
         kinds: "rest", "saturation" or both.
 
     Raises:
-        LogError: a joint has fewer than 10 samples left.
+        LogError: fewer than 10 samples of a joint remain.
     """
     joint = np.zeros(samples.q.shape, dtype=bool)
     whole = np.zeros(len(samples.t), dtype=bool)
@@ -65,7 +65,7 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
 
 
 def _shares(flags: Bools, what: str) -> str:
-    """Say how many samples of each joint are flagged."""
+    """Return a text with the share of flagged samples of each joint."""
     counts = ", ".join(
         f"joint {j + 1} {count} ({100 * count / len(flags):.3g} %)"
         for j, count in enumerate(flags.sum(axis=0))
@@ -75,10 +75,10 @@ def _shares(flags: Bools, what: str) -> str:
 
 
 def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> None:
-    """Refuse a mask that leaves next to no equations.
+    """Refuse a mask that covers nearly all samples.
 
     Raises:
-        LogError: an equation of a joint, or of the energy, is left fewer than 10 times.
+        LogError: fewer than 10 equations of a joint, or of the energy, remain.
     """
     for e in equations if log.mask is not None else ():
         if len(e.y) < MIN_SAMPLES:
@@ -90,7 +90,7 @@ def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> 
 
 
 def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
-    """Say where joints of unmasked logs stand still, so that friction there can be anything."""
+    """Return notes on joints of unmasked logs that stand still, with any static friction."""
     out = []
     for samples in logs:
         share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
@@ -103,7 +103,7 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
 
 
 def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
-    """Say which joints are at rest for most of a log: what they do in motion is hardly seen."""
+    """Return notes on joints that are at rest for most of a log, so their motion hardly shows."""
     out = []
     for log in logs:
         if log.at_rest is None:

@@ -1,8 +1,8 @@
-"""How far a model's torque is from the measured one: the one comparison that everything reports.
+"""The torque error: the one comparison of modelled and measured torque in all results.
 
     per_joint_j = ||tau_j - model_j|| / ||tau_j||,   relative = the same over all joints stacked
 
-Positions and speeds passed the low-pass of the run, both torques that of the comparison band.
+Positions and speeds are filtered at the cutoff of the run, both torques at the comparison band.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
 MEMORY = 2.0
+#: An error above which its digits say nothing.
+MANY = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,7 @@ class TorqueFit:
         error: (n,) sum of the squares of measured minus modelled torque.
         size: (n,) sum of the squares of the measured one.
         traces: both torques, log by log.
-        rest: (2, n) what error and size have of joints at rest.
+        rest: (2, n) the parts of error and size from joints at rest.
     """
 
     error: FloatArray
@@ -50,23 +52,23 @@ class TorqueFit:
 
     @classmethod
     def none(cls, n: int) -> TorqueFit:
-        """Return the fit of no log of n joints."""
+        """Return an empty fit for n joints."""
         return cls(np.zeros(n), np.zeros(n), (), np.zeros((2, n)))
 
     @property
     def in_motion(self) -> TorqueFit:
-        """That of joints in motion: at rest, friction can be anything between its limits."""
+        """The fit of joints in motion: at rest, static friction can take any value."""
         error, size = self.error - self.rest[0], self.size - self.rest[1]
         return TorqueFit(error, size, (), np.zeros_like(self.rest))
 
     @property
     def residual(self) -> Residual:
-        """In all, and joint by joint; 0 where no torque was measured."""
+        """The relative residual, total and of each joint; 0 without measured torque."""
         return relative_error(self.error, self.size)
 
     @property
     def told_apart(self) -> tuple[str, ...]:
-        """Say what is left of joints that move and of joints at rest, where any rests."""
+        """A text with the errors of joints in motion and at rest; empty if none rests."""
         if not self.rest.any():
             return ()
         moving = 100 * self.in_motion.residual.relative
@@ -77,12 +79,17 @@ class TorqueFit:
         )
 
 
+def percent(ratio: float) -> str:
+    """Return an error in percent: three digits, in words where they say nothing."""
+    return "over 1000 %" if MANY < ratio < math.inf else f"{100 * ratio:.3g} %"
+
+
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
-    """Return ||error|| / ||size|| in all, and by joint: 0 where there is nothing to compare with.
+    """Return ||error|| / ||size||, total and by joint; 0 if the size is 0.
 
     Args:
         error, size: (m,) sums of squares.
-        by_joint: whether what is summed belongs to joints.
+        by_joint: whether the sums belong to joints.
     """
     total = math.sqrt(float(error.sum()) / max(float(size.sum()), 1e-300))
     each = np.sqrt(error / np.where(size > 0, size, np.inf))
@@ -90,7 +97,7 @@ def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
-    """Return ||y - W X|| / ||y|| of equations, or of their summaries, in all and by joint."""
+    """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint."""
     found = [(part.joint, part.rss(X), part.square) for part in parts]  # once: parts may be files
     sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in found)))
     for joint, error, size in found:
@@ -119,12 +126,12 @@ def fit(
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: in the band of the run.
+        logs: logs in the band of the run.
         X: parameters, (p,).
-        kind: of the logs: "train" or "validation".
+        kind: kind of the logs, "train" or "validation".
 
     Raises:
-        LogError: a mask leaves nothing to compare.
+        LogError: the mask covers all samples.
     """
     out = TorqueFit.none(evaluator.model.robot.n)
     for log in logs:
@@ -150,13 +157,13 @@ def squares(
     resting: Bools | None = None,
     traces: tuple[Trace, ...] = (),
 ) -> TorqueFit:
-    """Sum up what a torque leaves of the measured one.
+    """Sum the squares of the residual and of the measured torque.
 
     Args:
-        free: (K, n) rows that count.
-        measured, torque: (K, n) in the comparison band.
-        resting: (K, n) rows that rests of their joint concern; None where there are none.
-        traces: both, for drawing.
+        free: (K, n) whether a row counts.
+        measured, torque: (K, n) torques in the comparison band.
+        resting: (K, n) whether a rest of the joint affects the row; None without rests.
+        traces: both torques, for plots.
     """
     both = np.stack([(measured - torque) ** 2, measured**2])
     rest = np.zeros((2, measured.shape[1]))

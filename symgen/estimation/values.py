@@ -1,4 +1,4 @@
-"""Values that estimates, predictions and diagnoses are made of."""
+"""Values that are parts of estimates, predictions and diagnoses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Curve = Annotated[FloatArray, BESIDE]
 
 @dataclass(frozen=True)
 class Residual:
-    """Relative residual ||y - W X|| / ||y||, and the same joint by joint where it has a meaning."""
+    """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one."""
 
     relative: float
     per_joint: tuple[float, ...] | None = None
@@ -27,7 +27,7 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What was measured and what the model says, window by window or sample by sample.
+    """Measured and modelled values of a quantity, for each window or sample.
 
     Attributes:
         log: name of the log.
@@ -36,9 +36,9 @@ class Trace:
         t: time of the row, s, shape (K,).
         measured: shape (K, m).
         predicted: shape (K, m).
-        spacing: rows so far apart share no window, nor what the filter spreads; 0 where some are
-            masked, whose residual says nothing.
-        raw: measured torque before any filter, shape (K, m); None of other quantities.
+        spacing: distance in rows at which two rows share no window and no memory of a filter; 0 if
+            some rows are masked.
+        raw: unfiltered measured torque, shape (K, m); None for other quantities.
     """
 
     log: str
@@ -53,7 +53,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Where the measured work of the drives went, by the model, since the start of a log.
+    """The energy balance of a log since its start, by the model.
 
         work = integral of qd^T tau dt = change of kinetic and potential energy + friction + rest
 
@@ -75,24 +75,24 @@ class Balance:
 
     @property
     def rest(self) -> FloatArray:
-        """What the model does not account for, J, (K,)."""
+        """The work that the model does not account for, J, (K,)."""
         return self.work - self.energy - self.friction
 
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Lag correlations of a residual, and the test of whether they are all zero.
+    """Lag correlations of a residual, and the test that they are all zero.
 
     Attributes:
         quantity: as of the traces.
         component: position of the joint; 0 for energy.
         kind: "train" or "validation".
-        rows: number of residuals, so far apart that they share nothing.
+        rows: number of residuals, so far apart that they are independent by construction.
         step_s: time between them, s.
-        correlations: at lags of 1, 2 ... steps.
-        bands: half the width of the interval that holds 95 % of each where there is none.
+        correlations: correlations at lags of 1, 2 ... steps.
+        bands: half the width of the 95 % interval of each correlation of a white residual.
         statistic: sum of the squares of correlations over their standard deviations.
-        p_value: probability of a larger statistic where the residual is white.
+        p_value: probability of a larger statistic if the residual is white.
     """
 
     quantity: str
@@ -108,7 +108,7 @@ class Whiteness:
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """The recursive estimate as data come in: t (K,) in s of data seen, values (K, p)."""
+    """The recursive estimate over time: t (K,) in s of data used, values (K, p)."""
 
     t: FloatArray
     values: FloatArray
@@ -119,10 +119,10 @@ class Endogeneity:
     """A Durbin-Wu-Hausman test: are columns of the regressor correlated with the error?
 
     Attributes:
-        columns: what is suspected: "all", "inertial" or "friction" columns.
+        columns: the tested columns: "all", "inertial" or "friction".
         statistic: F of the hypothesis that least squares is consistent.
         df: degrees of freedom of numerator and denominator.
-        p_value: probability of a larger F where it is.
+        p_value: probability of a larger F if it is.
     """
 
     columns: str
@@ -141,20 +141,20 @@ class OtherValue(NamedTuple):
 
 @dataclass(frozen=True)
 class OtherEstimate:
-    """The same parameters by another method, or their prior: those that it knows."""
+    """Parameters by another method or from a prior, as far as it determines them."""
 
     method: str
     parameters: tuple[OtherValue, ...]
 
     @classmethod
     def by(cls, method: str, names: Iterable[str], X: FloatArray, std: FloatArray) -> OtherEstimate:
-        """Return what a method or a prior says, X and std (p,), without what has no finite std."""
+        """Return X and std (p,) of a method or a prior, without entries that have no finite std."""
         rows = zip(names, X.tolist(), std.tolist(), strict=True)
         values = (OtherValue(*row) for row in rows)
         return cls(method, tuple(v for v in values if not math.isinf(v.std)))
 
     def of(self, name: str) -> tuple[float, float]:
-        """Return value and std of a parameter; NaN and infinite where it is not known."""
+        """Return value and std of a parameter; NaN and infinity if it is not known."""
         known = (p for p in self.parameters if p.name == name)
         return next(((p.value, p.std) for p in known), (math.nan, math.inf))
 

@@ -1,6 +1,6 @@
-"""Limits of a motion: what the user allows, how much of it a trajectory takes, what keeps to it.
+"""Limits of a motion: the allowed ranges, the share that a trajectory uses, motions within them.
 
-A cell is a floor and boxes that link frames and the tool stay clear of. Clearance of a point x is
+A cell is a floor and boxes that link frames and the tool must avoid. The clearance of a point x is
 its height above the floor, and its distance from a box: Euclidean outside, negative depth inside,
 
     d = ||max(|x - c| - h, 0)|| + min(max_i (|x - c| - h)_i, 0),   c the centre, h the half sizes
@@ -20,15 +20,15 @@ from symgen.experiment.trajectory import Basis, Trajectory, fine_matrix
 from symgen.robot.types import Limits, Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Step in s at which limits are checked, and the cell every so many of them.
+#: Step in s at which limits are checked, and number of steps between checks of the cell.
 FINE, _EVERY = 1e-3, 5
-#: A limit of which a motion takes this share or more binds.
+#: A limit binds if a motion uses at least this share of it.
 BINDING = 0.97
 KEYS = ("position", "velocity", "acceleration", "jerk")
 #: Kinds of use that are those of a cell, and the kernel that they need.
 CELL, FRAMES = ("floor", "box"), "frames"
 _STILL = 1e-9  # m: what moves less is part of the base
-#: What is left of a limit between the milliseconds at which it is checked.
+#: Share of a limit that may be used at the checked times, so that it holds between them too.
 _INSIDE = 0.9995
 Torque = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
@@ -62,11 +62,12 @@ class Bounds:
         return (self.high - self.low) / 2
 
     def uses(self, run: Trajectory, torque: Torque | None = None) -> Iterator[Use]:
-        """Yield how much of every limit a run takes, every millisecond and at its ends.
+        """Yield the share of every limit that a run uses, every millisecond and at its ends.
 
         Args:
             run: the trajectory.
-            torque: of the prior model, (N, n) from q, qd, qdd; None where torques are not limited.
+            torque: gives the torque of the prior model, (N, n), from q, qd, qdd; None without
+                limits.
         """
         t = run.fine(FINE)
         motion = [run.at(t, order) for order in range(4)]
@@ -85,7 +86,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Use:
-    """How much of a limit a motion takes, at most: the share is 1 at the limit.
+    """The largest use of a limit by a motion: the share is 1 at the limit.
 
     `joint` is the joint's number in the robot's file.
     """
@@ -98,7 +99,7 @@ class Use:
 
     @property
     def binds(self) -> bool:
-        """Whether widening the limit would help."""
+        """Whether a wider limit would help."""
         return self.share >= BINDING
 
 
@@ -106,7 +107,7 @@ def bounds(robot: Robot) -> Bounds:
     """Return the limits of a robot.
 
     Raises:
-        ParameterError: limits of position or speed are missing, or a limit has no meaning.
+        ParameterError: limits of position or speed are missing, or a limit is not valid.
     """
     own = robot.limits or Limits()
     where = f"limits of {robot.name}"
@@ -150,10 +151,10 @@ class Cell:
     limits: Limits
 
     def uses(self, run: Trajectory) -> Iterator[Use]:
-        """Yield how near the moving frames and the tool come to the floor and to each box.
+        """Yield the smallest clearance of moving frames and tool from the floor and from each box.
 
-        The share is 1 less the smallest clearance in m, so that 1 touches; extreme is that
-        clearance, allowed is 0.
+        The share is 1 minus the smallest clearance in m, so 1 means contact. `extreme` is that
+        clearance, and `allowed` is 0.
         """
         T = self.evaluator[FRAMES](run.at(run.fine(_EVERY * FINE)))
         numbers = [j.number for j in self.evaluator.model.robot.joints]
@@ -192,17 +193,17 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The motions of some runs that may be chosen from: all their coefficients as one vector z.
+    """The space of motions to choose from, with all coefficients in one vector z.
 
-    q(t) = centre + B(t) P z with P a basis of the coefficients that keep the ends at rest (and at
-    the start, where one is given). Every limit on q and its derivatives is then linear in z, and
-    the motions within the limits are a convex set around z = 0, the robot at rest in the centre.
+    q(t) = centre + B(t) P z. P is a basis of the coefficients with ends at rest (and at the start
+    position, if there is one). All limits on q and its derivatives are then linear in z. The
+    motions within the limits are a convex set around z = 0, the robot at rest in the centre.
 
     Attributes:
-        blocks: run by run, joint by joint.
-        centre: (n,).
-        size: of z.
-        limits: of position, speed, acceleration and jerk.
+        blocks: one block for each joint of each run.
+        centre: centre of the position limits, (n,).
+        size: length of z.
+        limits: limits of position, speed, acceleration and jerk.
     """
 
     blocks: tuple[Block, ...]
@@ -232,18 +233,18 @@ class Space:
         )
 
     def limits_of(self, block: Block) -> Iterator[tuple[int, float, float]]:
-        """Yield every limit of a joint in a run: its order, and its ends about the centre."""
+        """Yield every limit of a joint in a run: order, and ends relative to the centre."""
         j, limits = block.joint, self.limits
         yield 0, limits.low[j] - self.centre[j], limits.high[j] - self.centre[j]
         for order in np.flatnonzero(np.isfinite(limits.rates[:, j])).tolist():
             yield order + 1, -limits.rates[order, j], limits.rates[order, j]
 
     def fitted(self, z: FloatArray, grow: bool = False) -> FloatArray:
-        """Return z with every joint of every run shrunk about the centre into its limits.
+        """Return z with every joint of every run scaled about the centre into its limits.
 
         Args:
             z: (size,).
-            grow: widen joints that do not reach their limits too.
+            grow: also enlarge joints that do not reach their limits.
         """
         out = z.copy()
         for b in self.blocks:
@@ -272,9 +273,9 @@ def space(
     """Return the motions of some runs.
 
     Args:
-        bases: of each run, of each joint.
-        limits: the positions among them set centre and range.
-        start: (n,) where every run begins, None for anywhere.
+        bases: basis of each joint of each run.
+        limits: limits of the joints; positions define centre and range.
+        start: start position of every run, (n,); None if free.
     """
     blocks, at = [], 0
     for run, joints in enumerate(bases):

@@ -1,8 +1,9 @@
-"""excite: motions that determine a robot's parameters, within the limits of its user.
+"""excite: find motions within limits from which the parameters of a robot can be identified.
 
-The method is Gautier and Khalil's (1992) and Swevers' (1997): the coefficients of a trajectory are
-those that make the base regressor best conditioned. Here the regressor is that of the model that
-will be used, built from the same windows: a motion may be good for torques and singular for energy.
+The method is that of Gautier and Khalil (1992) and Swevers (1997): choose the coefficients of a
+trajectory with the best condition number of the base regressor. symgen uses the regressor of the
+model that will be identified, with the same windows, because a motion can be good for the torque
+model and singular for the energy model.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from symgen.experiment.plan import Plan, binding_text
 from symgen.experiment.search import CRITERIA, Clock, Program
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
+from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
@@ -53,21 +55,21 @@ _MOST = 10_000  # runs, searches, iterations
 
 @dataclass(frozen=True)
 class Motion:
-    """What the runs of an excitation look like.
+    """Number, duration and kind of the runs of an excitation.
 
     Attributes:
-        duration: of each run, s, one or one for each; None for 10 s, or what identify trusts in
-            all.
-        runs: how many, each with coefficients of its own.
-        kind: "fourier", "bspline", or the paper's "cubic" and "cosine"; one for all joints or one
+        duration: duration in s, one value for all runs or one for each. None means at least 10 s,
+            and long enough for `identify` to trust the result.
+        runs: number of runs, each with its own coefficients.
+        kind: "fourier", "bspline", or "cubic" and "cosine" of the paper; one for all joints or one
             for each.
-        terms: harmonics, coefficients (bspline) or strokes (cubic) of a joint; None for what the
-            duration suggests.
-        start: where every run begins, (n,), rad or m; None for anywhere.
-        rate: of the sampled references, Hz.
+        terms: number of harmonics, coefficients (bspline) or strokes (cubic) of a joint; None
+            chooses it from the duration.
+        start: start position of every run, (n,), rad or m; None if free.
+        rate: sampling rate of the references, Hz.
 
     Raises:
-        ParameterError: a number has no meaning.
+        ParameterError: a number is not valid.
     """
 
     duration: float | Sequence[float] | None = None
@@ -84,17 +86,18 @@ class Motion:
 
 @dataclass(frozen=True)
 class Search:
-    """How runs are searched for.
+    """Options of the search for runs.
 
     Attributes:
         criterion: "condition" number, or "logdet" of the information matrix.
-        budget: of time, s: the search stops then with the best that it has.
-        searches: how many random starts are improved.
-        iterations: of IPOPT for each, at most.
-        seed: of the random starts. The same seed gives the same runs where the budget lasts.
+        budget: time limit, s. The search then stops and keeps its best result.
+        searches: number of random starts to improve.
+        iterations: largest number of IPOPT iterations for each start.
+        seed: seed of the random starts. The same seed gives the same runs, unless the time limit
+            ends the search.
 
     Raises:
-        ParameterError: a number has no meaning.
+        ParameterError: a number is not valid.
     """
 
     criterion: str = "condition"
@@ -112,7 +115,7 @@ class Search:
 
 
 def _require_positive(what: str, value: float) -> None:
-    """Raise ParameterError where a number is not above 0, or not finite."""
+    """Raise ParameterError if a number is not above 0, or not finite."""
     if not 0 < value < math.inf:
         raise ParameterError(f"{what} {value:g}; accepted: a number above 0")
 
@@ -140,19 +143,19 @@ class Found:
 
     @property
     def excess(self) -> float:
-        """Largest share that is used of a limit of torque, or of the cell."""
+        """Largest used share of the torque limits and of the cell."""
         return max((u.share for u in self.uses if u.limit in _SHRUNK), default=0.0)
 
     @property
     def keeps(self) -> bool:
-        """Whether torques and cell are within their limits; the other limits always are."""
+        """Whether torques and cell are within their limits; the other limits always hold."""
         return self.excess <= 1
 
 
 def quality(W: FloatArray) -> tuple[float, float]:
     """Return condition number and log det of W'W, columns of W (K, p) scaled to unit norm.
 
-    They are inf and -inf where W is singular.
+    They are inf and -inf if W is singular.
     """
     norms = np.linalg.norm(W, axis=0)
     if len(W) < W.shape[1] or not norms.all():
@@ -165,7 +168,7 @@ def quality(W: FloatArray) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """What motions are judged by: limits every millisecond, and identify's own equations."""
+    """Judges motions by the limits every millisecond, and by the equations of `identify`."""
 
     evaluator: Evaluator
     name: str
@@ -202,12 +205,12 @@ class Judge:
         return quality(np.concatenate([e.W for e in self.equations(runs, name)]))
 
     def judged(self, choices: Space, z: FloatArray, start: float = 0.0) -> Found:
-        """Return a motion that keeps its limits, and what it is worth.
+        """Return a motion scaled into its limits, with its condition number.
 
         `start` is the condition number that its search began with, by default its own.
 
-        Joints are shrunk about the centre as far as their own limits ask for, all of them together
-        as far as the torques and the cell do.
+        Each joint is scaled about the centre into its own limits. Then all joints together are
+        scaled until the torques and the cell are within their limits.
         """
         z = choices.fitted(z)
         found, factor, too_much = self._used(choices, z), 1.0, 1.0
@@ -226,7 +229,7 @@ class Judge:
         return Found(found.runs, found.uses, condition, log_det, start or condition)
 
     def _used(self, choices: Space, z: FloatArray) -> Found:
-        """Return the runs of z, and how much of every limit they take."""
+        """Return the runs of z, and the used share of every limit."""
         runs, torque = choices.trajectories(z), None
         if self.prior is not None:
             torque = partial(self.evaluator["inverse_dynamics"], X=self.prior)
@@ -235,7 +238,7 @@ class Judge:
         return Found(runs, worst(every))
 
     def plan(self, best: Found, searches: tuple[int, int], stopped: str) -> Plan:
-        """Return the plan, with what the other models would make of it."""
+        """Return the plan, with the condition numbers of the other models."""
         own = self.equations(best.runs, self.name)
         conditions = dict.fromkeys(_MODELS, math.inf)
         for name in _MODELS:
@@ -260,6 +263,8 @@ class Judge:
             stopped=stopped,
             notes=self.notes,
             approach=float(math.ceil(_PEAK * way.max())),
+            joints=joints_of(self.model.robot),
+            bounds=self.limits,
         )
 
 
@@ -272,16 +277,16 @@ def judge(
     parameters: str | Path | None,
     asked: bool,
 ) -> Judge:
-    """Load what motions are judged by.
+    """Load the models and limits that motions are judged by.
 
     Args:
         robot: the mechanism.
-        name: of the model that will be used.
-        window: of energy and momentum, s.
-        rate: of the samples, Hz.
-        limits: of the joints.
-        parameters: file of the prior model, None where torques are not looked at.
-        asked: whether limits of torque were given on purpose.
+        name: name of the model that will be used.
+        window: window of energy and momentum, s.
+        rate: sampling rate, Hz.
+        limits: limits of the joints.
+        parameters: file of the prior model; None if torques are not limited.
+        asked: whether the caller passed torque limits.
 
     Raises:
         ParameterError: limits of torque without a prior model, or the other way round.
@@ -325,24 +330,24 @@ def excite(
 
     Args:
         robot: a robot, a path or a library name.
-        model: that will be used to identify: "energy", "momentum" or "torque".
-        limits: of the motion; what they leave open is taken from the robot's [limits]. Torques are
-            those of the prior model.
-        motion: how many runs, how long, of which kind.
-        search: criterion, budget, seed.
-        parameters: of the prior model: estimate.json, or TOML with [parameters].
+        model: model to identify with: "energy", "momentum" or "torque".
+        limits: limits of the motion. Missing ones come from the [limits] of the robot. Torque
+            limits apply to the torque of the prior model.
+        motion: number, duration and kind of the runs.
+        search: criterion, time limit, seed.
+        parameters: parameters of the prior model: estimate.json, or TOML with [parameters].
         window: length of the windows of energy and momentum, s.
-        progress: is told what is being done.
-        meter: is told which part is done, from 0 to 1.
+        progress: called with a text about the current step.
+        meter: called with the part that is done, from 0 to 1.
 
     Returns:
-        The runs, which keep every limit every millisecond, with the condition numbers that they
-        give in identify's own equations for all three models.
+        The runs, which keep every limit at every millisecond. The condition numbers are those of
+        the equations that `identify` would solve, for all three models.
 
     Raises:
-        ParameterError: an argument has no meaning.
+        ParameterError: an argument is not valid.
         IdentificationError: no motion within the limits determines the parameters, or keeps the
-            torques; the message names the limits that bind.
+            torque limits. The message names the limits that bind.
     """
     motion, search = motion or Motion(), search or Search()
     clock = Clock(search.budget)
@@ -425,7 +430,7 @@ def _start(start: Sequence[float] | None, limits: Bounds, n: int) -> FloatArray 
 def _durations(
     duration: float | Sequence[float] | None, runs: int, task: Judge
 ) -> tuple[float, ...]:
-    """Return the length of each run in s: given, or what identify trusts from the energy model."""
+    """Return the duration of each run in s: as requested, or long enough for the energy model."""
     if duration is None:
         parameters = len(task.model.base.parameters)
         per_window = 1 if task.name == "energy" else task.model.robot.n

@@ -1,10 +1,10 @@
 """Integration of a plant over many runs at once, with exact stops and starts of dry friction.
 
-Dormand and Prince's pair of orders 5 and 4 (1980), whose steps pass over stamps where the torque is
-smooth. Each run has its own step and its own modes of friction, so that it moves as it would alone.
-Where a sliding friction comes to rest, or the force on a sticking one passes its limit, the step is
-cut there (by a cubic, or the secant) and the modes are settled anew: no step spans a jump, and
-nothing chatters.
+The method is the pair of orders 5 and 4 of Dormand and Prince (1980). A step can span several time
+stamps if the torque is smooth. Each run has its own step and friction modes, so it moves as it
+would alone. If a sliding friction comes to rest, or the force on a sticking one exceeds its limit,
+the step ends there (found by a cubic or the secant), and new modes are determined. No step spans a
+jump, and the modes do not chatter.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _FAR = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What happened, or was measured: t (N,) s; q, qd and the torque tau, each (runs, N, n)."""
+    """A true or measured motion: t (N,) s; q, qd and the torque tau, each (runs, N, n)."""
 
     t: FloatArray
     q: FloatArray
@@ -55,7 +55,7 @@ class Motion:
 
 @dataclass(eq=False)
 class _State:
-    """The runs at one time: what the integrator alone may change."""
+    """The state of all runs at one time; only the integrator changes it."""
 
     x: FloatArray  # (runs, 2 n): q, qd
     mode: FloatArray  # (runs, m)
@@ -86,16 +86,16 @@ def integrate(
         t: (N,) stamps, s.
         q: (runs, n) first positions, rad or m.
         qd: (runs, n) first speeds, rad/s or m/s.
-        held: where given, in place of the law: the torque (runs, n) that acts from stamp k to the
-            next, as a function of k and of all true q and qd (runs, N, n) up to it.
-        unseen: (runs, N, n) torques that act as well, held from stamp to stamp.
-        smooth: whether the law does not bend at stamps: a step may then span several.
-        tolerance: of the error of each step, absolute in rad, m, rad/s, m/s and relative.
-        progress: is told the stamp that is reached.
+        held: used instead of the law if not None: the torque (runs, n) from stamp k to the next, as
+            a function of k and of all true q and qd (runs, N, n) up to it.
+        unseen: additional torques (runs, N, n), held from stamp to stamp.
+        smooth: whether the law is smooth at stamps; a step can then span several.
+        tolerance: largest error of a step, absolute in rad, m, rad/s, m/s, and relative.
+        progress: called with the stamp that is reached.
 
     Raises:
-        ParameterError: M is not positive definite, a joint leaves all bounds, or the accuracy is
-            out of reach; the message says when and where.
+        ParameterError: M is not positive definite, a joint leaves all bounds, or the accuracy
+            cannot be reached. The message has time and joint.
     """
     runs, n = q.shape
     shape = (runs, len(t), n)
@@ -142,10 +142,10 @@ def _advance(
     Args:
         plant: the robot.
         law: the torque as a function of time and state, None for none.
-        added: (runs, n) torques that act as well.
-        state: of the runs, which is changed.
+        added: additional torques (runs, n).
+        state: state of the runs; it is changed.
         stamps: (K + 1,) s.
-        tolerance: of the error of each step.
+        tolerance: largest error of a step.
     """
     runs, n = len(state.x), state.x.shape[1] // 2
     t, span = float(stamps[0]), float(stamps[-1] - stamps[0])
@@ -201,7 +201,7 @@ def _advance(
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """A step that may be kept: its end, its error, and what the frictions do at both ends."""
+    """A tentative step: its end, its error, and the friction forces at both ends."""
 
     x: FloatArray
     slopes: FloatArray  # (7, runs, 2 n)
@@ -218,7 +218,7 @@ def _step(
     t: FloatArray,
     h: FloatArray,
 ) -> _Trial:
-    """Make a step of Dormand and Prince; settle the modes of runs that are not known before.
+    """Make a step of Dormand and Prince; first determine unknown friction modes.
 
     Raises:
         ParameterError: M is not positive definite at the beginning.
@@ -263,12 +263,12 @@ def _step(
 def _events(
     plant: Plant, x: FloatArray, mode: FloatArray, trial: _Trial, h: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how far the step goes until the first event, and what happens at its end.
+    """Return the part of the step before the first event, and the event.
 
     Returns:
-        (runs,) the part of the step before an event that it passed over, 1 where it passed none;
-        and (runs, m) 2 for a friction that comes to rest at the end, 1 or -1 for one that begins to
-        slide that way, 0 for all others.
+        (runs,) the part of the step before the first event, 1 without an event. And (runs, m): 2
+        for a friction that comes to rest at the end, 1 or -1 for one that begins to slide in that
+        direction, 0 for all others.
     """
     parts, event, n = np.ones_like(mode), np.zeros_like(mode), x.shape[1] // 2
     if not mode.shape[1]:
@@ -323,7 +323,7 @@ def _crossing(
 def _insane(
     plant: Plant, trial: _Trial, far: Mask, stiff: Mask, t: FloatArray, rows: Rows
 ) -> ParameterError:
-    """Return why states that no robot has, or an accuracy that no step reaches, are refused."""
+    """Return the reason to refuse impossible states, or an accuracy that no step reaches."""
     bad, size, what = far, np.abs(trial.x), "leaves all bounds"
     if not far.any():
         bad, size, what = stiff, np.abs(trial.error), "moves too abruptly for any step"

@@ -1,7 +1,7 @@
-"""The paper again: the example of Gautier and Khalil (1988), simulated and identified many times.
+"""The example of Gautier and Khalil (1988), simulated and identified many times.
 
-The canonical model is derived and compiled, the noisy measurements of the paper's two set-ups are
-simulated, and every run is identified recursively.
+symgen derives and compiles the model of the paper, simulates noisy measurements of both set-ups,
+and identifies every run recursively.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def times() -> FloatArray:
 
 
 def example() -> Evaluator:
-    """Load the model of the paper's robot, with what its simulation needs."""
+    """Load the model of the paper's robot, with the kernels that its simulation needs."""
     return load(derive("planar2r", ("energy_regressor", *KERNELS)))
 
 
@@ -62,10 +62,10 @@ def setup_a(
     """Return runs that follow the reference exactly, with noisy measurements.
 
     Args:
-        evaluator: of the robot.
-        runs: how many.
-        draw: of the noise.
-        tachometer: factor of the tachometers' noise.
+        evaluator: model of the robot.
+        runs: number of runs.
+        draw: random generator of the noise.
+        tachometer: factor on the noise of the tachometers.
     """
     clean = exact_run(evaluator)
     t, q, qd, tau = clean.t, *(np.repeat(x, runs, 0) for x in (clean.q, clean.qd, clean.tau))
@@ -77,7 +77,7 @@ def setup_b(
 ) -> Motion:
     """Return runs of a simulated robot driven by wrong computed torques plus torque noise.
 
-    The noise is constant over a sample. Arguments as those of `setup_a`.
+    The noise is constant over a sample. The arguments are those of `setup_a`.
     """
 
     def law(at: FloatArray, *_: FloatArray) -> FloatArray:
@@ -93,7 +93,7 @@ def setup_b(
 
 
 def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Motion:
-    """Return the motion the paper warns of: joint 2 moves as joint 1 does, at half its speed."""
+    """Return a motion that the paper warns of: joint 2 moves like joint 1, at half the speed."""
     t = times()
     q, qd, qdd = (np.stack([x[:, 0], 0.5 * x[:, 0]], axis=-1) for x in paper_motion(t))
     tau = evaluator.inverse_dynamics(q, qd, qdd, X_TRUE)
@@ -105,7 +105,7 @@ def proportional_run(evaluator: Evaluator, seed: int | None = None) -> Motion:
 def _measured(
     draw: np.random.Generator, q: FloatArray, qd: FloatArray, tachometer: float = 1.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Add the encoders' error, uniform over a step, and the tachometers' noise."""
+    """Add encoder errors, uniform over a step, and the noise of the tachometers."""
     half = math.pi / _ENCODER_POINTS
     q = q + draw.uniform(-half, half, q.shape)
     return q, qd + tachometer * _TACHOMETER * draw.normal(size=qd.shape)
@@ -122,8 +122,8 @@ class Setup:
 
     Attributes:
         letter: a or b.
-        words: how the measurements came about.
-        runs: the simulated ones.
+        words: description of the measurements.
+        runs: the simulated runs.
         history: estimates of the first runs after every sample from FIRST on, (F, N - FIRST, 4).
         final: estimates of all runs, (R, 4).
     """
@@ -135,7 +135,7 @@ class Setup:
     final: FloatArray
 
     def summary(self) -> dict[str, Any]:
-        """Return for each parameter its errors beside the paper's, for demo.json."""
+        """Return the errors of each parameter and those of the paper, for demo.json."""
         final = self.final
         error = np.abs(final / X_TRUE - 1)
         return {
@@ -160,15 +160,14 @@ class Setup:
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """What became of the paper's example.
+    """Results for the paper's example.
 
     Attributes:
-        evaluator: of the canonical model.
-        count: runs of each set-up.
+        evaluator: the model of the paper.
+        count: number of runs of each set-up.
         exact: largest relative errors without noise, by spline integrals and on line.
-        setups: a and b.
-        hidden: what joint speeds proportional to each other do not determine, without and with
-            noise.
+        setups: set-ups a and b.
+        hidden: parameters that proportional joint speeds do not determine, without and with noise.
     """
 
     evaluator: Evaluator
@@ -189,8 +188,8 @@ def reproduce(runs: int, say: Say) -> Reproduction:
     """Derive, simulate and identify the paper's example.
 
     Args:
-        runs: seeded runs of each set-up.
-        say: is told what is being done.
+        runs: number of seeded runs of each set-up.
+        say: called with a text about the current step.
     """
     say("compiling the model")
     evaluator, setups = example(), []

@@ -1,4 +1,4 @@
-"""What `excite` finds: runs to be made on the robot, and what is known of them beforehand."""
+"""Results of `excite`: runs to execute on the robot, and their expected quality."""
 
 from __future__ import annotations
 
@@ -12,38 +12,42 @@ import numpy as np
 
 from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
-from symgen.experiment.bounds import Use
+from symgen.experiment.bounds import Bounds, Use
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
 from symgen.files import json_text
 from symgen.identification.assessment import CONDITION, WINDOWS
+from symgen.identification.estimate import Joint
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
 from symgen.schemas import as_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.trajectory/1"
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Viewable):
     """Runs within the limits, verified on a fine grid.
 
     Attributes:
-        robot: its name.
-        model: the model that they are for.
+        robot: name of the robot.
+        model: model to identify with.
         window: length of the windows of energy and momentum, s.
-        rate: samples per second of the references, and of the equations behind the figures.
+        rate: sampling rate of the references and of the equations, Hz.
         runs: the trajectories.
         conditions: condition number of the scaled base regressor by model, all runs together.
-        log_det: log det of its information matrix, columns of unit norm, for `model`.
+        log_det: log det of its information matrix, with columns of unit norm, for `model`.
         start: condition number of the random motion that the best search began with.
         uses: the largest use of every limit of every joint.
         parameters: number of base parameters.
-        independent: number of independent equations, as identify counts them.
-        searches: how many searches ended, of how many.
-        stopped: what ended the last one: "done", "budget" or "interrupted".
-        notes: what else is to be said.
-        approach: s, in which the farthest way to the start takes a tenth of the allowed speeds.
+        independent: number of independent equations, as `identify` counts them.
+        searches: number of finished searches, and of all searches.
+        stopped: how the search ended: "done", "budget" or "interrupted".
+        notes: further remarks.
+        approach: time to reach the start from anywhere, at a tenth of the allowed speeds, s.
+        joints: number, unit of the torque and name of each movable joint.
+        bounds: the limits of the motion.
     """
 
     robot: str
@@ -61,6 +65,8 @@ class Plan:
     stopped: str
     notes: tuple[str, ...] = ()
     approach: float = 10.0
+    joints: tuple[Joint, ...] = ()
+    bounds: Bounds | None = None
 
     def __repr__(self) -> str:
         """Return robot, runs, and the condition number."""
@@ -71,7 +77,7 @@ class Plan:
 
     @property
     def condition(self) -> float:
-        """Condition number for the model that the runs are for."""
+        """Condition number for `model`."""
         return self.conditions[self.model]
 
     @property
@@ -86,7 +92,7 @@ class Plan:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the runs, in words."""
+        """Reasons why `identify` would not trust the runs."""
         out = []
         if self.condition > CONDITION:
             limits = binding_text(self.binding) or "no limit binds"
@@ -106,7 +112,7 @@ class Plan:
 
     @property
     def other_models(self) -> tuple[str, ...]:
-        """The other models that these runs would not do for, in words."""
+        """A text that lists the other models for which these runs are not good."""
         return tuple(
             f"for the model of {name} these runs are "
             + ("singular" if not math.isfinite(c) else f"poor (condition number {c:.3g})")
@@ -148,13 +154,13 @@ class Plan:
 
 
 def paths(into: Path, runs: int) -> tuple[Path, ...]:
-    """Return the files of a plan: one CSV a run, and the JSON beside them."""
+    """Return the paths of a plan's files: one CSV for each run, and the JSON."""
     stems = [into.stem] if runs == 1 else [f"{into.stem}_{k}" for k in range(1, runs + 1)]
     return (*(into.with_name(f"{stem}.csv") for stem in stems), into.with_suffix(".json"))
 
 
 def binding_text(uses: tuple[Use, ...]) -> str:
-    """Return the limits that bind in words: "velocity of joints 1, 2 binds"."""
+    """Return a text about the limits that bind: "velocity of joints 1, 2 binds"."""
     keys = dict.fromkeys(u.limit for u in uses)
     parts = []
     for key in keys:
@@ -170,17 +176,17 @@ _UR_APPROACH = 0.1  # rad/s, the leading joint's
 
 
 def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]:
-    """Return the files of a plan in a format, beside its CSV and JSON.
+    """Return additional files of a plan, in another format than CSV and JSON.
 
     Args:
         plan: the runs.
-        robot: that they are for.
-        into: the CSV; the others take its name with another ending.
+        robot: robot of the runs.
+        into: path of the CSV; the other files have its name with another ending.
         to: one of FORMATS: "ros" adds NAME.yaml and NAME.mcap (trajectory_msgs/JointTrajectory),
             "urscript" NAME.script.
 
     Raises:
-        ParameterError: there is no such format, or the robot is none that it drives.
+        ParameterError: there is no such format, or it does not support the robot.
     """
     if to not in FORMATS:
         raise ParameterError(f"--to {to}: accepted: {', '.join(FORMATS)}")
@@ -202,7 +208,7 @@ def _points(run: Trajectory, rate: float) -> tuple[np.ndarray, ...]:
 
 
 def _yaml(names: Sequence[str], points: Sequence[np.ndarray], approach: float) -> bytes:
-    """Return a trajectory_msgs/msg/JointTrajectory, as `ros2 topic pub` takes it: JSON is YAML."""
+    """Return a trajectory_msgs/msg/JointTrajectory for `ros2 topic pub`, as JSON, which is YAML."""
     t, *motion = points
     keys, out = ("positions", "velocities", "accelerations"), []
     for k, stamp in enumerate(t):

@@ -1,4 +1,4 @@
-"""A robot under torques, with dry friction that can hold a joint at rest.
+"""Forward dynamics with dry friction that can hold a joint at rest.
 
     M(q) qdd + h(q, qd) + A' f = tau,     v = A qd
 
@@ -9,10 +9,10 @@ convex extension of sign (Acary and Brogliato, Numerical Methods for Nonsmooth D
 
     f = FS sign(v) where v is not 0,     f in [-FS, FS] where v = 0
 
-Each friction has a mode: 1 or -1 while it slides that way, 0 while it sticks. In a given mode the
-equations are smooth; a sticking friction has the f that keeps v at 0. Nothing is regularised: a
-joint under less load than FS does not creep. Joints with coulomb_width have tanh(qd/width) in the
-kernels and no mode.
+Each friction has a mode: 1 or -1 while it slides in that direction, 0 while it sticks. The
+equations of a mode are smooth; a sticking friction has the f that keeps v at 0. There is no
+regularisation: a joint with a load below FS does not creep. Joints with coulomb_width have
+tanh(qd/width) in the kernels, and no mode.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ _SIZES = 16
 
 
 class Repeated:
-    """A kernel with its parameters, on buffers of its own: a few microseconds less for each call.
+    """A kernel with its parameters on fixed buffers, which saves a few microseconds in each call.
 
     Args:
-        evaluator: which has it.
-        name: of the kernel.
+        evaluator: model with the kernel.
+        name: name of the kernel.
         X: parameters (p,).
     """
 
@@ -47,7 +47,7 @@ class Repeated:
         self._bound = lru_cache(_SIZES)(evaluator[name].bind)
 
     def __call__(self, *inputs: FloatArray) -> FloatArray:
-        """Return the first output (runs, ...) for inputs (runs, n); of the last, (1, n) will do.
+        """Return the first output (runs, ...) for inputs (runs, n); the last input can be (1, n).
 
         Raises:
             ParameterError: M is not positive definite.
@@ -77,11 +77,11 @@ _ROUNDS = 200
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """A robot with parameters, ready to be moved.
+    """A robot with parameters, for simulation.
 
     Attributes:
-        evaluator: its kernels.
-        X: parameters (p,) with those of dry friction at 0: the kernels know the rest.
+        evaluator: kernels of the robot.
+        X: parameters (p,) for the kernels, with those of dry friction set to 0.
         A: (m, n) rows of the dry frictions, those of joints before those of couplings.
         force: (m,) Coulomb force of each, N m or N.
         joint: positions of the joints of the first rows.
@@ -105,7 +105,7 @@ class Plant:
         return np.asarray(np.einsum("rj,mj->rm", qd, self.A))
 
     def limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and largest force, (runs, m) or (m,), that each friction holds with."""
+        """Return the smallest and largest force of each friction at rest, (runs, m) or (m,)."""
         if not self.shown.any():
             return -self.force, self.force
         low, high = (np.tile(sign * self.force, (len(q), 1)) for sign in (-1.0, 1.0))
@@ -125,7 +125,7 @@ class Plant:
     def accelerate(
         self, q: FloatArray, qd: FloatArray, tau: FloatArray, mode: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return qdd (runs, n) and the friction forces f (runs, m) in given modes.
+        """Return qdd (runs, n) and the friction forces f (runs, m) for given modes.
 
         Args:
             q: (runs, n) rad or m.
@@ -195,12 +195,12 @@ class Plant:
     def settle(
         self, q: FloatArray, qd: FloatArray, tau: FloatArray, mode: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the modes in which the frictions of mode 0 stick or begin to slide, qdd and f.
+        """Return consistent modes of the frictions at rest (they stick or begin to slide), qdd, f.
 
-        One that sticks needs f within its limits, one that begins to slide accelerates that way:
-        a linear complementarity problem with bounds, solved by principal pivots, of the least
-        index after the first rounds (Murty 1974, Judice and Pires 1994). It has one solution where
-        the rows of A are independent, as M is positive definite.
+        A sticking friction needs f within its limits; a friction that begins to slide accelerates
+        in that direction. This is a linear complementarity problem with bounds, solved by principal
+        pivots, of the least index after the first rounds (Murty 1974, Judice and Pires 1994). M is
+        positive definite, so the solution is unique if the rows of A are independent.
 
         Args:
             q: (runs, n) rad or m.
@@ -240,12 +240,12 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
     """Make a plant of a model and its parameters.
 
     Args:
-        evaluator: with the kernels of KERNELS.
+        evaluator: model with the kernels of KERNELS.
         X: base parameters (p,).
 
     Raises:
-        ParameterError: a Coulomb friction is negative: at rest its motion would not be determined;
-            or dry friction stands beside effects of the load, whose hold at rest is not known.
+        ParameterError: a Coulomb friction is negative, so motion from rest is not determined. Or
+            the robot has dry friction and effects of the load, whose force at rest is not defined.
     """
     model, robot = evaluator.model, evaluator.model.robot
     numbers = [j.number for j in robot.movable]
@@ -305,7 +305,7 @@ def _signs(robot: Robot) -> set[int]:
 
 
 def without_dry(model: Model, X: FloatArray) -> FloatArray:
-    """Return X (p,) with rigid body, rotors, viscous friction and offsets alone."""
+    """Return X (p,) with rigid body, rotors, viscous friction and offsets only."""
     out = np.array(X, dtype=np.float64)
     for i, p in enumerate(model.base.parameters):
         if not p.inertial and model.base.standard[p.index].prefix not in ("FV", "FVM", "OF"):

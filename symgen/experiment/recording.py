@@ -1,4 +1,4 @@
-"""How the logs of a simulated robot come about: what drives it, and what is seen of it."""
+"""Controllers and instruments of a simulated robot, which determine its logs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _POSITION, _VELOCITY, _TORQUE, _DISTURBANCE = range(4)
 
 @dataclass(frozen=True)
 class Instruments:
-    """The measuring chain, alike on all joints; errors are independent of joint, sample and run.
+    """The sensors, the same on all joints; errors are independent between joints, samples and runs.
 
-    A log shows, of what truly happens at t,
+    The log at time t has
 
         q(t)   = round((q(t - delay) + position_noise e) / encoder_step) encoder_step
         qd(t)  = velocity_gain qd(t - delay) + velocity_noise e
@@ -36,11 +36,12 @@ class Instruments:
         encoder_step: resolution of the encoders, rad or m.
         position_noise: standard deviation, rad or m.
         velocity_noise: standard deviation, rad/s or m/s.
-        velocity_gain: of the tachometers.
-        velocity: whether the log has qd at all.
+        velocity_gain: gain of the tachometers.
+        velocity: whether the log has qd.
         torque_noise: standard deviation, N m or N.
         torque_noise_relative: standard deviation over the RMS of that joint's command.
-        delay: of q and qd behind the torque, s; before the first state the joint is taken to rest.
+        delay: delay of q and qd relative to the torque, s; the robot is at rest before the first
+            state.
 
     Raises:
         ParameterError: a value is negative or not finite.
@@ -63,7 +64,7 @@ class Instruments:
     def motion_noise(
         self, runs: range, seed: int, shape: tuple[int, int]
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the errors of q and qd in some runs, (runs, N, n); (1, 1, 1) without any."""
+        """Return the errors of q and qd in some runs, (runs, N, n); (1, 1, 1) without errors."""
         return (
             _normal(self.position_noise, runs, seed, _POSITION, shape),
             _normal(self.velocity_noise, runs, seed, _VELOCITY, shape),
@@ -72,19 +73,19 @@ class Instruments:
     def read(
         self, q: FloatArray, qd: FloatArray, q_error: FloatArray, qd_error: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return what encoders and tachometers show of q and qd, arrays of one shape."""
+        """Return the readings of encoders and tachometers for q and qd, arrays of one shape."""
         q, qd = q + q_error, self.velocity_gain * qd + qd_error
         if self.encoder_step:
             q = self.encoder_step * np.floor(q / self.encoder_step + 0.5)
         return q, qd
 
     def torque(self, command: FloatArray, runs: range, seed: int) -> FloatArray:
-        """Return the torques that the logs of some runs show, (runs, N, n).
+        """Return the torques in the logs of some runs, (runs, N, n).
 
         Args:
-            command: the commanded ones, (runs, N, n), or (1, N, n) where they are alike.
+            command: the commanded torques, (runs, N, n), or (1, N, n) if all runs have the same.
             runs: numbers of the runs.
-            seed: of all noise.
+            seed: seed of all noise.
         """
         if not (self.torque_noise or self.torque_noise_relative):
             return command
@@ -95,13 +96,13 @@ class Instruments:
     def delayed(
         self, t: FloatArray, q: FloatArray, qd: FloatArray, at: slice
     ) -> tuple[FloatArray, FloatArray]:
-        """Return q and qd (runs, K, n) of `delay` before the stamps t[at]: cubics in between.
+        """Return q and qd (runs, K, n) at t[at] - delay, interpolated by cubics.
 
         Args:
             t: (N,) stamps, s.
-            q: (runs, N, n), known up to the last of the stamps asked for.
+            q: (runs, N, n), known up to the last requested stamp.
             qd: (runs, N, n).
-            at: which stamps.
+            at: the requested stamps.
         """
         if not self.delay:
             return q[:, at], qd[:, at]
@@ -116,7 +117,7 @@ class Instruments:
 
 
 def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
-    """Return torques (runs, N, n) that act on the joints unseen, of standard deviations (n,)."""
+    """Return disturbance torques (runs, N, n) that no log shows, of standard deviations (n,)."""
     e = _normal(1.0, runs, seed, _DISTURBANCE, (samples, len(size)))
     return size * e
 
@@ -124,7 +125,7 @@ def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> Flo
 def _normal(
     size: float, runs: range, seed: int, channel: int, shape: tuple[int, int]
 ) -> FloatArray:
-    """Draw from a stream of its own for each run and instrument: run 3 is run 3 of however many."""
+    """Draw from a separate stream for each run and instrument: run k does not depend on others."""
     if not size:
         return np.zeros((1, 1, 1))
     out = np.empty((len(runs), *shape))
@@ -146,18 +147,18 @@ class Controller:
         computed-torque:  tau = ID(q, qd, qdd_r + 2 damping bandwidth e' + bandwidth^2 e)
         pd:               tau = ID(q_r, qd_r, qdd_r) + D (2 damping bandwidth e' + bandwidth^2 e)
 
-    where D is the diagonal of M at the beginning of the reference. The model has rigid body,
-    rotors, viscous friction and offsets; Coulomb friction and effects are left to the feedback, so
-    that the torque has no steps.
+    where D is the diagonal of M at the beginning of the reference. The model contains rigid body,
+    rotors, viscous friction and offsets. It lacks Coulomb friction and effects, so the torque has
+    no steps.
 
     Attributes:
         kind: "computed-torque" or "pd".
-        bandwidth: of the position loop, rad/s.
-        damping: ratio.
-        scale: of the controller's parameters over the robot's (the paper's figure 2: 1.2).
-        feedback: "true": acts in continuous time on what truly happens. "measured": acts at every
-            stamp on what the instruments show and holds its torque until the next, as a digital
-            controller does.
+        bandwidth: bandwidth of the position loop, rad/s.
+        damping: damping ratio.
+        scale: ratio of the controller's parameters to the robot's (figure 2 of the paper: 1.2).
+        feedback: "true" acts in continuous time on the true motion. "measured" acts at every stamp
+            on the measured motion, and holds its torque until the next one, as a digital controller
+            does.
 
     Raises:
         ParameterError: a value is not accepted.
@@ -183,19 +184,19 @@ class Controller:
 
 @dataclass(frozen=True)
 class Recording:
-    """How the logs of a simulated robot come about.
+    """Sensors, controller and disturbance of a simulated robot.
 
     Attributes:
-        instruments: what the logs show.
-        controller: that moves the robot along its reference; not used where torques are played.
+        instruments: the sensors.
+        controller: moves the robot along its reference; not used if torques are given.
         disturbance: standard deviation of torques that act on the joints and that no log shows, new
             at every stamp; one number, or one for each joint, N m or N.
-        rate: stamps of the logs per second; None for those of the trajectory or of the torques,
-            and 1000 for the Fourier series and the paper's motion.
-        clip: whether torques are kept within [limits], instead of being refused beyond them.
+        rate: sampling rate of the logs, Hz. None means that of the trajectory or of the torques,
+            and 1000 Hz for the Fourier series and the motion of the paper.
+        clip: whether torques are clipped at [limits]; otherwise larger ones are an error.
 
     Raises:
-        ParameterError: a number has no meaning.
+        ParameterError: a number is not valid.
     """
 
     instruments: Instruments = field(default_factory=Instruments)
@@ -212,7 +213,7 @@ class Recording:
         """Return the disturbance of each of n joints, (n,).
 
         Raises:
-            ParameterError: another number of joints, or no standard deviations.
+            ParameterError: the number of joints is wrong, or a standard deviation is not valid.
         """
         out = np.asarray(self.disturbance, dtype=np.float64)
         if out.shape not in ((), (n,)) or not np.isfinite(out).all() or out.min() < 0:
@@ -223,7 +224,7 @@ class Recording:
 
     @property
     def moves_alike(self) -> bool:
-        """Whether runs differ in what is measured alone."""
+        """Whether all runs have the same true motion, and differ only in measurement noise."""
         return not np.any(self.disturbance) and self.controller.feedback == "true"
 
 
@@ -237,10 +238,10 @@ def tracking(
     """Return the law of a controller.
 
     Args:
-        controller: which one.
-        reference: what it follows.
-        evaluator: with inverse_dynamics and mass_matrix.
-        X: (p,) parameters of the robot that the controller knows of.
+        controller: kind and gains.
+        reference: the motion to follow.
+        evaluator: model with inverse_dynamics and mass_matrix.
+        X: parameters (p,) of the robot, before `scale`.
     """
     known = controller.scale * X
     torque = Repeated(evaluator, "inverse_dynamics", known)
@@ -260,7 +261,7 @@ def tracking(
 
 
 def replay(t: FloatArray, tau: FloatArray, hold: bool) -> Law:
-    """Return the law that plays torques (N, n) at stamps (N,), in straight lines or held."""
+    """Return the law that applies torques (N, n) at stamps (N,), interpolated or held."""
 
     columns = np.ascontiguousarray(tau.T)
 

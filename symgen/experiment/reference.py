@@ -25,7 +25,7 @@ _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
 #: Samples of the paper's motion, and their step in s.
 SAMPLES, STEP = 100, 0.0622
-#: What a reference reaches where [limits] are silent: position, speed, acceleration.
+#: Default limits of a reference without [limits]: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
 #: Part of the limits that a reference uses: the controller needs the rest.
 _PART = 0.9
@@ -33,10 +33,10 @@ _PART = 0.9
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A motion to follow; between its stamps a polynomial of degree five, which keeps q, qd, qdd.
+    """A motion to follow, with polynomials of degree five between its stamps.
 
     Attributes:
-        name: what messages call it.
+        name: name in messages.
         t: (N,) s, increasing.
         q: (N, n) rad or m.
         qd: (N, n) rad/s or m/s.
@@ -52,7 +52,7 @@ class Reference:
     curve: PPoly
 
     def at(self, t: FloatArray) -> FloatArray:
-        """Return q, qd and qdd (T, 3, n) at times (T,); beyond its ends the motion rests there."""
+        """Return q, qd and qdd (T, 3, n) at times (T,); the robot rests outside the motion."""
         out = self.curve(np.clip(t, self.t[0], self.t[-1]))
         out[(t < self.t[0]) | (t > self.t[-1]), 1:] = 0.0
         return np.asarray(out)
@@ -61,18 +61,18 @@ class Reference:
 def make_reference(
     name: str, t: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> Reference:
-    """Make a reference of arrays.
+    """Make a reference from arrays.
 
     Args:
-        name: what messages call it.
+        name: name in messages.
         t: (N,) s.
         q: (N, n) rad or m.
         qd: (N, n), dq/dt.
         qdd: (N, n), dqd/dt.
 
     Raises:
-        LogError: fewer than 2 stamps, shapes that differ, no finite numbers, or time that does not
-            increase.
+        LogError: there are fewer than 2 stamps, shapes differ, a number is not finite, or time does
+            not increase.
     """
     shape = q.shape
     if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
@@ -103,14 +103,14 @@ def make_reference(
 def reference_of(
     source: Reference | Log | str | Path | None, robot: Robot, **options: float
 ) -> Reference:
-    """Return the reference that a user means.
+    """Return a reference from any of its sources.
 
     Args:
         source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV;
-            "paper" for the motion of Gautier and Khalil (1988), of two revolute joints; None for a
+            "paper" for the motion of Gautier and Khalil (1988) with two revolute joints; None for a
             Fourier series.
-        robot: whose joints move.
-        options: duration, rate and seed of the Fourier series; duration and rate of the paper's.
+        robot: the robot that moves.
+        options: duration, rate and seed of the Fourier series; duration and rate for "paper".
 
     Raises:
         LogError: the file cannot be read, or has another number of joints than the robot.
@@ -135,9 +135,9 @@ def reference_of(
 
 
 def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
-    """Read a log in a format that is a log's alone; leave a CSV, which may have fewer columns.
+    """Read a source in a log format; return a CSV unchanged, because it can have fewer columns.
 
-    A log is mapped to the joint side by the robot's [drive]; such a CSV is on it.
+    The [drive] of the robot maps a log to the joint side. Such a CSV is already on it.
     """
     if isinstance(source, Log):
         return source if robot.drive is None else joint_side(source, robot.drive)
@@ -158,7 +158,7 @@ def from_log(log: Log, cutoff: float | None = None) -> Reference:
 def torques_of(
     source: Log | str | Path, robot: Robot
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
-    """Return t (N,), tau (N, n), and the state to begin with.
+    """Return t (N,), tau (N, n), and the initial state.
 
     Raises:
         LogError: the source cannot be read, or has another number of joints.
@@ -181,10 +181,10 @@ def torques_of(
 
 
 def read_reference(path: str | Path) -> Reference:
-    """Read a reference from CSV; missing derivatives are those of a spline of degree five.
+    """Read a reference from CSV; a spline of degree five supplies missing derivatives.
 
     Raises:
-        LogError: the file cannot be read, or derivatives are missing where steps vary.
+        LogError: the file cannot be read, or derivatives are missing and time steps vary.
     """
     t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
     step = float((t[-1] - t[0]) / (len(t) - 1))
@@ -217,14 +217,14 @@ def fourier(
         q_j = c_j + sum over k = 1..5 of (a_jk sin(k w t) - b_jk cos(k w t)) / (k w),
         w = 2 pi / duration, at least 0.1 Hz
 
-    with speeds and accelerations of 0 at t = 0 (Swevers and others 1997). Where the robot has no
-    limits: 1 rad, 1.5 rad/s, 6 rad/s2 (0.2 m, 0.5 m/s, 3 m/s2) about zero.
+    with speeds and accelerations of 0 at t = 0 (Swevers and others 1997). The default limits are
+    1 rad, 1.5 rad/s, 6 rad/s2 (0.2 m, 0.5 m/s, 3 m/s2) about zero.
 
     Args:
-        robot: whose limits hold.
-        duration: s; periods of the series are repeated so that none is longer than 10 s.
+        robot: robot with the limits.
+        duration: duration in s. The series repeats, so that its period is at most 10 s.
         rate: stamps per second.
-        seed: of the coefficients.
+        seed: seed of the coefficients.
     """
     samples = duration * rate
     if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):

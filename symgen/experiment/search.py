@@ -1,4 +1,4 @@
-"""The search for a motion: a nonlinear program over CasADi's emitted functions, solved by IPOPT.
+"""Search for a motion: a nonlinear program over emitted CasADi functions, solved by IPOPT.
 
 With W the regressor of the model that will be used, its columns scaled to unit norm, and
 lambda_i the eigenvalues of C = W'W, the condition number is sqrt(lambda_max / lambda_min) and
@@ -42,7 +42,7 @@ _MARGIN = 0.985  # of a limit that holds between the samples
 
 @dataclass
 class Clock:
-    """When a search has to stop: a time, or Ctrl-C."""
+    """Stops a search after a time limit or on Ctrl-C."""
 
     end: float
     interrupted: bool = False
@@ -55,12 +55,12 @@ class Clock:
 
     @property
     def left(self) -> float:
-        """Seconds that are left; none after Ctrl-C."""
+        """Remaining seconds; 0 after Ctrl-C."""
         return 0.0 if self.interrupted else self.end - self.elapsed
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Take Ctrl-C as the wish to stop, not as an error; only the main thread hears it."""
+        """Let Ctrl-C stop the search without an error; only the main thread receives it."""
         if threading.current_thread() is not threading.main_thread():
             yield
             return
@@ -76,7 +76,7 @@ class Clock:
 
 
 class _Watch(casadi.Callback):
-    """Stops IPOPT when the clock says so."""
+    """Stops IPOPT when the clock has run out."""
 
     def __init__(self, variables: int, constraints: int, clock: Clock) -> None:
         casadi.Callback.__init__(self)
@@ -106,14 +106,14 @@ class Program:
     """The nonlinear program of one search; solved from many starts.
 
     Args:
-        robot: whose motions they are.
-        space: of the motions to choose from, with their limits.
-        model: that will be used to identify: "energy", "momentum" or "torque".
-        window: of energy and momentum, s.
+        robot: the robot.
+        space: the motions to choose from, with their limits.
+        model: model to identify with: "energy", "momentum" or "torque".
+        window: window of energy and momentum, s.
         criterion: "condition" or "logdet".
         prior: parameters (p,) of the model whose torques are limited, or None.
-        clock: when to stop.
-        iterations: of IPOPT, at most.
+        clock: stops the search.
+        iterations: largest number of IPOPT iterations.
     """
 
     def __init__(
@@ -169,13 +169,13 @@ class Program:
         )
 
     def solve(self, z: FloatArray) -> FloatArray:
-        """Return the z that IPOPT reaches from a start; the clock may stop it on the way."""
+        """Return the z that IPOPT reaches from a start, or until the clock stops it."""
         found: FloatArray = self.solver(x0=z, **self.bounds)["x"].full()[:, 0]
         return found if np.isfinite(found).all() else z
 
 
 def _smooth(robot: Robot, limits: Bounds) -> Robot:
-    """Return the robot with Coulomb friction that has a derivative where speeds change sign."""
+    """Return the robot with Coulomb friction that is differentiable at zero speed."""
     width = iter(_SMOOTH * limits.rates[0])
     joints = (
         replace(j, coulomb_width=j.coulomb_width or float(next(width))) if j.movable else j
@@ -185,7 +185,7 @@ def _smooth(robot: Robot, limits: Bounds) -> Robot:
 
 
 def _fastest(space: Space, run: int) -> int:
-    """Return how many periods of the fastest term fit into a run."""
+    """Return the number of periods of the fastest term in a run."""
     own = (b.basis for b in space.of(run))
     return max(b.terms if b.kind in ("fourier", "cosine") else math.ceil(b.terms / 2) for b in own)
 
@@ -209,7 +209,7 @@ def _motion(x: Any, n: int) -> dict[str, Any]:
 
 
 def _gram(derived: Model, space: Space, run: int, z: Any, model: str, window: float) -> Any:
-    """Return W'W (p, p) of a run: the equations that identify builds, on a coarser grid.
+    """Return W'W (p, p) of a run, for the equations of `identify` on a coarser grid.
 
     Energy: [h(t2) - h(t1), integral of f]; momentum: [p(t2) - p(t1) - integral of dL/dq, integral
     of F]; torque: the samples themselves.
@@ -249,13 +249,13 @@ def _gram(derived: Model, space: Space, run: int, z: Any, model: str, window: fl
 def _loss(G: Any, criterion: str) -> Any:
     """Return a smooth loss of W'W.
 
-    "logdet" is -log det C. "condition" is the log of the condition number with power means of
-    order 6 in place of the extreme eigenvalues, which are not smooth where two meet:
+    "logdet" is -log det C. "condition" is the log of the condition number. Power means of order 6
+    replace the extreme eigenvalues, which are not smooth if two are equal:
 
         (log tr C^6 + log tr C^-6) / 12
 
-    Scaled columns do not tell a large motion from a small one, which drowns in noise: a small
-    share of the mean log norm of the columns prefers the large one.
+    Scaled columns do not distinguish a large motion from a small one, in which noise dominates. A
+    small share of the mean log norm of the columns therefore favours large motions.
     """
     p = G.shape[0]
     norms = casadi.sqrt(casadi.fmax(casadi.diag(G), _SMALL))
@@ -271,7 +271,7 @@ def _loss(G: Any, criterion: str) -> Any:
 
 
 def _torques(derived: Model, space: Space, run: int, z: Any, X: FloatArray) -> tuple[Any, Any]:
-    """Return the prior model's torques over their limits along a run, and their slopes in z.
+    """Return the torques of the prior model over their limits, and their derivatives in z.
 
     d tau/dz = (d tau/d(q, qd, qdd)) B, with the first factor from CasADi.
     """

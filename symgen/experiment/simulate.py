@@ -1,4 +1,4 @@
-"""simulate: a robot that moves under a controller or given torques, and the log that it leaves."""
+"""simulate: move a robot by a controller or by given torques, and write its log."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ from symgen.runtime.evaluator import Evaluator, load
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """What truly happened in every run, and what its log shows. Arrays are read-only.
+    """True motions and logs of all runs. Arrays are read-only.
 
     Attributes:
-        robot: its name.
+        robot: name of the robot.
         t: (N,) stamps, s.
         q: (runs, N, n) true positions, rad or m.
         qd: (runs, N, n) true speeds, rad/s or m/s.
@@ -52,8 +52,8 @@ class Simulation:
         tau_log: (runs, N, n) torques in the logs.
         sigma: types of the joints.
         joints: their numbers in the robot file.
-        notes: what was done, in words.
-        drive: of the robot; files are on the side that it says that logs are on.
+        notes: remarks as texts.
+        drive: [drive] of the robot, which determines on which side (motor or joint) files are.
         temp: (N, n) temperatures in the logs, deg C, or None.
     """
 
@@ -82,12 +82,12 @@ class Simulation:
         return len(self.q_log)
 
     def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
-        """Return the same motions in the logs of some instruments.
+        """Return the same motions, recorded by other instruments.
 
         Args:
-            instruments: what the logs show.
-            runs: numbers of the runs: one a motion, or any of the one motion that there is.
-            seed: of all noise.
+            instruments: the sensors.
+            runs: numbers of the runs, one for each motion, or any if there is one motion.
+            seed: seed of all noise.
         """
         count = len(self.t)
         noise = instruments.motion_noise(runs, seed, (count, len(self.sigma)))
@@ -105,7 +105,7 @@ class Simulation:
         """Return the log of a run, on the joint side.
 
         Raises:
-            LogError: it is no log that identification would take, such as one of under 10 samples.
+            LogError: identification would refuse the log, for example with fewer than 10 samples.
         """
         qd = None if self.qd_log is None else self.qd_log[run]
         name = f"{self.robot} {run + 1}"
@@ -114,7 +114,7 @@ class Simulation:
         return replace(log, mapped=self.drive is not None)
 
     def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
-        """Yield path and content of every run's log: `into`, or NAME_1 and so on where several."""
+        """Yield path and content of each run's log: `into`, or NAME_1, NAME_2 for several runs."""
         for run, path in enumerate(log_paths(into, self.runs)):
             yield path, self.file(run, path.suffix)
 
@@ -167,14 +167,14 @@ def warmed(
 
     Args:
         done: the motions.
-        robot: with its effects on samples.
-        temperature: at the start and in the end, deg C, and the time constant, s.
-        instruments: what the logs show of torques.
+        robot: robot with effects that depend on temperature.
+        temperature: temperature at the start and at the end, deg C, and the time constant, s.
+        instruments: the sensors.
         runs: numbers of the runs.
-        seed: of all noise.
+        seed: seed of all noise.
 
     Raises:
-        ParameterError: the temperature has no meaning.
+        ParameterError: the temperature is not valid.
     """
     start, end, constant = temperature
     if not all(map(math.isfinite, temperature)) or constant <= 0:
@@ -215,43 +215,45 @@ def simulate(
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Simulation:
-    """Simulate a robot that follows a reference, or that given torques drive, and its logs.
+    """Simulate a robot that follows a reference or given torques, and return its logs.
 
         M(q) qdd + h(q, qd) + A' f = tau + disturbance
 
-    with every kernel of the model (friction, couplings, effects); Coulomb friction of width 0 holds
-    a joint at rest under any load below it (see `symgen.experiment.plant`). Dormand and Prince's
-    method of order 5, all runs at once.
+    The model has friction, couplings and effects. Coulomb friction of width 0 holds a joint at rest
+    under any smaller load (see `symgen.experiment.plant`). The integrator is the method of order 5
+    of Dormand and Prince, for all runs together.
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
         parameters: an estimate.json or TOML with [parameters], a mapping of their names, or X (p,).
-        trajectory: what the controller follows: a CSV with t, q1.. and optionally qd1.., qdd1..;
-            a log; "paper"; a `Reference`; by default a seeded Fourier series within [limits].
-        torque: instead of a controller: a log, or a CSV with t, tau1.., played in straight lines
+        trajectory: motion that the controller follows: a CSV with t, q1.. and optionally qd1..,
+            qdd1..; a log; "paper"; a `Reference`; by default a seeded Fourier series within
+            [limits].
+        torque: torques to apply instead of a controller: a log, or a CSV with t, tau1.., linear
             between its stamps.
         hold: hold each of these torques until the next stamp instead.
         recording: controller, instruments, disturbance and rate; by default computed torque, and
-            logs that show everything exactly.
-        initial: q and qd (n,) to begin with; by default those of the reference, or of the log whose
-            torques are played, or rest at 0.
-        temperature: of all joints, (a, b, T): b + (a - b) exp(-t/T) deg C at t s. The logs have
-            it, and the torques of effects that depend on it: the controller feeds these forward.
-        duration: of the Fourier series, s.
-        runs: how many, or the numbers of some; they differ in noise and disturbance. Run k is the
-            same of however many.
-        seed: of all noise, and of the Fourier series.
-        tolerance: of the error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
-        progress: is told what is being done.
-        meter: is told which part of the motion is done, from 0 to 1.
+            exact logs.
+        initial: initial q and qd (n,); by default those of the reference, those of the log with the
+            torques, or rest at 0.
+        temperature: temperature of all joints, (a, b, T): b + (a - b) exp(-t/T) deg C at t s. The
+            logs contain it, and the torques of effects that depend on it. The controller
+            compensates these torques.
+        duration: duration of the Fourier series, s.
+        runs: number of runs, or the numbers of some. They differ in noise and disturbance. Run k
+            does not depend on the number of runs.
+        seed: seed of all noise, and of the Fourier series.
+        tolerance: largest error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
+        progress: called with a text about the current step.
+        meter: called with the part of the motion that is done, from 0 to 1.
 
     Returns:
         The true motions and the logs.
 
     Raises:
-        ParameterError: the parameters are not this robot's or no robot's (M is not positive
-            definite, negative Coulomb friction), the motion is not finite, or the torque leaves
-            [limits]: the message says when and which joint.
+        ParameterError: the parameters do not belong to this robot, or no robot can have them (M is
+            not positive definite, or Coulomb friction is negative). Or the motion is not finite,
+            or a torque exceeds [limits]; the message has time and joint.
         LogError: a file cannot be read, or has another number of joints.
     """
     evaluator, X = _loaded(robot, parameters, progress)
@@ -303,22 +305,22 @@ def track(
 ) -> Simulation:
     """Simulate a robot that a controller moves along the measured motion of a log.
 
-    The reference is the log's q through a zero-phase low-pass filter, with its slopes: what the
-    model would do in the real robot's place. Where the model is right the simulated torque is the
-    measured one and the motion differs by what the feedback leaves of Coulomb friction.
+    The reference is q of the log after a zero-phase low-pass filter, with its derivatives. If the
+    model is right, the simulated torque equals the measured one. The motion then differs only by
+    the Coulomb friction that the feedback does not compensate.
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
         parameters: as in `simulate`.
         log: the measured log.
         controller: computed torque by default.
-        cutoff: of the low-pass, Hz; by default from the motion's bandwidth.
+        cutoff: cutoff of the low-pass, Hz; by default from the bandwidth of the motion.
         clip: as in `simulate`.
         tolerance: as in `simulate`.
 
     Returns:
-        One run over the log's stamps: `t` is log.t, and `q[0]`, `qd[0]`, `tau[0]` (N, n) are the
-        simulated motion and torque, free of noise.
+        One run over the stamps of the log: `t` is log.t, and `q[0]`, `qd[0]`, `tau[0]` (N, n) are
+        the simulated motion and torque, without noise.
 
     Raises:
         ParameterError: as `simulate`.
@@ -350,7 +352,7 @@ def _run(
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Simulation:
-    """Move a plant along stamps t (N,), and read the logs off.
+    """Simulate a plant along stamps t (N,), and return the logs.
 
     Args:
         moved: the robot.
@@ -428,10 +430,10 @@ def _run(
 def _torque_notes(
     motion: Motion, robot: Robot, limits: tuple[float, ...] | None, clip: bool
 ) -> tuple[str, ...]:
-    """Say how often a torque was clipped.
+    """Return notes on how often a torque was clipped.
 
     Raises:
-        ParameterError: it left the limits and clipping was not asked for.
+        ParameterError: a torque exceeds its limit, and clipping is off.
     """
     notes = []
     for j, limit in enumerate(limits or ()):
@@ -461,7 +463,7 @@ def _stamps(t: FloatArray, rate: float) -> FloatArray:
 def _loaded(
     robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
 ) -> tuple[Evaluator, FloatArray]:
-    """Return the evaluator with the kernels that are needed, and X (p,)."""
+    """Return the evaluator with the necessary kernels, and X (p,)."""
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
     needed = [name for name in KERNELS if name != "friction_torque"]
@@ -474,10 +476,10 @@ def _loaded(
 
 
 def values_of(parameters: Parameters, model: Model) -> FloatArray:
-    """Return X (p,) of a file, of names, or of numbers.
+    """Return X (p,) from a file, from named values, or from numbers.
 
     Raises:
-        ParameterError: they are not this robot's.
+        ParameterError: the parameters do not belong to this robot.
     """
     if isinstance(parameters, (str, Path)):
         return read_parameters(parameters, model)

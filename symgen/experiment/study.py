@@ -1,13 +1,13 @@
-"""study: how well my motions and my sensors tell the parameters of my robot, by simulation.
+"""study: accuracy of identified parameters for given motions and sensors, by simulation.
 
-Gautier and Khalil (1988) say of the bias of least squares that it is impossible to calculate, and
-ask for a study "by simulation, for a given robot with given noise" (section 7). Runs are simulated,
-identified by each model and method, and compared with the truth:
+Gautier and Khalil (1988) write that the bias of least squares is impossible to calculate, and ask
+for a study "by simulation, for a given robot with given noise" (section 7). symgen simulates runs,
+identifies them with each model and method, and compares them with the true values:
 
     bias = mean of X - X_true,   std = deviation of X over the runs,   std(T) = std sqrt(T0 / T)
 
-so that a parameter is within the target p after T = T0 std^2 / ((p X_true)^2 - bias^2), and never
-where the bias alone is larger.
+A parameter is within the target p after T = T0 std^2 / ((p X_true)^2 - bias^2), and never if the
+bias alone is larger.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ TOGETHER = 8
 
 @dataclass(frozen=True, eq=False)
 class Try:
-    """A model with a method, in the band in which it is used."""
+    """A model with a method and its filter band."""
 
     model: EquationModel
     method: Method
@@ -63,19 +63,19 @@ class Try:
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """What a worker does with some runs.
+    """The work of one task: simulate and identify some runs.
 
     Attributes:
-        robot: text of its robot.toml.
-        kernels: that are needed of its model.
-        X: its parameters, (p,).
-        aims: the references, one a log; empty where nobody asks for them any more.
-        recording: how logs come about.
-        seed: of all noise.
-        moved: the motion along every reference, where all runs have the same; else empty.
+        robot: text of robot.toml.
+        kernels: necessary kernels.
+        X: true parameters, (p,).
+        aims: the references, one for each log; empty if they are not needed.
+        recording: sensors and controller.
+        seed: seed of all noise.
+        moved: the motion along every reference, if all runs have the same; else empty.
         tries: models and methods.
-        late: whether torques are shifted where they come late, as `identify` does.
-        held: q, qd, qdd (N, n) of a motion without noise, along which torques are predicted.
+        late: whether late torques are shifted, as `identify` does.
+        held: q, qd, qdd (N, n) of a motion without noise, for the torque error.
     """
 
     robot: str
@@ -91,11 +91,11 @@ class Trials:
 
     @property
     def evaluator(self) -> Evaluator:
-        """The model, compiled once a process."""
+        """The model, compiled once in each process."""
         return load_model(self.robot, self.kernels)
 
     def samples(self, runs: range) -> Iterator[list[Samples]]:
-        """Yield the logs of every run, opened and mended as `identify` does."""
+        """Yield the logs of every run, read and repaired as `identify` does."""
         evaluator, r, count = self.evaluator, self.recording, len(self.moved or self.aims)
         made = []
         for k in range(count):
@@ -116,7 +116,7 @@ class Trials:
     def __call__(self, runs: range) -> bytes:
         """Return rows [X, std, squared error of torque] (tries, groups, 2 p + n) by size, as NPZ.
 
-        A group is 1, 2 or 4 runs that are solved together. What cannot be solved is NaN.
+        A group is 1, 2 or 4 runs that are solved together. Groups without a solution are NaN.
         """
         evaluator = self.evaluator
         parts = [self._parts(evaluator, samples) for samples in self.samples(runs)]
@@ -159,7 +159,7 @@ class Trials:
         return [parts(t.model, t.band, t.method.name == "iv") for t in self.tries]
 
     def _commanded(self, t: FloatArray, log: int) -> Log:
-        """Return the reference of a log at its stamps: instruments where no speed is measured."""
+        """Return the reference of a log at its stamps, as instruments if no speed is measured."""
         aim, sigma = self.aims[log].at(t), self.evaluator.model.robot.sigma
         ones = np.ones_like(aim[:, 0])
         made = make_log("reference", t, aim[:, 0], ones, aim[:, 1], sigma=sigma)
@@ -207,35 +207,36 @@ def study(
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Study:
-    """Tell by simulation how well logs of given motions and sensors determine a robot.
+    """Simulate how accurately logs of given motions and sensors determine the parameters.
 
     Args:
         robot: a robot, a path or a library name.
-        parameters: the true ones: estimate.json, TOML with [parameters], names, or X (p,).
-        trajectories: the motions, one log each, as `simulate` takes them; by default one seeded
-            Fourier series within [limits].
-        held_out: the motion along which torque is predicted; by default another such series.
+        parameters: true parameters: estimate.json, TOML with [parameters], names, or X (p,).
+        trajectories: motions, one for each log, as in `simulate`; by default one seeded Fourier
+            series within [limits].
+        held_out: motion on which the torque error is measured; by default another such series.
         recording: instruments, controller, disturbance and rate.
-        models: of energy, momentum, torque; by default all.
-        methods: estimators or their names. Method iv takes its instruments from the encoders where
-            speeds are measured, from the commanded motion where not.
-        window: of energy and momentum, s.
-        cutoff: of the filter, Hz; by default chosen from the first run.
-        duration: of the Fourier series, s.
-        runs: how many.
-        target: what a parameter is to be known to, over its value.
-        seed: of all noise, and of the Fourier series.
-        workers: who shares the runs. The result is the same.
-        progress: is told what is being done.
-        meter: is told which part is done, from 0 to 1.
+        models: some of energy, momentum, torque; by default all.
+        methods: estimators or their names. Method iv takes its instruments from the encoders if
+            speeds are measured, and otherwise from the commanded motion.
+        window: window of energy and momentum, s.
+        cutoff: cutoff of the filter, Hz; by default chosen from the first run.
+        duration: duration of the Fourier series, s.
+        runs: number of runs.
+        target: desired accuracy of a parameter, relative to its value.
+        seed: seed of all noise, and of the Fourier series.
+        workers: processes or scheduler that share the runs. The result does not depend on them.
+        progress: called with a text about the current step.
+        meter: called with the part that is done, from 0 to 1.
 
     Returns:
-        Bias, precision and what estimates say of it, for every model, method and parameter.
+        Bias, standard deviation and stated standard deviation of every parameter, for every model
+        and method.
 
     Raises:
-        ParameterError: the parameters are not this robot's, or a number is out of range.
-        IdentificationError: a model or method that does not exist.
-        LogError: a trajectory cannot be read, or is another robot's.
+        ParameterError: the parameters do not belong to this robot, or a number is out of range.
+        IdentificationError: a model or method does not exist.
+        LogError: a trajectory cannot be read, or has another number of joints.
     """
     if not (_FEWEST <= runs <= _MOST and 0 < target < 1 and seed >= 0):
         raise ParameterError(
@@ -296,7 +297,7 @@ def study(
 
 
 def _moved(trials: Trials, progress: Say, meter: Meter) -> list[Simulation]:
-    """Return the motions along the references, of which every run measures the same."""
+    """Return the motions along the references, which are the same for every run."""
     made, share = replace(trials.recording, instruments=Instruments()), _BEFORE / len(trials.aims)
     return [
         simulate(
@@ -310,7 +311,7 @@ def _moved(trials: Trials, progress: Say, meter: Meter) -> list[Simulation]:
 def _with_tries(
     trials: Trials, ways: Sequence[tuple[EquationModel, Method]], cutoff: float | None
 ) -> Trials:
-    """Choose the band of every way from the first run; look whether torques come late."""
+    """Choose the band of each model and method from the first run, and detect late torques."""
     (first,) = trials.samples(range(1))
     bands: dict[bool, Band] = {}
     late = False
@@ -325,13 +326,13 @@ def _with_tries(
 def _tried(
     trials: Trials, way: Try, found: dict[int, FloatArray], settings: Settings, tau: FloatArray
 ) -> Tried:
-    """Return what one model and method did.
+    """Return the result of one model and method.
 
     Args:
-        trials: what was done.
+        trials: the simulated work.
         way: the model and method.
         found: rows [X, std, squared error of torque] (groups, 2 p + n) by number of recordings.
-        settings: of the study.
+        settings: settings of the study.
         tau: torque of the held-out motion, (N, n).
     """
     size = np.sum(tau**2, axis=0)
@@ -373,7 +374,7 @@ def _tried(
 def _seconds(
     true: float, bias: float, error: float, std: float, settings: Settings
 ) -> float | None:
-    """Return how long must be recorded, s; None where no length is long enough."""
+    """Return the necessary recording time, s; None if no time is long enough."""
     wanted = settings.target_percent / 100 * abs(true)
     counted = bias if abs(bias) > _COUNTS * error else 0.0
     if wanted <= abs(counted):
@@ -382,7 +383,7 @@ def _seconds(
 
 
 def _notes(results: Sequence[Tried], runs: int) -> tuple[str, ...]:
-    """Say what failed, and where std does not fall as the square root of the length."""
+    """Return notes on failed runs, and on std that does not fall as 1 / sqrt(length)."""
     out = []
     for r in results:
         if r.failed:

@@ -1,4 +1,4 @@
-"""What `study` finds: bias and precision of every parameter, and of predicted torque."""
+"""Results of `study`: bias and precision of every parameter, and torque error."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 from symgen.errors import first_of
 from symgen.estimation.band import Band
 from symgen.experiment.recording import Recording
-from symgen.files import html_table
 from symgen.identification.assessment import KNOWN
 from symgen.schemas import read_result, result_file, to_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
@@ -20,20 +20,20 @@ MARKER = "study.json"
 
 @dataclass(frozen=True)
 class Precision:
-    """How well a parameter is found.
+    """Bias and standard deviation of a parameter.
 
     Attributes:
-        name: of the parameter.
-        unit: of value, bias and standard deviations.
-        value: the true one.
-        bias: mean of the estimates less the true value.
+        name: name of the parameter.
+        unit: unit of value, bias and standard deviations.
+        value: true value.
+        bias: mean of the estimates minus the true value.
         bias_error: standard error of that mean.
         std: standard deviation of the estimates over the runs.
-        estimated_std: what the estimates say of it, root mean square; None: nothing.
-        coverage: share of the runs whose interval value +- 1.96 std holds the truth.
-        std_by_length: with the motions recorded once, twice, four times.
-        seconds: to be recorded until sqrt(bias^2 + std^2) is the target, std falling as the square
-            root of it does; at least once the motions. None: no length is long enough.
+        estimated_std: root mean square of the stated standard deviations; None without any.
+        coverage: share of the runs whose interval value +- 1.96 std contains the true value.
+        std_by_length: std with the motions recorded once, twice and four times.
+        seconds: recording time until sqrt(bias^2 + std^2) reaches the target, if std falls as
+            1 / sqrt(time); at least the time of the motions. None if no time is long enough.
     """
 
     name: str
@@ -54,25 +54,25 @@ class Precision:
 
     @property
     def known(self) -> bool:
-        """Whether std is at most 30 % of the value, as an estimate calls a parameter known."""
+        """Whether std is at most 30 % of the value, as for a known parameter of an estimate."""
         return 100 * self.relative_std <= KNOWN
 
 
 @dataclass(frozen=True)
 class Tried:
-    """A model with a method.
+    """The result of a model with a method.
 
     Attributes:
-        model, method: by name.
-        band: of the filters, chosen from the first run.
-        failed: runs that did not determine the parameters.
-        parameters: one by one; empty where fewer than three runs did.
-        torque_error: ||tau of X - tau|| / ||tau|| along a motion without noise that no run had,
-            root mean square over the runs.
-        torque_error_per_joint: the same joint by joint.
-        torque_error_by_length: with the motions recorded once, twice, four times.
-        std_ratio_by_length: std over that of recording once, all parameters together; 0.71 and 0.5
-            where errors at different times are independent.
+        model, method: names of model and method.
+        band: filter band, chosen from the first run.
+        failed: number of runs that did not determine the parameters.
+        parameters: result of each parameter; empty if fewer than three runs have an estimate.
+        torque_error: ||tau of X - tau|| / ||tau|| on a motion without noise that no run has, root
+            mean square over the runs.
+        torque_error_per_joint: the same for each joint.
+        torque_error_by_length: torque error with the motions recorded once, twice and four times.
+        std_ratio_by_length: std relative to one recording, over all parameters; 0.71 and 0.5 if
+            errors at different times are independent.
     """
 
     model: str
@@ -87,7 +87,7 @@ class Tried:
 
     @property
     def name(self) -> str:
-        """Model and method in words."""
+        """Name of model and method."""
         return f"{self.model} by {self.method}"
 
     @property
@@ -103,30 +103,30 @@ class Tried:
         return tuple(p for p in self.parameters if p.seconds is None)
 
     def within(self, seconds: float) -> int:
-        """Return how many parameters reach the target in a time."""
+        """Return the number of parameters that reach the target in a time."""
         return sum(p.seconds is not None and p.seconds <= seconds for p in self.parameters)
 
     @property
     def slowest(self) -> Precision | None:
-        """Of the parameters that are known and reach the target, the one that takes longest."""
+        """The known parameter that reaches the target last."""
         reach = [p for p in self.parameters if p.known and p.seconds is not None]
         return max(reach, key=lambda p: p.seconds or 0.0, default=None)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a study was made with.
+    """The settings of a study.
 
     Attributes:
-        runs: of every model and method.
-        seed: of all noise.
-        seconds: of the motions, recorded once.
-        lengths: how many times they are recorded.
-        rate_hz: of the logs.
-        window_s: of energy and momentum.
-        target_percent: of a parameter's value.
+        runs: number of runs of every model and method.
+        seed: seed of all noise.
+        seconds: duration of the motions, recorded once.
+        lengths: how many times the motions are recorded.
+        rate_hz: sampling rate of the logs.
+        window_s: window of energy and momentum.
+        target_percent: target, in percent of the value of a parameter.
         trajectories: names of the motions.
-        held_out: name of the motion along which torque is predicted.
+        held_out: name of the motion on which the torque error is measured.
         recording: instruments, controller, disturbance.
     """
 
@@ -143,14 +143,14 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Viewable):
     """Bias and precision of estimates of a robot, by simulation.
 
     Attributes:
-        robot: its name.
-        settings: what it was made with.
-        results: models and methods, in the order in which they were asked for.
-        notes: in words.
+        robot: name of the robot.
+        settings: settings of the study.
+        results: results of models and methods, in the requested order.
+        notes: remarks as texts.
     """
 
     robot: str
@@ -160,7 +160,7 @@ class Study:
 
     @property
     def best(self) -> Tried | None:
-        """The model and method that predict torque best; None where nothing could be solved."""
+        """The model and method with the smallest torque error; None if none has a solution."""
         found = [r for r in self.results if r.torque_error is not None]
         return min(found, key=lambda r: r.torque_error or 0.0, default=None)
 
@@ -169,9 +169,6 @@ class Study:
         told = "nothing determined" if best is None else f"{best.name}: {answer(self, best)}"
         ways, runs = len(self.results), self.settings.runs
         return f"<Study of {self.robot}: {ways} ways, {runs} runs; {told}>"
-
-    def _repr_html_(self) -> str:
-        return html_table(repr(self), HEADER, [tuple(map(str, row)) for row in overview(self)])
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of study.json."""
@@ -190,7 +187,7 @@ def read_study(path: str | Path) -> Study:
         path: the folder that `study` wrote, or the study.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: there is no study, or it is damaged.
     """
     return read_result(Study, result_file(path, MARKER), SCHEMA)
 
@@ -226,7 +223,7 @@ def precision_rows(found: Tried) -> list[tuple[str, ...]]:
 
 
 def answer(study: Study, r: Tried) -> str:
-    """Say in a sentence how long must be recorded."""
+    """Return a sentence about the necessary recording time."""
     s, target = study.settings, f"{study.settings.target_percent:g} %"
     slow = r.slowest
     out = f"{r.within(s.seconds)} of {len(r.parameters)} parameters within {target} "
@@ -244,7 +241,7 @@ def answer(study: Study, r: Tried) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Return a time in the unit that a person would use."""
+    """Return a time as a text in s, min, h or d, or "never"."""
     if seconds is None:
         return "never"
     for size, unit in ((86400.0, "d"), (3600.0, "h"), (60.0, "min")):

@@ -1,7 +1,7 @@
 """Trajectories that are linear in their coefficients: Fourier series, B-splines, the paper's two.
 
-Of one joint, q(t) = B(t) c with a fixed matrix B: speed, acceleration and jerk are B' c, B'' c and
-B''' c, so that limits on all four are linear in c. Every joint may have a basis of its own.
+The position of a joint is q(t) = B(t) c with a fixed matrix B. Speed, acceleration and jerk are B'
+c, B'' c and B''' c, so limits on all four are linear in c. Each joint can have its own basis.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ class Basis:
     """One joint's functions of time, on 0 <= t <= duration.
 
     Attributes:
-        duration: length in s.
-        terms: what sets the number of coefficients.
+        duration: duration in s.
+        terms: determines the number of coefficients.
         kind: name of the family.
-        ends: where the functions have to be put to rest: parts of the duration, and orders.
+        ends: conditions for rest at the ends: shares of the duration, and derivative orders.
     """
 
     duration: float
@@ -45,7 +45,7 @@ class Basis:
         raise NotImplementedError
 
     def rest(self) -> FloatArray:
-        """Return rows E: E c = 0 puts the joint at rest at both ends, (conditions, size)."""
+        """Return E (conditions, size): the joint is at rest at both ends if E c = 0."""
         rows = [self.matrix(np.array([end * self.duration]), order) for end, order in self.ends]
         return np.concatenate([np.zeros((0, len(self.constant))), *rows])
 
@@ -99,8 +99,8 @@ class BSpline(Spline):
 class Cubic(Spline):
     """The paper's first generator: q = q0 + D (3 s^2 - 2 s^3), s = t/T, from stop to stop.
 
-    Coefficients are the `terms` + 1 positions of the stops, at equal times; with one term it is
-    the motion of Gautier and Khalil (1988). Accelerations jump at the stops.
+    Coefficients are the `terms` + 1 positions of the stops, at equal times. One term gives the
+    motion of Gautier and Khalil (1988). Accelerations jump at the stops.
     """
 
     kind = "cubic"
@@ -151,7 +151,7 @@ def basis(kind: str, duration: float, terms: int | None = None) -> Basis:
 
 
 def fine(own: Basis, step: float) -> FloatArray:
-    """Return times in s over a run, `step` apart at most, and both sides of where it jumps."""
+    """Return times in s over a run, at most `step` apart, and both sides of its jumps."""
     T = own.duration
     t = np.linspace(0.0, T, int(np.ceil(T / step - 1e-9)) + 1)
     if not isinstance(own, Cubic):
@@ -194,7 +194,7 @@ class Trajectory:
         return np.stack(list(columns), axis=1)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as JSON can hold it."""
+        """Return the trajectory as values of JSON."""
         return {
             "duration": self.duration,
             "joints": [

@@ -40,7 +40,7 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
@@ -426,12 +426,12 @@ def prediction_use(
     said, own = held.residual.relative, train.residual.relative
     if said > RESIDUAL:
         reasons.append(
-            f"the model leaves {100 * said:.3g} % of the torque of held-out motion unexplained"
+            f"the model leaves {percent(said)} of the torque of held-out motion unexplained"
             f"{'' if faults else ', cause unknown'}"
         )
     each = np.array(held.residual.per_joint)
     counts = held.size > _SHARE * held.size.sum()
-    bad = [f"{j + 1} ({100 * each[j]:.3g} %)" for j in np.flatnonzero((each > JOINT) & counts)]
+    bad = [f"{j + 1} ({percent(each[j])})" for j in np.flatnonzero((each > JOINT) & counts)]
     if bad:
         reasons.append(
             f"the torque of held-out motion is unexplained at movable joints {', '.join(bad)}"
@@ -440,13 +440,13 @@ def prediction_use(
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
-            f"overfit: the torque error on held-out motion is {100 * said:.3g} %, "
+            f"overfit: the torque error on held-out motion is {percent(said)}, "
             f"{said / max(own, 1e-300):.3g} times that on the training logs"
         )
     if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
         reasons.append(
-            f"the error depends on the motion: {100 * said:.3g} % on held-out data, and "
-            f"{100 * worst:.3g} % on another part of the motion that a fit did not see; symgen "
+            f"the error depends on the motion: {percent(said)} on held-out data, and "
+            f"{percent(worst)} on another part of the motion that a fit did not see; symgen "
             "diagnose looks for what is missing"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
@@ -644,7 +644,7 @@ def headline(
         rests: what is said of joints at rest.
     """
     prediction, parameters, simulation = uses
-    held, own = (f"{100 * e:.3g} %" for e in errors)
+    held, own = map(percent, errors)
     known = len(parameters.known)
     first = ["Not good for torque prediction: ", *prediction.reasons]
     if prediction.ok:

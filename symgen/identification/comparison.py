@@ -16,6 +16,7 @@ from symgen.identification.estimate import (
     read_estimate,
 )
 from symgen.schemas import as_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.comparison/1"
 #: Combined standard deviations from which a parameter counts as moved.
@@ -56,7 +57,7 @@ class Compared:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Viewable):
     """Two estimates of one robot.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""What an estimate's figures are drawn from, as one NPZ file: curves over time."""
+"""The curves of an estimate's figures, as one NPZ file."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def curves_npz(curves: Mapping[str, tuple[Any, ...]], course: Convergence | None
 
 
 def read_curves(path: Path, parameters: int) -> dict[str, Any]:
-    """Read what `curves_npz` wrote; a file that is absent holds nothing.
+    """Read a file of `curves_npz`; a missing file has no curves.
 
     Args:
         path: the NPZ file.
         parameters: number of parameters that the estimate has.
 
     Returns:
-        The fields traces, balances and convergence of an estimate, those that it holds.
+        The fields traces, balances and convergence of an estimate, as far as the file has them.
 
     Raises:
         ParameterError: the file is damaged.

@@ -23,7 +23,6 @@ from symgen.estimation.values import (
     Whiteness,
 )
 from symgen.faults.fault import Fault
-from symgen.files import html_table
 from symgen.identification.curves import FILE, read_curves
 from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
@@ -41,6 +40,7 @@ from symgen.schemas import (
     result_file,
     to_json,
 )
+from symgen.views import Viewable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -186,7 +186,7 @@ class Alternative:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Estimate:
+class Estimate(Viewable):
     """Identified parameters with their precision, the fit, and a verdict in words.
 
     Attributes:
@@ -258,13 +258,6 @@ class Estimate:
             f"<Estimate of {self.robot}: {len(self.parameters)} parameters by {self.model} and "
             f"{self.method}, {self.verdict}>"
         )
-
-    def _repr_html_(self) -> str:
-        rows = [
-            (p.name, f"{p.value:.5g}", f"{p.std:.2g}", f"{p.relative_std_percent:.1f}", p.unit)
-            for p in self.parameters
-        ]
-        return html_table(repr(self), ("parameter", "value", "std", "std %", "unit"), rows)
 
     @property
     def X(self) -> FloatArray:

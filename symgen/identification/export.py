@@ -1,39 +1,52 @@
-"""Identified values for other programs: a C header, and the robot's own URDF or MJCF."""
+"""Export of identified values: a C header, and a copy of the robot's URDF or MJCF."""
 
 from __future__ import annotations
 
 import hashlib
 import math
 import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
-from symgen.codegen.model import derive
+import numpy as np
+
+from symgen import names
+from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.errors import ParameterError
+from symgen.estimation.equation_model import JUDGING
+from symgen.estimation.values import FloatArray
 from symgen.files import rendered
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
-from symgen.identification.parameters import cad_parameters, same_frames
-from symgen.identification.physical import link_parameters
-from symgen.robot.formats.mjcf import updated_mjcf
+from symgen.identification.parameters import cad_parameters, read_parameters, same_frames
+from symgen.identification.physical import LinkParameters, link_parameters
+from symgen.identification.prediction import torque_errors
+from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.formats.mjcf import SPRING, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 
+#: Schema and name of the file that lists the parameters of drawn robots.
+SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     """Return NAME_values.h: the identified X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h of the generated package and compiles with one of the same robot.toml alone,
-    whose digest it compares. The verdict and its reasons stand at its head.
+    It includes NAME.h of the generated package. It compares digests, and compiles only with a
+    package of the same robot.toml. Its first lines have the verdict and the reasons.
 
     Args:
-        estimate: what was identified.
-        prefix: of the package; the robot's name by default. NAMEf is that of a float package.
+        estimate: the estimate.
+        prefix: prefix of the package; the name of the robot by default, NAMEf for a float package.
 
     Raises:
-        ParameterError: a value is not finite, or method consistent gave what no robot can have.
+        ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
     if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
         raise ParameterError(
@@ -77,29 +90,52 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 def _comment(text: str) -> str:
-    """Return a text as one line that is safe inside a C comment: names of logs are anything."""
+    """Return a text as one line that is safe inside a C comment."""
     line = "".join(c if c.isprintable() else " " for c in text)
     # no end or begin of a comment, and no trigraph
     return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")
 
 
+@dataclass(frozen=True, eq=False)
+class IdentifiedFile:
+    """A robot file of another program with identified values.
+
+    Attributes:
+        text: of the file.
+        values: every standard parameter of the robot by name, as the file has it where it can.
+        left_out: name, value and unit of what the format cannot hold.
+        notes: what the numbers in it are, and who reads them; one line each.
+    """
+
+    text: str
+    values: Mapping[str, float]
+    left_out: tuple[tuple[str, float, str], ...]
+    notes: tuple[str, ...]
+
+
 def identified_file(
-    path: str | Path, estimate: Estimate, robot: Robot | None = None
-) -> tuple[str, str]:
-    """Return the file with link parameters that give the identified ones, and what to say of it.
+    path: str | Path,
+    estimate: Estimate,
+    robot: Robot | None = None,
+    actuators: bool = False,
+    X: FloatArray | None = None,
+) -> IdentifiedFile:
+    """Write identified values into the text of the robot's own file.
 
     Base parameters do not determine link parameters: of all that a robot could have and that give
-    X, those closest to the file's own are taken. Where no robot can have X, the nearest X is taken
-    that one can have.
+    X, symgen takes those closest to the file's own. Where no robot can have X, it takes the nearest
+    X that one can have, in the metric of its covariance.
 
     Args:
         path: of the file that the robot was read from.
         estimate: identified on that robot.
         robot: that robot, where joints of the file are held still in it.
+        actuators: whether an MJCF gets an actuator for each constant torque.
+        X: (p,) base parameters to write; by default those of the estimate.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's.
+        ParameterError: it is another robot's, or cannot hold the values.
     """
     path = Path(path)
     found = read_imported(path)
@@ -113,38 +149,165 @@ def identified_file(
         )
     links = link_parameters(
         model,
-        estimate.X,
+        estimate.X if X is None else X,
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
     )
+    dynamics = _dynamics(model.robot, links)
+    notes = [f"link parameters in {path.name}: {links.caveat}"]
+    if links.sigmas > 0:
+        notes.append(
+            f"no robot can have the identified X: the file has the nearest that one can have, "
+            f"{links.sigmas:.2g} standard deviations away"
+        )
     if path.suffix.lower() == ".xml":
-        text = updated_mjcf(path, links.bodies)
+        text, pushed = updated_mjcf(path, dynamics, actuators)
+        offsets = {j.joint for j in dynamics.joints if j.stiffness} | pushed
+        held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
+        held |= {f"OF{k}" for k in offsets} | {*_springs(model.robot).values()}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
-        text = updated_urdf(text, links.bodies, str(path))
-    said = f"link parameters in {path.name}: {links.caveat}"
-    if links.sigmas > 0:
-        said += f"; the identified X is {links.sigmas:.2g} standard deviations away from them"
-    return text, said
+        text, held = updated_urdf(text, dynamics, str(path)), set()
+        if any(joint.armature for joint in dynamics.joints):
+            notes.append(
+                "rotor inertia stands in the elements drake:rotor_inertia, which Drake and symgen "
+                "read; other programs ignore it"
+            )
+        if any(joint.frictionloss for joint in dynamics.joints):
+            notes.append(
+                "Coulomb friction stands in <dynamics friction>, which Drake and some simulators "
+                "ignore"
+            )
+    left_out = tuple(_left_out(model, links, held))
+    return IdentifiedFile(text, links.values, left_out, tuple(notes))
+
+
+def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
+    """Return what a robot file can hold of the parameters of a robot."""
+    springs = _springs(robot)
+
+    def value(name: str) -> float:
+        return float(links.values.get(name, 0.0))
+
+    joints = []
+    for joint in robot.movable:
+        k, offset = joint.number, value(f"OF{joint.number}")
+        stiffness = max(value(springs[k]), 0.0) if k in springs else 0.0
+        rest = -offset / stiffness if stiffness else 0.0
+        joints.append(
+            JointDynamics(
+                k, value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}"), stiffness, rest,
+                0.0 if stiffness else offset,
+            )
+        )  # fmt: skip
+    couplings = (
+        CouplingDynamics(
+            c.first, c.second, float(c.ratio.subs(robot.values())), value(f"IAM{c.second}"),
+            value(f"FVM{c.second}"), value(f"FSM{c.second}"),
+        )
+        for c in robot.couplings
+    )  # fmt: skip
+    gears = {}
+    if robot.drive is not None:
+        ratio = np.array(robot.drive.ratio)
+        if np.count_nonzero(ratio - np.diag(np.diag(ratio))) == 0:
+            gears = {j.number: ratio[i, i] for i, j in enumerate(robot.movable)}
+    return Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
+
+
+def _springs(robot: Robot) -> dict[int, str]:
+    """Return the name of the stiffness of each joint that has a spring."""
+    return {e.joints[0]: e.linear[0][0] for e in robot.effects if e.name == SPRING}
+
+
+def _left_out(
+    model: Model, links: LinkParameters, held: Collection[str]
+) -> Iterator[tuple[str, float, str]]:
+    """Yield what a format cannot hold and is not 0.
+
+    Args:
+        model: of the robot.
+        links: its parameters.
+        held: names of the parameters that the file holds beside links, rotors and friction.
+    """
+    always = {*names.LINK, names.ROTOR, "FS", "FV"}
+    for p in model.base.standard:
+        value = links.values[p.name]
+        if value and p.prefix not in always and p.name not in held:
+            yield p.name, value, p.unit
 
 
 def export(
-    estimate: str | Path, source: str | Path, robot: str | Path | Robot | None = None
-) -> tuple[str, str]:
-    """Write the identified link parameters of a robot into the text of its URDF or MJCF.
+    estimate: str | Path,
+    source: str | Path,
+    robot: str | Path | Robot | None = None,
+    *,
+    actuators: bool = False,
+) -> IdentifiedFile:
+    """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
     Args:
         estimate: an estimate.json, or the folder that `identify` wrote.
-        source: path of the URDF or MJCF; everything in it but <inertial> elements stays as it is.
+        source: path of the URDF or MJCF. Only <inertial>, friction, rotor inertia, springs and
+            couplings change in the copy.
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
-
-    Returns:
-        The text, and what to say of the numbers in it.
+        actuators: whether an MJCF gets an actuator for each constant torque.
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read or is another robot's.
+        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
+    """
+    known, robot = read_identified(estimate, robot)
+    return identified_file(source, known, robot, actuators)
+
+
+def export_samples(
+    estimate: str | Path,
+    source: str | Path,
+    count: int,
+    robot: str | Path | Robot | None = None,
+    *,
+    actuators: bool = False,
+    seed: int = 0,
+) -> Iterator[IdentifiedFile]:
+    """Yield copies of a robot's file with parameters drawn from their distribution.
+
+        X ~ N(X0, C),    moved to the nearest X that a robot can have
+
+    For domain randomisation: the files differ by what the logs leave open.
+
+    Args:
+        estimate, source, robot, actuators: as for `export`.
+        count: number of files.
+        seed: of the draws.
+
+    Raises:
+        RobotError: a robot cannot be read.
+        ParameterError: as `export`, or the estimate has no covariance.
+    """
+    known, robot = read_identified(estimate, robot)
+    p = len(known.parameters)
+    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
+        raise ParameterError(
+            f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
+            "parameters all have a standard deviation"
+        )
+    values, vectors = np.linalg.eigh(known.covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield identified_file(source, known, robot, actuators, known.X + root @ rng.normal(size=p))
+
+
+def read_identified(
+    estimate: str | Path, robot: str | Path | Robot | None = None
+) -> tuple[Estimate, Robot | None]:
+    """Return an estimate, and the robot that it is of; None where no file tells.
+
+    Raises:
+        RobotError: the robot cannot be read.
+        ParameterError: the estimate cannot be read, or is another robot's.
     """
     known = read_estimate(estimate)
     path = Path(estimate)
@@ -159,4 +322,33 @@ def export(
                 f"{path}: the estimate is of another robot than {robot.name}; accepted: --robot "
                 "with the robot.toml that was identified"
             )
-    return identified_file(source, known, robot)
+    return known, robot
+
+
+class FileErrors(NamedTuple):
+    """Relative torque errors on a log: of the parameters in a file, and of the estimate."""
+
+    file: float
+    estimate: float
+
+
+def file_errors(
+    path: str | Path, log: str | Path, estimate: Estimate, robot: str | Path | Robot
+) -> FileErrors:
+    """Return the torque error of the values in a robot file on a log, beside the estimate's.
+
+    Both are taken in the band of the estimate. What the file does not hold is 0.
+
+    Args:
+        path: of a URDF or MJCF.
+        log: path of the log.
+        estimate: identified on the robot.
+        robot: that robot.
+
+    Raises:
+        LogError: the log cannot be read.
+        ParameterError: the file is of another robot.
+    """
+    robot = read_robot(robot)
+    X = read_parameters(path, derive(robot, JUDGING))
+    return FileErrors(*torque_errors(robot, log, (X, estimate.X), estimate.band))

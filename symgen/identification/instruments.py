@@ -1,21 +1,21 @@
-"""Instruments for measured logs: the regressor along a motion that is free of the noise in it.
+"""Instruments for measured logs: the regressor along a motion without the noise of W.
 
-Instruments need a motion whose errors are independent of those in W and y. Which are:
+Instruments need a motion whose errors are independent of those in W and y. These are:
 
 - the commanded motion: independent of all sensor noise, also in closed loop. The best choice;
-- encoders for tachometers: W takes q and qd as measured, Z takes q through a zero-phase low-pass in
-  the motion's band and its derivative, nothing from the tachometer. Valid against tachometer noise
-  whatever its spectrum. Of encoder noise, the part within the band is in both; it reaches W only
-  through q, not through its derivative;
-- speeds that were themselves derived from the encoders leave no second sensor: in the band W and
-  any smoothed Z have the same noise, and Z removes nothing. Without a commanded motion this is
-  refused;
-- every second sample for the others: W takes the odd samples, Z the even ones. Valid where noise is
-  white, as that of encoders that move by more than a step from one sample to the next; each half
-  has more noise than the whole, so that this tests an estimate and gives none.
+- encoders for tachometers: W uses q and qd as measured. Z uses q after a zero-phase low-pass in the
+  band of the motion, and its derivative, but not the tachometer. This is valid for tachometer noise
+  of any spectrum. Encoder noise within the band is in both; it enters W only through q, not through
+  its derivative;
+- every second sample for the others: W uses the odd samples, Z the even ones. This is valid for
+  white noise, such as that of encoders that move by more than a step between samples. Each half has
+  more noise than the whole log, so symgen uses this only to test an estimate.
 
-An own estimate from the same log may drive the simulation that gives Z only if it is precise: it
-carries the log's noise into Z (measured in tests/workflow/test_bias.py).
+Speeds that were derived from the encoders are no second sensor: in the band, W and any smoothed Z
+have the same noise. Without a commanded motion, symgen refuses this case.
+
+An estimate from the same log can drive a simulation for Z only if it is precise, because it carries
+the noise of the log into Z (measured in tests/workflow/test_bias.py).
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ def instrumented(
 
     Args:
         evaluator: the compiled model.
-        part: of a training log.
-        model: of its equations.
-        commanded: its commanded motion, None to take the encoders.
+        part: part of a training log.
+        model: model of its equations.
+        commanded: its commanded motion; None to use the encoders.
 
     Raises:
-        IdentificationError: there is neither a commanded motion nor a speed of its own sensor.
+        IdentificationError: there is neither a commanded motion nor a measured speed.
         LogError: the commanded motion does not span the log.
     """
     log = part.log
@@ -72,7 +72,7 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
     """Return a commanded motion: a log, or a table of t, q1.. and qd1.. as `excite` writes.
 
     Raises:
-        LogError: it is the log itself, whose noise it would carry.
+        LogError: it is the log itself, which has the same noise.
     """
     if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".csv":
         t, found = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
@@ -96,8 +96,8 @@ def with_instruments(
 
     Args:
         evaluator: the compiled model.
-        part: of a log.
-        model: of its equations.
+        part: part of a log.
+        model: model of its equations.
         motion: the log with the positions and speeds of that motion.
     """
     rows = model.equations(evaluator, motion)
@@ -106,9 +106,10 @@ def with_instruments(
 
 
 def halves(log: FilteredLog) -> tuple[FilteredLog, FilteredLog] | None:
-    """Return the motion by the even samples and by the odd ones, both at the stamps of the log.
+    """Return the motion from the even and from the odd samples, both at the stamps of the log.
 
-    Their noise is independent where it is white. None where half the samples do not hold the band.
+    Their noise is independent if it is white. The result is None if half of the samples are not
+    enough for the band.
     """
     samples = log.samples
     if not log.band.filters(2 * samples.step):

@@ -27,12 +27,12 @@ from symgen.schemas import result_file
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """Parameters that a command is given.
+    """Parameters that are an input of a command.
 
     Attributes:
-        file: where they stand.
+        file: file of the parameters.
         X: (p,) base parameters.
-        estimate: the estimate that they come from; None for TOML and URDF files.
+        estimate: estimate in that file; None for TOML and URDF files.
     """
 
     file: Path
@@ -41,16 +41,16 @@ class Given:
 
     @property
     def band(self) -> Band | None:
-        """The band of the estimate; None where there is none."""
+        """The band of the estimate; None without an estimate."""
         return None if self.estimate is None else self.estimate.band
 
 
 def read_given(path: str | Path, model: Model) -> Given:
-    """Read the base parameters of a model, and the estimate that they come from.
+    """Read the base parameters of a model, and their estimate if there is one.
 
     Args:
-        path: what `read_parameters` reads.
-        model: whose parameters they are.
+        path: a path as for `read_parameters`.
+        model: model of the robot.
 
     Raises:
         ParameterError: as `read_parameters`, or the estimate is damaged.
@@ -68,7 +68,7 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
             [parameters]: base parameters by name (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`),
             which are regrouped; or the .urdf that the robot was imported from, whose inertias are
             standard parameters.
-        model: whose parameters they are.
+        model: model of the robot.
 
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
@@ -78,10 +78,10 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
 
 
 def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
-    """Return value and standard deviation (None where there is none) of what a file names.
+    """Return value and standard deviation (or None) of each parameter in a file.
 
     Raises:
-        ParameterError: the file cannot be read, or is of another robot than the model.
+        ParameterError: the file cannot be read, or belongs to another robot.
     """
     if path.suffix.lower() in FORMATS:
         return {name: (value, None) for name, value in cad_parameters(path, model).items()}
@@ -112,12 +112,12 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
-    """Return the parameter values of another program's file, if it has the model's frames.
+    """Return the parameter values of another program's file, if it has the frames of the model.
 
-    A rotor inertia that the file does not give is 0, and so is friction.
+    A missing rotor inertia or friction is 0.
 
     Raises:
-        ParameterError: it holds none, or is another robot's.
+        ParameterError: the file has no parameters, or belongs to another robot.
     """
     found = read_imported(path)
     if not found.parameters:
@@ -136,9 +136,9 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
 
 
 def _undeclared(name: str, value: float, robot: Robot) -> bool:
-    """Whether a parameter is the 0 of a rotor or a friction that the robot has not.
+    """Whether a parameter is a 0 of a rotor or a friction that the robot does not have.
 
-    Files that `import` wrote hold them, also where they were switched off in robot.toml since.
+    Files of `import` contain them, even if robot.toml no longer declares them.
     """
     prefix = name.rstrip("0123456789")
     number = name[len(prefix) :]
@@ -147,7 +147,7 @@ def _undeclared(name: str, value: float, robot: Robot) -> bool:
 
 
 def same_frames(imported: Robot, robot: Robot) -> bool:
-    """Whether a robot has the frames of its file; joints of the file may be held still in it."""
+    """Whether a robot has the frames of its file; joints of the file may be fixed in the robot."""
     theirs, ours = imported.with_values().joints, robot.with_values().joints
     if len(theirs) != len(ours):
         return False
@@ -184,7 +184,7 @@ def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatAr
 
 
 def link_columns(model: Model, link: int) -> list[int]:
-    """Return the places of the ten parameters of a link among the standard ones."""
+    """Return the indices of the ten parameters of a link among the standard ones."""
     place = {p.name: k for k, p in enumerate(model.base.standard)}
     return [place[f"{prefix}{link}"] for prefix in names.LINK]
 
@@ -202,7 +202,7 @@ def regrouping(model: Model) -> FloatArray:
 
 
 def is_finite(value: Any) -> bool:
-    """Whether a value is a number that a double can hold."""
+    """Whether a value is a number that is finite in double precision."""
     number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
     return number and bool(abs(value) <= sys.float_info.max)
 
@@ -213,10 +213,10 @@ def base_values(
     """Return X (p,) from base or standard parameters by name; standard ones are regrouped.
 
     Args:
-        given: name and value.
-        model: whose parameters they are.
-        where: what error messages call the source.
-        partial: whether a parameter that is missing is NaN.
+        given: names and values.
+        model: model of the robot.
+        where: name of the source in error messages.
+        partial: whether missing parameters become NaN instead of an error.
 
     Raises:
         ParameterError: a name is unknown or missing, or a value is not a finite number.
@@ -254,18 +254,18 @@ _LEAST = 0.1
 def read_prior(path: str | Path, model: Model) -> Prior:
     """Read a prior for the base parameters.
 
-    A base parameter has one where the file names it, or all standard parameters that it joins; the
-    others are free. Standard deviations are those of an estimate.json; elsewhere 30 % of the value,
-    or 3 % of the largest value of the same unit where that is more. What a .urdf leaves open (rotor
-    inertia, friction of 0) has no prior, nor has what is joined with it.
+    A base parameter has a prior if the file has it, or all standard parameters that it contains.
+    The others are free. Standard deviations come from an estimate.json. Otherwise they are 30 % of
+    the value, or 3 % of the largest value of the same unit if that is more. Parameters that a .urdf
+    does not define (rotor inertia, friction of 0) have no prior, nor do base parameters with them.
 
     Args:
         path: an estimate.json, TOML with [parameters] (base or standard ones), or the .urdf that
             the robot was imported from.
-        model: whose parameters they are.
+        model: model of the robot.
 
     Raises:
-        ParameterError: the file cannot be read, or names no parameter of this robot.
+        ParameterError: the file cannot be read, or has no parameter of this robot.
     """
     path = Path(path)
     pairs = read_named(path, model)

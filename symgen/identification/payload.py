@@ -35,8 +35,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -60,9 +61,11 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem, torque_equations
 from symgen.estimation.torque_error import relative_error
-from symgen.estimation.values import FloatArray
+from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
+from symgen.identification.curves import FILE, read_curves
+from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
 from symgen.identification.physical import (
     IDENTITY,
@@ -77,7 +80,8 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Drive, Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.schemas import read_result, result_file, to_json
+from symgen.schemas import BESIDE, OPTIONAL, read_result, result_file, to_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
@@ -85,6 +89,8 @@ COM = ("cx", "cy", "cz")
 #: Names of mass, centre and inertia about it, in the order of `read_off`.
 LABELS = ("mass", *COM, *names.INERTIA)
 MODELS = ("torque", STATIC)
+#: Quantities of the traces: torque of a model without the load, and of one with it.
+WITHOUT, WITH = "torque without the load", "torque with the load"
 _LENGTH = 0.1  # m, the size of a load in whose units its parameters compare
 #: Units of ten link parameters for that length and a mass of 1 kg.
 UNITS = np.array([*[_LENGTH**2] * 6, *[_LENGTH] * 3, 1.0])
@@ -124,7 +130,7 @@ class Left:
 
 
 @dataclass(frozen=True)
-class Payload:
+class Payload(Viewable):
     """What the arm carries, in the frame of a link.
 
     Attributes:
@@ -142,6 +148,9 @@ class Payload:
         notes: what was done, in words.
         gains: of the drives, joint by joint, where the load calibrated them: torque over what the
             log makes of it.
+        joints: number, unit and name of each movable joint; None in an older file.
+        traces: measured torque of the logs with the load, and that of the model, log by log: of
+            the quantities WITHOUT and WITH the load.
     """
 
     robot: str
@@ -157,11 +166,19 @@ class Payload:
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
+    joints: Annotated[tuple[Joint, ...] | None, OPTIONAL] = None
+    traces: Annotated[tuple[Trace, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
         """Return robot and mass."""
         mass = "not determined" if self.mass.value is None else f"{self.mass.value:.4g} kg"
-        return f"<Payload of {self.robot} on joint {self.frame}: mass {mass}>"
+        return f"<Payload of {self.robot} on {self.link}: mass {mass}>"
+
+    @property
+    def link(self) -> str:
+        """How results call the joint whose link carries the load."""
+        labels = {joint.number: joint.label for joint in self.joints or ()}
+        return labels.get(self.frame, f"joint {self.frame}")
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of payload.json."""
@@ -170,12 +187,13 @@ class Payload:
     def rows(self) -> list[tuple[str, Quantity, str]]:
         """Return name, quantity and unit of every number."""
         inertia = zip(names.INERTIA, self.inertia, strict=True)
-        gains = enumerate(self.gains, 1)
+        labels = [j.label for j in self.joints or ()]
+        labels = labels or [f"movable joint {k + 1}" for k in range(len(self.gains))]
         return [
             ("mass", self.mass, "kg"),
             *((name, q, "m") for name, q in zip(COM, self.com, strict=True)),
             *((name, q, "kg m2") for name, q in inertia),
-            *((f"gain of movable joint {j}", q, "") for j, q in gains),
+            *((f"gain of {label}", q, "") for label, q in zip(labels, self.gains, strict=False)),
         ]
 
 
@@ -188,7 +206,9 @@ def read_payload(path: str | Path) -> Payload:
     Raises:
         ParameterError: there is none, or it is damaged.
     """
-    return read_result(Payload, result_file(path, MARKER), SCHEMA)
+    file = result_file(path, MARKER)
+    curves = read_curves(file.with_name(FILE), 0)
+    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=curves.get("traces", ()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -409,9 +429,27 @@ def _of_given(system: LinearSystem, solution: Solution, rows: Sequence[Equations
 
 def _error(rows: Sequence[Equations], X: FloatArray, gain: FloatArray) -> float:
     """Return ||tau - model|| / ||tau||, all joints stacked."""
+    rows = [e.with_rest_weight(1.0) for e in rows]
     left = [e.y - gain[e.joint] * (e.W @ X) for e in rows]
     squares = [(x @ x, e.y @ e.y) for x, e in zip(left, rows, strict=True)]
     return relative_error(*np.array(squares).T).relative
+
+
+def _traces(
+    rows: Sequence[Equations], quantity: str, X: FloatArray, gain: FloatArray
+) -> tuple[Trace, ...]:
+    """Return measured and modelled torque, log by log, where no joint is masked."""
+    logs: dict[str, list[Equations]] = {}
+    for e in rows:
+        logs.setdefault(e.log, []).append(e.with_rest_weight(1.0))
+    out = []
+    for name, own in logs.items():
+        t = reduce(np.intersect1d, [e.t for e in own])
+        at = [np.searchsorted(e.t, t) for e in own]
+        both = [(e.y[k], gain[e.joint] * (e.W[k] @ X)) for e, k in zip(own, at, strict=True)]
+        measured, modelled = (np.column_stack(columns) for columns in zip(*both, strict=True))
+        out.append(Trace(name, "train", quantity, t, measured, modelled))
+    return tuple(out)
 
 
 def _known_covariance(
@@ -539,7 +577,9 @@ def payload(
     if spread is not None and not bare:
         shift = _of_given(system, solution, with_load)[:, : derived.inertial]
         covariance = covariance + shift @ spread[: derived.inertial, : derived.inertial] @ shift.T
-    before = _error(with_load, fit.X if bare else start.X, fit.k)
+    unloaded = fit.X if bare else start.X
+    before = _error(with_load, unloaded, fit.k)
+    traces = _traces(with_load, WITHOUT, unloaded, fit.k)
     gains: tuple[Quantity, ...] = ()
     if calibrate:
         how = "logs with and without the load, and the drives' gains, solved at once"
@@ -547,7 +587,9 @@ def payload(
         covariance = solution.covariance
         std = solution.std[-source.n :] / fit.k**2
         gains = tuple(Quantity(*pair) for pair in np.column_stack([1 / fit.k, std]).tolist())
-    after = _error(with_load, fit.X + problem.in_X(fit), fit.k)
+    whole = fit.X + problem.in_X(fit)
+    after = _error(with_load, whole, fit.k)
+    traces += _traces(with_load, WITH, whole, fit.k)
     r, what = len(fit.a), "of torque at standstill" if model == STATIC else "of torque"
     found = problem.estimate(fit, covariance[:r, :r])
     identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
@@ -563,7 +605,7 @@ def payload(
     return Payload(
         source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
-        notes + told, gains,
+        notes + told, gains, joints_of(source), traces,
     )  # fmt: skip
 
 

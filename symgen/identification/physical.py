@@ -11,6 +11,9 @@ Every base parameter is led by a standard parameter that no other contains: the 
 variables, and X = G s holds to rounding. Units are a typical length and mass of the robot, in which
 the entries of a pseudo-inertia compare.
 
+Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
+their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
+
 Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
 
     minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, or a positive semidefinite matrix
@@ -32,6 +35,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
@@ -70,7 +74,8 @@ def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
     """Return the link behind every joint of the file, fixed ones included.
 
-    With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c').
+    With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c'). A link whose
+    parameters are all 0 is a frame without mass.
 
     Args:
         robot: the mechanism.
@@ -89,9 +94,11 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
                 f"link {joint.number}: {', '.join(missing[:5])} missing; accepted: all of "
                 f"{' '.join(names.LINK)}"
             )
-        mass, com, inertia = about_centre(
-            np.sum([[values[name] for name in link] for link in wanted], axis=0)
-        )
+        link = np.sum([[values[name] for name in link] for link in wanted], axis=0)
+        if not link.any():  # a frame
+            out.append(Body(joint.number, 0.0, np.zeros(3), np.zeros((3, 3))))
+            continue
+        mass, com, inertia = about_centre(link)
         if not mass > 0:
             raise ParameterError(f"link {joint.number}: its mass is {mass:g}; accepted: above 0")
         out.append(Body(joint.number, mass, com, inertia))
@@ -118,7 +125,7 @@ def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArra
 
 
 _SOLVED = ("Solved", "AlmostSolved")  # to the accuracy, or to a hundred times it
-_ACCURACY = 1e-10
+_ACCURACIES = (1e-10, 1e-8)  # of the first and of the second try
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,30 +164,38 @@ def minimise(
         "nonnegative": clarabel.NonnegativeConeT,
         "semidefinite": lambda m: clarabel.PSDTriangleConeT(round((2 * m + 0.25) ** 0.5 - 0.5)),
     }
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    for name in ("gap_abs", "gap_rel", "feas"):
-        setattr(settings, f"tol_{name}", _ACCURACY)
-        setattr(settings, f"reduced_tol_{name}", 100 * _ACCURACY)
-    solver = clarabel.DefaultSolver(
-        csc_matrix(np.triu(P)),
-        c,
-        csc_matrix(-np.concatenate([cone.E for cone in cones])),
-        np.concatenate([cone.f for cone in cones]),
-        [kinds[cone.kind](len(cone.f)) for cone in cones],
-        settings,
-    )
-    solution = solver.solve()
-    if str(solution.status) not in _SOLVED:
+    E = np.concatenate([cone.E for cone in cones])
+    for accuracy in _ACCURACIES:
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        for name in ("gap_abs", "gap_rel", "feas"):
+            setattr(settings, f"tol_{name}", accuracy)
+            setattr(settings, f"reduced_tol_{name}", 100 * accuracy)
+        # Variables of very different size stop the solver: the second try has them alike.
+        size = np.sqrt(np.diag(P) + np.sum(E**2, axis=0))
+        unit = np.ones(len(c)) if accuracy == _ACCURACIES[0] else 1 / np.where(size > 0, size, 1.0)
+        solver = clarabel.DefaultSolver(
+            csc_matrix(np.triu(P * np.outer(unit, unit))),
+            c * unit,
+            csc_matrix(-E * unit),
+            np.concatenate([cone.f for cone in cones]),
+            [kinds[cone.kind](len(cone.f)) for cone in cones],
+            settings,
+        )
+        solution = solver.solve()
+        if str(solution.status) in _SOLVED:
+            break
+    else:
         raise ParameterError(f"the solver Clarabel ends with {solution.status}")
     ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
-    return np.array(solution.x), np.split(np.array(solution.z), ends)
+    return np.array(solution.x) * unit, np.split(np.array(solution.z), ends)
 
 
 #: The pseudo-inertia of ten link parameters as a vector of the solver, the unit matrix as such a
 #: vector, and the link parameters of which it is the pseudo-inertia.
 MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(names.LINK))]).T
 IDENTITY = triangle_vector(np.eye(4))
+_BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
 _UNIT = np.array([2.0, 0, 0, 2, 0, 2, 0, 0, 0, 1])
 #: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive ...
 _CERTAIN = 1e-8
@@ -192,6 +207,8 @@ _ENOUGH = 1e-3
 _LARGEST = 100.0
 #: Weight of the size of what a prior does not name, and of size in the search for the nearest.
 _FAINT, _FAINTEST, _TINY = 1e-3, 1e-6, 1e-12
+#: Most steps of Newton's method, the shortest part of one, and the decrease that ends it.
+_STEPS, _SHORTEST, _DONE = 200, 1e-12, 1e-22
 #: Share of a link in what makes X impossible, from which it is named.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
@@ -290,43 +307,89 @@ class Feasibility:
         X is realisable when it is positive. The second value is the share of each link in what
         binds t: the trace of its dual matrix.
         """
-        onto = np.column_stack([self.onto, -self._floors(np.ones(len(self.links)))])
-        t = np.eye(onto.shape[1])[-1]
-        trace = np.zeros((len(self.links), len(self.names)))
-        np.put_along_axis(trace, self.links, (IDENTITY @ MATRIX)[None], axis=1)
+        (t, _), blame = self._widest(self.onto, self.at, self.links)
+        return t, blame
+
+    def _widest(
+        self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]
+    ) -> tuple[tuple[float, FloatArray], FloatArray]:
+        """Return the largest t and y with P_j - t I >= 0 for x = onto y + at, and the blame."""
+        floors = np.zeros(len(self.names))
+        floors[links] = _UNIT
+        wider = np.column_stack([onto, -floors])
+        t = np.eye(wider.shape[1])[-1]
+        trace = np.zeros((len(links), len(self.names)))
+        np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
         cones = [
-            *self._consistent(onto, self.at),
-            Cone(
-                "nonnegative",
-                -trace @ np.pad(self.onto, ((0, 0), (0, 1))),
-                _LARGEST - trace @ self.at,
-            ),
+            *self._consistent(wider, at, links),
+            Cone("nonnegative", -trace @ np.pad(onto, ((0, 0), (0, 1))), _LARGEST - trace @ at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
         y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
-        return float(y[-1]), np.array([IDENTITY @ z for z in duals[: len(self.links)]])
+        blame = np.array([IDENTITY @ z for z in duals[: len(links)]])
+        return (float(y[-1]), y[:-1]), blame
 
     def closest(self, prior: Mapping[str, float]) -> FloatArray:
-        """Return the standard parameters s that give X and come closest to the prior."""
+        """Return the standard parameters s that give X, with the links closest to the prior.
+
+            minimise sum over links of tr(P0^-1 P) - log det(P0^-1 P)
+
+        with P0 the pseudo-inertia in the prior. A link that the prior does not have as a body of
+        positive mass is as small as it can be; one that has no mass there has none here.
+        """
         target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
         named = np.isin(self.names, list(prior))
-        weights = np.where(named | (not prior), 1.0, _FAINT)
-        # Half of what all links can have at once, but no more than a link has in the prior.
-        floors = np.full(len(self.links), self.margin[0] / 2)
-        for j in np.flatnonzero(named[self.links].all(axis=1)):
-            own = float(np.linalg.eigvalsh(pseudo_inertia(target[self.links[j]]))[0])
-            floors[j] = min(floors[j], max(own, _CERTAIN))
-        weighted = self.onto.T * weights
-        y, _ = minimise(
-            weighted @ self.onto,
-            weighted @ (self.at - target),
-            self._consistent(self.onto, self.at - self._floors(floors)),
-        )
-        s: FloatArray = (self.onto @ y + self.at) * self.scale
+        given = named[self.links].all(axis=1)
+        body = given & (_least(target[self.links]) > _CERTAIN)
+        # Fixed to their values where that leaves room: they lead no base parameter.
+        still = given & ~body & ~np.isin(self.links, self.heads).any(axis=1)
+        for fixed in (still, still & False):
+            held = np.isin(self.free, self.links[fixed])
+            onto, links = self.onto[:, ~held], self.links[~fixed]
+            at = self.at + self.onto[:, held] @ target[np.array(self.free, dtype=int)[held]]
+            (margin, y), _ = self._widest(onto, at, links)
+            if margin > _CERTAIN:
+                break
+        start = self._smallest(prior, onto, at, links, margin, y)
+        centres = np.where(body[~fixed, None], target[links], (onto @ start + at)[links])
+        y = _closest_bodies(onto, at, links, centres, self.positive, target, start)
+        s: FloatArray = (onto @ y + at) * self.scale
         s[self.positive] = np.maximum(s[self.positive], 0.0)
         s[self.heads] = self.X - self.G[:, self.free] @ s[self.free]
         s[self.positive] = np.maximum(s[self.positive], 0.0)  # -1e-17, from the line above
         return s
+
+    def _smallest(
+        self,
+        prior: Mapping[str, float],
+        onto: FloatArray,
+        at: FloatArray,
+        links: NDArray[np.intp],
+        margin: float,
+        widest: FloatArray,
+    ) -> FloatArray:
+        """Return y of the smallest parameters x = onto y + at: those nearest to a prior, or to 0.
+
+        Every link has half of the least eigenvalue that all can have at once, or what it has in the
+        prior where that is less. Where the solver fails, they have all of it.
+        """
+        target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
+        named = np.isin(self.names, list(prior))
+        weights = np.where(named | (not prior), 1.0, _FAINT)
+        floors = np.full(len(links), margin / 2)
+        for j in np.flatnonzero(named[links].all(axis=1)):
+            floors[j] = min(floors[j], max(float(_least(target[links[j]][None])[0]), _CERTAIN))
+        below = np.zeros(len(self.names))
+        below[links] = floors[:, None] * _UNIT
+        weighted = onto.T * weights
+        try:
+            return minimise(
+                weighted @ onto,
+                weighted @ (at - target),
+                self._consistent(onto, at - below, links),
+            )[0]
+        except ParameterError:
+            return widest
 
     def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
         """Return the nearest base parameters that a robot can have, and how far they are."""
@@ -336,14 +399,15 @@ class Feasibility:
         # In units of the most precise direction: deviations may span many decades.
         precise = float(np.linalg.norm(onto, 2))
         distance = np.hstack([onto / precise, -np.eye(p)])
-        floors = self._floors(np.full(len(self.links), _NEAREST))
+        floors = np.zeros(n)
+        floors[self.links] = _NEAREST * _UNIT
         faint = max(_FAINTEST / precise**2, _TINY)
         y, _ = minimise(
             np.diag([*np.full(n, faint), *np.ones(p)]),
             np.zeros(n + p),
             [
                 Cone("zero", distance, -whiten @ self.X / precise),
-                *self._consistent(np.eye(n, n + p), -floors),
+                *self._consistent(np.eye(n, n + p), -floors, self.links),
             ],
         )
         s = y[:n] * self.scale
@@ -351,16 +415,91 @@ class Feasibility:
         near: FloatArray = self.G @ s
         return near, float(np.linalg.norm(whiten @ (near - self.X)))
 
-    def _floors(self, floors: FloatArray) -> FloatArray:
-        """Return the parameters of links whose pseudo-inertias are these times the unit matrix."""
-        out = np.zeros(len(self.names))
-        out[self.links] = floors[:, None] * _UNIT
-        return out
-
-    def _consistent(self, onto: FloatArray, at: FloatArray) -> list[Cone]:
+    def _consistent(self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
-        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in self.links]
+        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in links]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
+
+
+def _least(links: FloatArray) -> FloatArray:
+    """Return the least eigenvalue of the pseudo-inertia of some links (L, 10)."""
+    return np.asarray(np.linalg.eigvalsh(np.tensordot(links, _BASIS, 1))[:, 0])
+
+
+def _closest_bodies(
+    onto: FloatArray,
+    at: FloatArray,
+    links: NDArray[np.intp],
+    centres: FloatArray,
+    positive: NDArray[np.intp],
+    target: FloatArray,
+    start: FloatArray,
+) -> FloatArray:
+    """Return y (m,) of the x = onto y + at whose links are closest to some bodies.
+
+        minimise sum_j tr(C_j^-1 P_j) - log det P_j + 1/2 w |x - target|^2 over what is positive
+
+    by Newton's method with an active set of signs (Nocedal and Wright 2006, chapter 16).
+
+    Args:
+        onto, at: (n, m) and (n,).
+        links: (L, 10) places of the links in x.
+        centres: (L, 10) the bodies.
+        positive: places in x of what is never negative.
+        target: (n,) where the latter is drawn to, by very little.
+        start: (m,) where all links are bodies.
+    """
+    inverse = np.linalg.inv(np.tensordot(centres, _BASIS, 1))  # (L, 4, 4)
+    pull = np.einsum("lab,kba->lk", inverse, _BASIS)
+    rows = onto[links]  # (L, 10, m)
+    signs, floors = onto[positive], at[positive]
+    # A sign that y does not change says nothing.
+    used = np.abs(signs).max(axis=1, initial=0.0) > 0
+    signs, floors = signs[used], floors[used]
+    drawn = target[positive][used]
+
+    def value(y: FloatArray) -> float:
+        P = np.tensordot(rows @ y + at[links], _BASIS, 1)
+        sign, log = np.linalg.slogdet(P)
+        if (sign <= 0).any() or (np.linalg.eigvalsh(P)[:, 0] <= 0).any():
+            return np.inf
+        beside = _FAINTEST / 2 * float(np.sum((signs @ y + floors - drawn) ** 2))
+        return float(np.sum(pull * (rows @ y + at[links])) - log.sum()) + beside
+
+    y, now = start, value(start)
+    active = signs @ y + floors <= 0
+    for _ in range(_STEPS):
+        P = np.linalg.inv(np.tensordot(rows @ y + at[links], _BASIS, 1))
+        moved = P[:, None] @ _BASIS  # (L, 10, 4, 4)
+        slope = pull - np.einsum("lkaa->lk", moved)
+        bend = np.einsum("lkab,liba->lki", moved, moved)
+        beside = signs @ y + floors - drawn
+        g = np.einsum("lkm,lk->m", rows, slope) + _FAINTEST * signs.T @ beside
+        H = np.einsum("lkm,lki,lin->mn", rows, bend, rows) + _FAINTEST * signs.T @ signs
+        A = signs[active]
+        zero = np.zeros((len(A), len(A)))
+        step, *_ = np.linalg.lstsq(
+            np.block([[H, -A.T], [A, zero]]), np.concatenate([-g, np.zeros(len(A))]), rcond=None
+        )
+        d, multipliers = step[: len(y)], step[len(y) :]
+        falls = signs @ d
+        room = np.where(~active & (falls < 0), -(signs @ y + floors) / np.minimum(falls, -1e-300),
+                        np.inf)  # fmt: skip
+        length = min(1.0, float(room.min(initial=np.inf)))
+        while length > _SHORTEST and not value(y + length * d) <= now + 0.1 * length * float(g @ d):
+            length /= 2
+        if length <= _SHORTEST or float(-g @ d) < _DONE:
+            if length > _SHORTEST and length == 1.0:
+                y = y + d
+            if not (multipliers < 0).any():
+                break
+            active[np.flatnonzero(active)[int(np.argmin(multipliers))]] = False
+            continue
+        y = y + length * d
+        now = value(y)
+        if length == float(room.min(initial=np.inf)):
+            active[int(np.argmin(room))] = True
+    return y
 
 
 def _length(robot: Robot) -> float:
@@ -414,8 +553,9 @@ def link_parameters(
 ) -> LinkParameters:
     """Find link parameters that could exist and give the base parameters X.
 
-    Of all such sets it returns the closest to the prior, in units of a typical length and mass of
-    the robot; without a prior, the smallest.
+    Of all such sets it returns the one whose links are closest to those of the prior, by the
+    log-determinant divergence of their pseudo-inertias; without a prior, the smallest, in units of
+    a typical length and mass of the robot.
 
     Args:
         model: from `derive`.

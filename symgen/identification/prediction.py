@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +18,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.filtered_log import filter_log
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
@@ -27,15 +28,16 @@ from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import load
+from symgen.runtime.evaluator import Evaluator, load
 from symgen.schemas import BESIDE, at, read_result, result_file, to_json
+from symgen.views import Viewable
 
 SCHEMA = "symgen.prediction/2"
 MARKER, CURVES = "prediction.json", "prediction.csv"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prediction:
+class Prediction(Viewable):
     """Torque and energy of a model along a log.
 
     Attributes:
@@ -105,16 +107,11 @@ def predict(
         ParameterError: the parameters are not this robot's.
     """
     source = read_robot(robot)
-    samples, repairs = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
     given = read_given(parameters, model)
-    evaluator, X, known = load(model), given.X, given.band
-    comparison = comparison_band([samples]) if known is None else known.comparison_hz
-    samples, mended = mended_speeds(samples, comparison)
-    band = known or choose_band(evaluator, [samples], cutoff)
-    if cutoff is not None:
-        band = replace(band, cutoff_hz=cutoff)
-    seen = filter_log(samples, band)
+    evaluator, X = load(model), given.X
+    seen, repairs = _filtered(evaluator, log, given.band, cutoff, reading)
+    samples, band = seen.samples, seen.band
     compared = fit(evaluator, [seen], X)
     torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
     beside = 0.0 if samples.beside is None else samples.beside
@@ -128,12 +125,48 @@ def predict(
         log=samples.name,
         error=compared.residual,
         band=band,
-        repairs=(*repairs, *mended),
+        repairs=repairs,
         notes=(*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
         torque=Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
     )
+
+
+def torque_errors(
+    robot: Robot, log: str | Path | Log, parameters: Sequence[FloatArray], band: Band | None = None
+) -> list[float]:
+    """Return the relative torque error of some parameters along a log, in one band.
+
+    Args:
+        robot: the robot.
+        log: a path, or a log.
+        parameters: (p,) base parameters of each.
+        band: the filters; by default those that suit the log best.
+
+    Raises:
+        LogError: the log cannot be read or belongs to another robot.
+    """
+    evaluator = load(derive(robot, JUDGING))
+    seen, _ = _filtered(evaluator, log, band)
+    return [fit(evaluator, [seen], X).residual.relative for X in parameters]
+
+
+def _filtered(
+    evaluator: Evaluator,
+    log: str | Path | Log,
+    known: Band | None,
+    cutoff: float | None = None,
+    reading: Reading | None = None,
+) -> tuple[FilteredLog, tuple[Fault, ...]]:
+    """Read, repair and filter a log; return it with the repairs."""
+    samples, repairs = open_samples(log, evaluator.model.robot, reading)
+    comparison = comparison_band([samples]) if known is None else known.comparison_hz
+    samples, mended = mended_speeds(samples, comparison)
+    band = known or choose_band(evaluator, [samples], cutoff)
+    if cutoff is not None:
+        band = replace(band, cutoff_hz=cutoff)
+    return filter_log(samples, band), (*repairs, *mended)
 
 
 def read_prediction(path: str | Path) -> Prediction:

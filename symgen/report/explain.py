@@ -1,4 +1,4 @@
-"""explain: what an effect of the library is, in words, as a formula and as a picture of text."""
+"""explain: description, formula and text picture of an effect."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def listed() -> list[tuple[str, str, str]]:
 
 
 def explained(name: str) -> str:
-    """Return what an effect is, as a text of several lines.
+    """Return the description of an effect, as a text of several lines.
 
     Raises:
         ParameterError: the library has no such effect.
@@ -77,11 +77,11 @@ def explained(name: str) -> str:
 
 
 def curve(definition: Definition) -> tuple[str, FloatArray, FloatArray] | None:
-    """Return label, abscissa and ordinate of an effect's picture; None where it has none.
+    """Return label, abscissa and ordinate of the picture of an effect, or None.
 
-    An expression is evaluated as compiled for `diagnose`, with every coefficient 1, the joint's
-    other variables 1, and constants in the middle of their range (the lowest where they are not
-    spaced by ratio).
+    The expression is evaluated as compiled for `diagnose`. Coefficients and the other variables of
+    the joint are 1. Constants are in the middle of their range, or the lowest one if the range is
+    not logarithmic.
     """
     drawn = tomllib.loads((templates() / "report" / "pictures.toml").read_text("utf-8"))
     if definition.name in drawn:

@@ -1,4 +1,4 @@
-"""Formulas of regrouped parameters as people read them: equal factors once, runs cut short."""
+"""Shorten formulas of base parameters: common factors once, long sums with an ellipsis."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ _NAME = re.compile(r"([A-Z]+)(\d+)")
 
 
 def folded(formula: str) -> str:
-    """Return a sum with terms of one factor put together: "0.1*(M3 + ... + M7)".
+    """Return a sum with terms of equal factors collected: "0.1*(M3 + ... + M7)".
 
-    The terms keep the order of their first; what is no sum of products stays as it is.
+    Groups keep the order of their first terms. Other formulas stay as they are.
 
     Args:
         formula: such as "ZZ1 + IA1 + 0.1*M3 + 0.1*M4 + 0.1*M5".
@@ -33,7 +33,7 @@ def folded(formula: str) -> str:
 
 
 def _terms(formula: str) -> list[tuple[str, str]]:
-    """Return sign and text of the terms of a sum, as they stand outside parentheses."""
+    """Return sign and text of the terms of a sum, outside parentheses."""
     first, *rest = re.split(r" ([+-]) ", formula.removeprefix("-"))
     out = [("-" if formula.startswith("-") else "+", first)]
     for sign, text in zip(rest[::2], rest[1::2], strict=True):
@@ -46,7 +46,7 @@ def _terms(formula: str) -> list[tuple[str, str]]:
 
 
 def _run(members: list[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Cut runs short: M3, M4, M5, M6 of one sign become M3, ..., M6; three are no run."""
+    """Shorten four or more consecutive terms of one sign: M3, M4, M5, M6 become M3, ..., M6."""
     out: list[tuple[str, str]] = []
 
     def key(entry: tuple[int, tuple[str, str]]) -> tuple[str, str, int]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from symgen.files import rendered
-from symgen.report.content.parts import Content, Table
+from symgen.report.content.parts import Banner, Content, Table
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -33,17 +33,34 @@ def page(content: Content) -> str:
         if figure or table or section.picture or alone:
             drawn = None if figure is None else _figure(figure)
             views.append((section, drawn, None if table is None else _table(table)))
-    banner = content.banner
-    if banner is not None:  # a sentence on top of a page
-        verdict = banner.verdict.replace("partly-", "partly ").replace("bad-", "bad ")
-        banner = replace(banner, verdict=verdict[:1].upper() + verdict[1:])
     return rendered(
         "report/report.html",
         content=content,
-        banner=banner,
+        banner=_banner(content.banner),
         sections=views,
         plotly=_plotly_js() if any(drawn for _, drawn, _ in views) else None,
     )
+
+
+def panel(content: Content) -> str:
+    """Return the first panel of a page for a notebook: the verdict and the first table."""
+    first = next((s for s in content.sections if s.table and s.table.rows), None)
+    table = None if first is None or first.table is None else _table(first.table)
+    return rendered(
+        "report/panel.html",
+        title=content.title,
+        banner=_banner(content.banner),
+        heading="" if first is None else first.heading,
+        table=table,
+    )
+
+
+def _banner(banner: Banner | None) -> Banner | None:
+    """Return the verdict as a page writes it: with a capital letter."""
+    if banner is None:
+        return None
+    verdict = banner.verdict.replace("partly-", "partly ").replace("bad-", "bad ")
+    return replace(banner, verdict=verdict[:1].upper() + verdict[1:])
 
 
 def _table(table: Table) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
@@ -17,7 +17,9 @@ from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.diagnosis.fleet import Fleet
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
-from symgen.experiment import study_result
+from symgen.experiment import playback, study_result
+from symgen.experiment.plan import Plan
+from symgen.experiment.playback import SimulationComparison
 from symgen.experiment.study_result import Study
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
@@ -32,16 +34,24 @@ from symgen.report.content.comparison import comparison_content
 from symgen.report.content.diagnosis import diagnosis_content
 from symgen.report.content.estimate import estimate_content
 from symgen.report.content.fleet import fleet_content
+from symgen.report.content.model import model_content
 from symgen.report.content.parts import Content
 from symgen.report.content.payload import payload_content
+from symgen.report.content.plan import plan_content
 from symgen.report.content.prediction import prediction_content
+from symgen.report.content.simulation import simulation_content
 from symgen.report.content.study import study_content
 from symgen.report.html import page
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
 
-Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | Fleet
+Result: TypeAlias = (
+    Estimate | Diagnosis | Prediction | Payload | Study | Fleet | SimulationComparison
+)
+#: What has a page: results, and values that no folder of results holds.
+Value: TypeAlias = Result | Comparison | Plan | Evaluator
 _PAGE = "report.html"
 
 
@@ -60,7 +70,16 @@ _KINDS = {
     prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
     payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
     study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
+    playback.MARKER: _Kind(SimulationComparison, playback.read_comparison, simulation_content),
     fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
+}
+
+
+#: Of values that no folder of results holds.
+_OTHERS: dict[type, Callable[[Any], Content]] = {
+    Comparison: comparison_content,
+    Plan: plan_content,
+    Evaluator: model_content,
 }
 
 
@@ -68,16 +87,16 @@ def _kind(result: Result) -> tuple[str, _Kind]:
     return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
 
 
-def content(result: Result | Comparison, *beside: Robot | Replay | None) -> Content:
+def content(result: Value, *beside: Robot | Replay | None) -> Content:
     """Return what is said of a result.
 
     Args:
-        result: of identify, diagnose, predict, payload, study, fleet or compare.
+        result: of identify, diagnose, predict, payload, study, fleet, compare, excite or load.
         beside: of an estimate, the robot, which is drawn; of a diagnosis, the models moved by the
             measured torques.
     """
-    if isinstance(result, Comparison):
-        return comparison_content(result)
+    if isinstance(result, Comparison | Plan | Evaluator):
+        return _OTHERS[type(result)](result)
     return _kind(result)[1].say(result, *beside)
 
 
@@ -114,7 +133,7 @@ def result_robot(path: Path) -> Robot | None:
         return None
 
 
-def result_page(result: Result | Comparison, robot: Robot | None = None) -> str:
+def result_page(result: Value, robot: Robot | None = None) -> str:
     """Return the HTML page of a result; the robot of an estimate, where it is known, is drawn."""
     if isinstance(result, Diagnosis):
         told = "Figures over time are on the page that diagnose wrote: its folder holds no curves."
@@ -160,14 +179,18 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         The JSON and report.html; of an estimate NAME_values.h, curves.npz, from which figures are
         drawn, and robot.toml where the robot is given; of a diagnosis robot.toml and
         parameters.toml of the extended robot, and its package under generated/; of a prediction
-        its CSV and no page.
+        prediction.csv; of a payload curves.npz; of simulated robots window.csv.
     """
     if isinstance(result, Diagnosis):
         result, files = _diagnosis_files(result)
-    elif isinstance(result, Prediction):
-        files = {prediction.CURVES: result.to_csv()}
     else:
         files = {_PAGE: result_page(result, robot).encode()}
+    if isinstance(result, Prediction):
+        files[prediction.CURVES] = result.to_csv()
+    if isinstance(result, SimulationComparison):
+        files[playback.WINDOW] = result.to_csv()
+    if isinstance(result, Payload):
+        files[curves.FILE] = curves.curves_npz({"traces": result.traces, "balances": ()}, None)
     if isinstance(result, Estimate):
         files[f"{result.robot}_values.h"] = values_header(result).encode()
         drawn = {"traces": result.traces, "balances": result.balances}

@@ -2,42 +2,108 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
-    from symgen.experiment.plan import Plan
     from symgen.experiment.simulate import Simulation
-    from symgen.identification.comparison import Comparison
     from symgen.report.content.parts import Banner, Content
-    from symgen.report.store import Result
+    from symgen.report.store import Value
     from symgen.robot.types import Robot
 
+_SHORT = 20  # letters of a cell that does not wrap
 _COLOURS = {"good": "green", "warn": "yellow", "bad": "red"}
 #: Letters that a terminal may not have.
 _PLAIN = str.maketrans({"▲": "!", "∞": "inf", "±": "+-", "‖": "||", "√": "sqrt ", "é": "e"})
 
 
 def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
-    """Print a table; a file or a pipe gets it in full width."""
+    """Print a table no wider than the terminal; a file or a pipe gets it in full width.
+
+    Cells wrap between words. Where the longest words of the columns have no room side by side, a
+    row becomes a paragraph.
+    """
     from rich.console import Console
     from rich.table import Column, Table
     from rich.text import Text
 
-    grid = Table(
-        *(Column(Text(name)) for name in header), box=None, pad_edge=False, header_style="bold"
-    )
+    widths = _widths(header, rows)
+    if widths is None:
+        for row in rows:
+            say(_paragraph(header, row))
+        return
+    columns = (Column(Text(name), width=width) for name, width in zip(header, widths, strict=True))
+    grid = Table(*columns, box=None, pad_edge=False, header_style="bold")
     for row in rows:
         grid.add_row(*map(Text, row))  # as text: brackets in a name are no markup
-    console = Console(highlight=False)
-    if not console.is_terminal:  # never cut a value
-        console.width = 1000
+    console = Console(highlight=False, width=sum(widths) + 2 * len(widths))
     with console.capture() as captured:
         console.print(grid)
-    say(captured.get(), nl=False)
+    for line in captured.get().splitlines():
+        say(line.rstrip())
+
+
+def _room() -> int | None:
+    """Return how many letters a line of the terminal has; None for a file or a pipe."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
+def _widths(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[int] | None:
+    """Return the widths of the columns; None where their words have no room side by side."""
+    columns = [[name, *cells] for name, *cells in zip(header, *rows, strict=True)]
+    wanted = [max(map(len, column)) for column in columns]
+    least = [
+        max(len(part) for k, text in enumerate(column) for part in _parts(text, k == 0))
+        for column in columns
+    ]
+    room = _room()
+    if room is None or sum(wanted) + 2 * len(wanted) <= room:
+        return wanted
+    spare = room - sum(least) - 2 * len(least)
+    if spare < 0:
+        return None
+    widths, left = least, sorted(range(len(least)), key=lambda k: wanted[k] - least[k])
+    for done, k in enumerate(left):  # who needs least is served first, and the rest share
+        more = min(wanted[k] - least[k], spare // (len(left) - done))
+        widths[k], spare = least[k] + more, spare - more
+    return widths
+
+
+def _parts(text: str, head: bool) -> list[str]:
+    """Return what stays in one line: words; a short cell, such as "0.445 N m", as a whole."""
+    return text.split(" ") if head or len(text) > _SHORT else [text]
+
+
+def _paragraph(header: tuple[str, ...], row: tuple[str, ...]) -> str:
+    """Return a row as text: its first cell, then the others with the heads of their columns."""
+    first, *others = row
+    told = [
+        f"{name}: {cell}" if name else cell
+        for name, cell in zip(header[1:], others, strict=True)
+        if cell
+    ]
+    return "\n".join(filter(None, (first, wrapped("; ".join(told), "  "))))
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Return a text with lines no longer than those of the terminal."""
+    room = _room()
+    if room is None or len(indent + text) <= room:
+        return indent + text
+    lines = textwrap.wrap(
+        text.replace(" %", "\xa0%"),  # a number and its sign stay together
+        room,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return "\n".join(lines).replace("\xa0", " ")
 
 
 def say(text: str, nl: bool = True) -> None:
@@ -94,7 +160,7 @@ def print_simulation(done: Simulation) -> None:
         click.echo(f"note: {note}")
 
 
-def print_result(result: Result | Comparison) -> bool:
+def print_result(result: Value) -> bool:
     """Print what is said of a result: what was done, tables, notes, and the verdict at the end.
 
     Returns:
@@ -111,7 +177,7 @@ def print_result(result: Result | Comparison) -> bool:
 def print_content(said: Content) -> None:
     """Print what is said of a result."""
     for line in said.lead:
-        say(line)
+        say(wrapped(line))
     if said.banner is not None:
         _print_verdict(said.banner)
     for section in (s for s in said.sections if s.told is not None):
@@ -119,9 +185,9 @@ def print_content(said: Content) -> None:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
             table(section.table.header, section.table.rows)
         for line in section.told or ():
-            say(line)
+            say(wrapped(line))
     for line in said.run:
-        say(line)
+        say(wrapped(line))
 
 
 def _print_verdict(banner: Banner) -> None:
@@ -129,29 +195,6 @@ def _print_verdict(banner: Banner) -> None:
     start = "" if banner.tone == "plain" else "verdict: "
     say("\n" + start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
     for line in (*banner.text.splitlines(), *(f"- {reason}" for reason in banner.reasons)):
-        say(f"  {line}")
+        say(wrapped(line, "  "))
     for label, value in banner.facts:
         say(f"{label}: {value}")
-
-
-def print_plan(plan: Plan) -> None:
-    """Print how much of every limit the runs take, and the condition numbers that they give."""
-    keys = list(dict.fromkeys(u.limit for u in plan.uses))
-    joints = sorted({u.joint for u in plan.uses})
-    used = {(u.limit, u.joint): f"{100 * u.share:.1f} %" for u in plan.uses}
-    table(
-        ("share of the limit", *keys),
-        [(f"joint {j}", *(used.get((key, j), "") for key in keys)) for j in joints],
-    )
-    lengths = ", ".join(f"{run.duration:g}" for run in plan.runs)
-    click.echo(f"runs of {lengths} s; no limit is exceeded (looked at every millisecond)")
-    for name, condition in plan.conditions.items():
-        mark = f" (random start: {plan.start:.4g})" if name == plan.model else ""
-        click.echo(f"condition number (scaled), {name}: {condition:.4g}{mark}")
-    click.echo(f"log det (scaled), {plan.model}: {plan.log_det:.4g}")
-    done, asked = plan.searches
-    click.echo(f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}")
-    for note in plan.notes:
-        click.echo(f"note: {note}")
-    for line in (*plan.warnings, *plan.other_models):
-        click.echo(f"{click.style('warning', fg='yellow')}: {line}")

@@ -1,8 +1,9 @@
-"""A link as a rigid body: mass, centre of mass and inertia."""
+"""What a robot file of another program holds: links as rigid bodies, and the torques of joints."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,3 +27,64 @@ class Body:
     mass: float
     com: FloatArray
     inertia: FloatArray
+
+
+@dataclass(frozen=True)
+class JointDynamics:
+    """Torque of the motor of one joint, beside that of the links.
+
+        tau = armature qdd + frictionloss sign(qd) + damping qd + stiffness (q - springref) + offset
+
+    Attributes:
+        joint: number of the joint in the file.
+        armature: inertia of the rotor on the joint side, kg m2 or kg.
+        damping: viscous friction, N m s/rad or N s/m.
+        frictionloss: Coulomb friction, N m or N.
+        stiffness: of a spring, N m/rad or N/m.
+        springref: position of the joint at which the spring has no torque, rad or m.
+        offset: constant torque, N m or N; 0 where there is a spring.
+    """
+
+    joint: int
+    armature: float = 0.0
+    damping: float = 0.0
+    frictionloss: float = 0.0
+    stiffness: float = 0.0
+    springref: float = 0.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class CouplingDynamics:
+    """A drive that moves two joints, with u = qd_first + ratio qd_second.
+
+        F = armature u' + frictionloss sign(u) + damping u,  tau_first += F,  tau_second += ratio F
+
+    Attributes:
+        first, second: numbers of the joints in the file.
+        ratio, armature, damping, frictionloss: see the equation.
+    """
+
+    first: int
+    second: int
+    ratio: float
+    armature: float = 0.0
+    damping: float = 0.0
+    frictionloss: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """All that a robot file can hold of an identified robot.
+
+    Attributes:
+        bodies: the links in the frames of their joints, fixed ones included.
+        joints: the torques of movable joints.
+        couplings: the drives that move two joints.
+        gears: number of a joint -> motor turns per joint turn, where that is known.
+    """
+
+    bodies: tuple[Body, ...]
+    joints: tuple[JointDynamics, ...] = ()
+    couplings: tuple[CouplingDynamics, ...] = ()
+    gears: Mapping[int, float] = field(default_factory=dict)

@@ -1,11 +1,10 @@
-"""From C sources to a loaded module: cffi API mode, cached by digest.
+"""Compile C sources into a Python module (cffi, API mode), and cache it by digest.
 
-The cache key is the digest of the sources, the compiler with its version, the flags and the Python
-that loads the module. A build happens in a folder of its own and ends in one atomic rename, so that
-a killed build leaves nothing that could be taken for a module. One process builds a module, and
-those that want the same wait for it and load it.
+The cache key is the digest of the sources, the compiler with its version, the flags, and the Python
+that loads the module. A build happens in its own folder and ends with one atomic rename, so a
+killed build leaves no module. One process builds a module; others that need it wait and load it.
 
-Loading a module runs it: `symgen.cache` says what is taken from there.
+Loading a module runs it: `symgen.cache` describes which files it accepts.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ _ASSEMBLE = ("-S", "-o", "-", "-x", "c", "-")
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the command, and what it calls itself."""
+    """A C compiler: its command, and its own name and version."""
 
     command: tuple[str, ...]
     version: str
@@ -49,22 +48,22 @@ class Compiler:
 def find_compiler(wanted: str | None = None) -> Compiler | None:
     """Return the C compiler to use, or None.
 
-    In this order: `wanted` (or the variable SYMGEN_CC; "none" stands for no compiler), the variable
-    CC, cc, gcc, clang, and the ziglang wheel (`pip install symgen[cc]`).
+    It is the first one that works, in this order: `wanted` or else the variable SYMGEN_CC ("none"
+    means no compiler), the variable CC, cc, gcc, clang, the ziglang wheel (`symgen[cc]`).
     """
     chosen = (wanted or os.environ.get("SYMGEN_CC") or "").strip()
     return _found(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 def forget_compilers() -> None:
-    """Look for compilers anew: what was found is remembered for each environment."""
+    """Search for compilers again; the result is otherwise remembered for each environment."""
     _found.cache_clear()
     _probe.cache_clear()
 
 
 @cache
 def _found(wanted: str, cc: str, path: str) -> Compiler | None:
-    """Return the first compiler that answers; `path` is where commands are looked for."""
+    """Return the first compiler that answers; `path` lists the folders of commands."""
     if wanted == "none":
         return None
     candidates: list[tuple[str, ...]] = []
@@ -89,7 +88,7 @@ def _found(wanted: str, cc: str, path: str) -> Compiler | None:
 
 @cache
 def _probe(command: tuple[str, ...]) -> tuple[int | None, str]:
-    """Return exit status and output of a compiler asked for little; None: no answer in time."""
+    """Return exit status and output of a trivial compilation; None without an answer in time."""
     try:
         done = subprocess.run(command, input=_ONE_LINE, capture_output=True, timeout=_PROBE_SECONDS)
     except subprocess.TimeoutExpired:
@@ -108,10 +107,10 @@ def _silent(command: tuple[str, ...]) -> str:
 
 @cache
 def native(compiler: Compiler) -> tuple[tuple[str, ...], str]:
-    """Return the flags for this machine's processor, and what tells it from others.
+    """Return the flags for this machine's processor, and the text that identifies the processor.
 
-    The macros that the compiler predefines name every instruction set, so that a cache on a shared
-    disk never hands a module to a processor that cannot run it.
+    The text lists the compiler's predefined macros, which name every instruction set. A cache on a
+    shared disk therefore never gives a module to a processor that cannot run it.
     """
     probe = (*compiler.command, *_FLAGS, _NATIVE, "-dM", "-E", "-x", "c", os.devnull)
     status, said = _probe(probe)
@@ -121,7 +120,7 @@ def native(compiler: Compiler) -> tuple[tuple[str, ...], str]:
 
 
 def missing_compiler() -> str:
-    """Return in words why there is no compiler, and what brings one."""
+    """Return a text: why there is no compiler, and how to install one."""
     wanted = os.environ.get("SYMGEN_CC", "").strip()
     tried = f"SYMGEN_CC is {wanted}" if wanted else "cc, gcc, clang"
     return f"no C compiler was found ({tried}); pip install 'symgen[cc]' brings one"
@@ -133,13 +132,13 @@ def build_module(
     compiler: Compiler,
     flags: Sequence[str] = (),
 ) -> ModuleType:
-    """Compile C sources into a cffi module, or load the one that was compiled before.
+    """Compile C sources into a cffi module, or load it from the cache.
 
     Args:
         sources: name and content of every .c and .h file.
-        declarations: what Python sees of them, as cffi reads it.
+        declarations: the functions that Python uses, in the syntax of cffi.
         compiler: from `find_compiler`.
-        flags: for this machine's processor, beside those of every build.
+        flags: flags for this machine's processor, in addition to those of every build.
 
     Returns:
         The module, with `ffi` and `lib`.
@@ -183,7 +182,7 @@ def build_module(
 
 
 def _kept(folder: Path, module: str, suffix: str) -> ModuleType | None:
-    """Return a module from the cache, if it is there; what cannot be loaded is removed."""
+    """Return a module from the cache, if it is there; remove one that cannot be loaded."""
     for known in kept_files(folder, module, suffix):
         try:
             return _load(module, known)

@@ -1,4 +1,4 @@
-"""What a call of a kernel is given and gives back: arrays checked, buffers bound, statuses read."""
+"""Arguments and results of kernel calls: checked arrays, fixed buffers, status codes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOT_FINITE = 2
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """A kernel on buffers of its own: write the inputs, call, read `out`.
+    """A kernel on fixed buffers: write the inputs, call, read `out`.
 
     Attributes:
         inputs: one array for each input of the kernel, to be written in place.
@@ -89,7 +89,7 @@ def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
 
 
 def result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
-    """Return one output or the tuple of all; refuse what has no meaning."""
+    """Return one output, or the tuple of all; raise an error for a status other than OK."""
     if status & NOT_POSITIVE_DEFINITE:
         raise ParameterError(
             f"{kernel.name}: the mass matrix is not positive definite; accepted: parameters X of a "

@@ -1,4 +1,4 @@
-"""Check of generated packages: derive and write again, compare, evaluate against 50 digits."""
+"""Check of generated packages: generate again, compare, evaluate against 50-digit values."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ _BUILT = (".o", ".obj", ".a", ".so", ".out")  # what a compiler leaves beside th
 
 @dataclass(frozen=True)
 class Checked:
-    """What checking a package found.
+    """Result of checking a package.
 
     Attributes:
         folder: the package.
-        differences: one line for each file that is not what generating again gives.
+        differences: one line for each file that differs from a newly generated one.
         errors: measured largest relative error of (backend, kernel) against 50 digits.
         rank: the exact rank, proved again.
-        stacks: worst-case stack of each function of the C library as this compiler builds it,
-            bytes, without what libm takes; None where it was not measured.
+        stacks: worst-case stack of each function as this compiler builds it, in bytes, without
+            libm; None if it was not measured.
     """
 
     folder: Path
@@ -52,8 +52,8 @@ def check(
     """Check a package, or every package in a folder.
 
     Args:
-        folder: of the package, or of packages.
-        meter: is told which part is done, from 0 to 1.
+        folder: folder of a package, or of several packages.
+        meter: called with the part that is done, from 0 to 1.
 
     Raises:
         PackageError: there is no package, or a manifest cannot be read.
@@ -75,7 +75,7 @@ def check(
 
 @dataclass(frozen=True)
 class Options:
-    """What a package was asked to hold."""
+    """The options with which a package was generated."""
 
     target: str
     dtype: str
@@ -85,10 +85,10 @@ class Options:
 
 
 def read_options(folder: Path) -> Options:
-    """Return the options of a package, by its manifest.
+    """Return the options of a package, from its manifest.
 
     Raises:
-        PackageError: it has none.
+        PackageError: the manifest has no options.
     """
     path = folder / "manifest.json"
     try:
@@ -171,10 +171,10 @@ def _first_difference(a: bytes, b: bytes) -> int:
 def _same_value(
     found: bytes, function: Any, points: Sequence[Mapping[str, Sequence[float]]]
 ) -> bool:
-    """Whether a .casadi file of unknown origin computes what ours does.
+    """Whether a .casadi file of unknown origin computes the same values as a new one.
 
-    Compared at the points of the kernel's verification. Another version of CasADi writes other
-    bytes for the same function; the file is never loaded in this process.
+    Another version of CasADi writes other bytes for the same function. The comparison uses the
+    points of the kernel's verification. The file is never loaded in this process.
     """
     inputs = [list(point.values()) for point in points]
     answer = confined.values(found, inputs)
@@ -204,7 +204,7 @@ def _errors(model: Model, manifest: Mapping[str, Any]) -> tuple[tuple[str, str, 
 def _error(
     evaluator: Evaluator, name: str, points: list[dict[str, list[float]]], expected: list[list[str]]
 ) -> float:
-    """Return the largest error over the largest entry at any point: one entry may be near zero."""
+    """Return the largest error at any point, relative to the largest entry there."""
     results = (evaluator[name](**point) for point in points)
     found = [
         np.concatenate([np.ravel(a) for a in (r if isinstance(r, tuple) else (r,))])

@@ -1,8 +1,8 @@
-"""What a .casadi file of unknown origin computes, found out where it can do no harm.
+"""Evaluate a .casadi file of unknown origin in a process that can only compute.
 
-CasADi loads shared libraries that such a file names, and a damaged one can end the process. So it
-is read by a process of its own that may compute, and answer on its standard output, and nothing
-else: a filter of system calls (seccomp, Linux) refuses it files, programs, network and processes.
+CasADi loads shared libraries that such a file names, and a damaged file can end the process.
+Therefore a separate process reads it. A filter of system calls (seccomp, Linux) denies it files,
+programs, network and processes; it can only compute, and answer on its standard output.
 """
 
 from __future__ import annotations
@@ -43,23 +43,23 @@ _CALLS = {
 
 
 def available() -> bool:
-    """Whether this system can confine a process so."""
+    """Whether this system can confine a process in this way."""
     return sys.platform == "linux" and platform.machine() in _CALLS
 
 
 def values(
     content: bytes, points: Sequence[Sequence[Sequence[float]]]
 ) -> tuple[list[list[int]], list[list[float]]] | None:
-    """Return what a .casadi file computes, found out in a process that can do nothing else.
+    """Return the values of a .casadi file at some points, computed in a confined process.
 
     Args:
-        content: of the file.
+        content: content of the file.
         points: for each point the inputs, each as a flat list.
 
     Returns:
-        The sizes (rows, columns) of all inputs and outputs, and for each point all outputs in a
-        row, column by column. None where the file holds no function, or one that ends the process
-        or its time.
+        The sizes (rows, columns) of all inputs and outputs, and for each point all outputs in one
+        list, column by column. None if the file holds no function, if evaluating it ends the
+        process, or after the time limit.
     """
     question = {"path": [p for p in sys.path if p], "content": content.hex(), "points": points}
     try:
@@ -81,7 +81,7 @@ def values(
 
 
 def _confine() -> None:
-    """Give up everything but computing; there is no way back."""
+    """Give up all system calls but those of computing; this cannot be undone."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -1,4 +1,4 @@
-"""What symgen finds on this machine: compiler, libraries, caches, and what is optional."""
+"""Report on this machine: compiler, libraries, caches, and optional packages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PROBE = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at: whether it is well, what was found, and what to do."""
+    """One item of the report: whether it works, what was found, and what to do."""
 
     name: str
     well: bool
@@ -38,7 +38,7 @@ class Finding:
 
 
 def examine() -> tuple[Finding, ...]:
-    """Look at everything that symgen uses; only what it cannot do without is not well."""
+    """Examine everything that symgen uses; an item is an error only if symgen needs it."""
     return (
         Finding("Python", True, f"{platform.python_version()}, {platform.machine()}"),
         *map(_library, _NEEDED),
@@ -49,7 +49,7 @@ def examine() -> tuple[Finding, ...]:
 
 
 def _library(name: str, use: str = "", source: str = "") -> Finding:
-    """Look for a library; one that has a use is optional."""
+    """Find a library; it is optional if it has a stated use."""
     if util.find_spec(name) is None:
         found = f"not installed: {use}" if use else "is not installed"
         return Finding(
@@ -83,7 +83,7 @@ def _compiler() -> Finding:
 
 
 def _flags(chosen: Chosen) -> str:
-    """Return the flags in words: which, why, and how the other sets did."""
+    """Return a text about the compiler flags: which set, why, and the times of the others."""
     flags = " ".join(chosen.flags.flags) or "no flags of the processor"
     others = ", ".join(f"{name} {ratio:.2f}" for name, ratio in chosen.ratios.items())
     return f"{flags} ({chosen.origin}{f': {others}' if others else ''})"

@@ -1,6 +1,6 @@
-"""A model that computes: compiled C where there is a compiler, CasADi's virtual machine elsewhere.
+"""Evaluate a model: in compiled C, or in CasADi's virtual machine without a compiler.
 
-NumPy in, NumPy out: one sample, a batch, or bound buffers for loops that count nanoseconds.
+Inputs and outputs are NumPy arrays: one sample, a batch, or fixed buffers for fast loops.
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import chosen_flags
+from symgen.views import Viewable
 
 if TYPE_CHECKING:
     from symgen.runtime.panels import Panels
@@ -59,16 +60,16 @@ class KernelFunction(ABC):
     kernel: Kernel
 
     def __call__(self, *inputs: ArrayLike, **named: ArrayLike) -> Any:
-        """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); X is shared.
+        """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); all samples share X.
 
-        The last inputs may be given by their names.
+        The last inputs can be passed by name.
 
         Returns:
-            The output array, or a tuple of them where the kernel has several.
+            The output array, or a tuple of arrays if the kernel has several outputs.
 
         Raises:
-            ParameterError: a shape is wrong; or a kernel with a status, such as forward_dynamics,
-                finds M not positive definite, or numbers that are not finite.
+            ParameterError: a shape is wrong. Or a kernel with a status, such as forward_dynamics,
+                finds that M is not positive definite, or that a number is not finite.
         """
         last = (named[a.name] for a in self.kernel.inputs if a.name in named)
         arrays, count = checked(self.kernel, (*inputs, *last))
@@ -81,12 +82,12 @@ class KernelFunction(ABC):
         return result(self.kernel, outputs, self._bound(arrays, outputs, count)() or 0)
 
     def bind(self, count: int | None = None) -> Bound:
-        """Return the kernel on fixed buffers: of one sample, or of a batch of `count`."""
+        """Return the kernel on fixed buffers, for one sample or for a batch of `count`."""
         inputs, outputs = buffers(self.kernel, count)
         return Bound(inputs, outputs, self._bound(inputs, outputs, count))
 
     def panels(self) -> Panels | None:
-        """Return the kernel on panels of samples, compiled now; None where that cannot be had."""
+        """Compile the kernel for panels of samples; return None if that is not possible."""
         return None
 
     @abstractmethod
@@ -96,17 +97,17 @@ class KernelFunction(ABC):
         """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
 
 
-class Evaluator:
+class Evaluator(Viewable):
     """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
 
-    Every method takes one sample, arrays (n,), or N of them, (N, n), and X (p,), which all share;
-    where gravity is an input, g (3,) comes last. What it returns of N samples has a first axis N.
-    By its name a kernel is had as a function that can be bound to fixed buffers, or put on panels:
-    `evaluator["mass_matrix"].bind()`. A kernel that the model was derived without is a
-    ParameterError that says which it has.
+    Every method takes one sample, arrays (n,), or N samples, (N, n), and X (p,), which all samples
+    share. If gravity is an input, g (3,) is the last argument. The result for N samples has a first
+    axis N. Indexing by name gives a function that can be bound to fixed buffers or compiled for
+    panels: `evaluator["mass_matrix"].bind()`. If the model lacks the kernel, a ParameterError lists
+    the available ones.
 
     Attributes:
-        model: what was derived.
+        model: the derived model.
         backend: "c" or "casadi".
         library: the cffi module, None for CasADi.
     """
@@ -118,6 +119,11 @@ class Evaluator:
         self.library = library
         self.backend = "casadi" if library is None else "c"
         self._functions = {f.kernel.name: f for f in functions}
+
+    def __repr__(self) -> str:
+        """Return robot, kernels and backend."""
+        count, by = len(self._functions), "compiled C" if self.backend == "c" else "CasADi"
+        return f"<Evaluator of {self.model.robot.name}: {count} kernels by {by}>"
 
     def has(self, name: str) -> bool:
         """Whether the model was derived with this kernel."""
@@ -144,7 +150,7 @@ class Evaluator:
             raise AttributeError(f"an evaluator has no attribute {name!r}")
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Columns (p - p_inertial,) of the power of friction, W; none for a robot without it."""
+        """Columns (p - p_inertial,) of the power of friction, W; empty without friction."""
         if not self.has("friction_power"):
             arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
@@ -225,11 +231,11 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
 
     Args:
         robot: a robot, its model, a path, or a library name.
-        backend: "c" (needs a C compiler), "casadi", or "auto": C where possible; otherwise CasADi,
-            which is said once in a warning.
+        backend: "c" (needs a C compiler), "casadi", or "auto". "auto" uses C if possible, and
+            otherwise CasADi, with a warning.
 
     Raises:
-        BuildError: backend "c" was asked for and cannot be had.
+        BuildError: backend "c" was requested and is not available.
         RobotError: there is no such robot.
     """
     if isinstance(robot, (str, Path)):

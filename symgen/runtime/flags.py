@@ -1,12 +1,11 @@
-"""The compiler's flags that make the fastest code on this machine: measured once, and remembered.
+"""Choose the fastest compiler flags for this machine by measurement, and remember them.
 
-Which instruction sets pay differs from processor to processor (wide registers lower the clock of
-one and not of another, vectorised stores of straight code stall some): so a few sets of flags
-compile the same kernels, and a race decides. The winner is kept in the cache folder under a digest
-of the processor, the compiler and the sets; what is kept is a name, never a flag, so that the file
-cannot smuggle one in.
+The best instruction set depends on the processor: wide registers lower the clock of some, and
+vectorised stores stall others. symgen compiles the same kernels with a few sets of flags, and times
+them. The cache folder keeps the name of the fastest set, under a digest of the processor, the
+compiler and the sets. The file holds no flags, so a changed file cannot add any.
 
-SYMGEN_FLAGS names a set instead ("plain" for code that every processor of the kind can run).
+SYMGEN_FLAGS selects a set instead ("plain": code that every processor of this kind can run).
 """
 
 from __future__ import annotations
@@ -50,8 +49,8 @@ class FlagSet:
     """Flags with a name, and the instruction sets that the processor must have for them.
 
     Attributes:
-        name: what SYMGEN_FLAGS and the cache call it.
-        flags: for the compiler.
+        name: name in SYMGEN_FLAGS and in the cache.
+        flags: flags of the compiler.
         needs: macros that the compiler predefines for such a processor.
     """
 
@@ -94,8 +93,8 @@ class Chosen:
 
     Attributes:
         flags: the set.
-        ratios: time of every set that ran over that of the first; empty where none was measured.
-        origin: in words: measured, remembered, or asked for.
+        ratios: time of every measured set, relative to the first; empty without measurements.
+        origin: a text: measured, remembered, or requested.
     """
 
     flags: FlagSet
@@ -162,14 +161,14 @@ def fastest(
 ) -> Chosen:
     """Return the fastest of some sets, from the cache folder or by a race.
 
-    A set that the processor or the compiler does not know takes no part. Where nothing can be
-    measured, it is the first one.
+    Sets that the processor or the compiler does not support are left out. If nothing can be
+    measured, the result is the first set.
 
     Args:
-        name: what is chosen, for the name of the file.
-        sets: the simpler ones first.
+        name: part of the name of the cache file.
+        sets: sets to compare, simpler ones first.
         compiler: from `find_compiler`.
-        contest: makes what is raced; called only where there is no memory.
+        contest: makes the kernels to compare; called only if the cache has no result.
     """
     _, macros = native(compiler)
     defined = {line.split()[1] for line in macros.splitlines() if len(line.split()) > 1}
@@ -205,7 +204,7 @@ def _memory(name: str, sets: Sequence[FlagSet], compiler: Compiler, macros: str)
 
 @cache
 def _processor() -> str:
-    """Return what the processor calls itself: two with one instruction set differ in speed."""
+    """Return the name of the processor: equal instruction sets can differ in speed."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8", "replace").splitlines()
     except OSError:

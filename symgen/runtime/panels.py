@@ -1,8 +1,8 @@
-"""A kernel on panels: a batch with as many samples side by side as a vector register holds.
+"""Kernels on panels: batches that store as many samples side by side as a vector register holds.
 
-Compiled on its own when it is first needed, with flags raced for such code: a second of compiling
-pays where there are many samples. The values are those of the single call to rounding, whatever N
-and wherever a sample stands.
+symgen compiles a kernel for panels when it is first needed, with flags chosen for such code. This
+takes about a second, and pays for many samples. The values equal those of the single call to
+rounding, for any N and any position in the batch.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ class Panels:
     """One kernel, compiled for panels.
 
     Attributes:
-        kernel: what is computed.
-        width: samples of a panel: 2, 4 or 8.
+        kernel: the kernel.
+        width: number of samples in a panel: 2, 4 or 8.
     """
 
     def __init__(self, model: Model, compiler: Compiler, kernel: Kernel) -> None:
-        """Compile and load, or load what was compiled before.
+        """Compile and load the kernel, or load it from the cache.
 
         Raises:
             BuildError: the compiler fails.
@@ -60,7 +60,7 @@ class Panels:
         self._panels = getattr(module.lib, f"{name}_panels")
 
     def __call__(self, *inputs: ArrayLike) -> FloatArray | tuple[FloatArray, ...]:
-        """Evaluate a batch: inputs (N, n), outputs (N, ...) as the kernel's own batch gives them.
+        """Evaluate a batch, inputs (N, n); outputs (N, ...) are as those of `KernelFunction`.
 
         Raises:
             ParameterError: a shape is wrong, or M is not positive definite (forward_dynamics).
@@ -79,13 +79,13 @@ class Panels:
         """Return the kernel on fixed buffers of a batch.
 
         Args:
-            count: samples N.
-            rows: outputs (N, ...); otherwise panels, (ceil(N / width), size, width), which cost no
-                transposition: entry [k, i, l] is output i of sample k width + l, and what stands
-                behind the last sample repeats it. What is zero for every sample is written once,
-                now, so that these outputs are read-only.
-            stream: whether to write outputs past the cache. By default where they are larger than
-                it and doing so is faster on these buffers: some machines gain half, some lose.
+            count: number N of samples.
+            rows: if True, outputs have the shape (N, ...). Otherwise they are panels,
+                (ceil(N / width), size, width), which need no transposition: entry [k, i, l] is
+                output i of sample k width + l, and entries after the last sample repeat it.
+                Entries that are zero for every sample are written once, so panels are read-only.
+            stream: whether to write outputs past the cache. By default, symgen does so if they are
+                larger than the cache and if it is faster on these buffers.
         """
         inputs, _ = buffers(self.kernel, count)
         blocks = -(-count // self.width)
@@ -109,7 +109,7 @@ class Panels:
 
 
 def _streaming_pays(evaluate: Callable[[bool], object]) -> bool:
-    """Time both kinds of stores in turn, once the pages are there."""
+    """Whether streaming stores are faster, timed in turn with normal ones."""
     times: dict[bool, list[float]] = {False: [], True: []}
     evaluate(False)
     for _ in range(_ROUNDS):
@@ -121,7 +121,7 @@ def _streaming_pays(evaluate: Callable[[bool], object]) -> bool:
 
 
 def aligned(shape: tuple[int, ...]) -> FloatArray:
-    """Return an array that begins a cache line."""
+    """Return an array that begins at a cache line."""
     size = int(np.prod(shape))
     room = np.empty(size + _LINE // 8)
     start = -room.ctypes.data % _LINE // 8

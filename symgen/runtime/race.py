@@ -1,7 +1,7 @@
-"""Times the same functions in several libraries, taking turns; run as a program of its own.
+"""Time the same functions in several libraries, in turns; this module runs as a separate process.
 
-A process apart, so that code which this processor cannot run ends the race and nothing else.
-Standard library only. It reads one JSON object from standard input, and writes another one.
+Code that this processor cannot run then ends only that process. The module uses the standard
+library only. It reads one JSON object from standard input, and writes another one.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ ENOUGH = 1e-4  # seconds of one timing
 
 
 def race(libraries: dict[str, str], functions: list[dict[str, Any]]) -> dict[str, float]:
-    """Return how long each library takes over the first one: the geometric mean of functions.
+    """Return the time of each library relative to the first: the geometric mean over functions.
 
-    Of each function that is the median of the ratios of one round, in which all take turns: a slow
-    moment of the machine meets neighbours alike.
+    The time of a function is the median of its ratios over many rounds. All libraries run once in
+    a round, so a slow moment of the machine affects them equally.
 
     Args:
-        libraries: name and path of each; the first is what the others are compared with.
+        libraries: name and path of each; the first is the reference.
         functions: name, the numbers that come first (`leading`), then the sizes of the arrays that
             are read (`inputs`) and written (`outputs`).
     """
@@ -57,7 +57,7 @@ def race(libraries: dict[str, str], functions: list[dict[str, Any]]) -> dict[str
 
 
 def _aligned(array: Any) -> ctypes.c_void_p:
-    """Return the first place in an array that begins a cache line: all libraries get the same."""
+    """Return the first index of an array at a cache line: all libraries get the same."""
     return ctypes.c_void_p((ctypes.addressof(array) + 63) // 64 * 64)
 
 

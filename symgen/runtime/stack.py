@@ -1,12 +1,11 @@
-"""Worst-case stack of C functions, as the compiler that is to build them counts it.
+"""Worst-case stack of C functions, as a given compiler builds them.
 
-`-fstack-usage` writes the frame of every function that is not inlined; the assembly beside it says
-which of them a function calls or jumps to, inlining included. There is no recursion and no call
-through a pointer, so that
+`-fstack-usage` writes the frame size of every function that is not inlined. The assembly shows
+which functions it calls or jumps to. There is no recursion, and no call through a pointer. Thus
 
     worst(f) = frame(f) + max of worst(g) over all g that f mentions
 
-bounds the stack but for what libm takes, and the compiler's own memcpy and memset.
+bounds the stack, except that of libm and of the compiler's memcpy and memset.
 """
 
 from __future__ import annotations
@@ -27,14 +26,14 @@ _LABEL = re.compile(r"_?([A-Za-z][\w.]*):")
 
 
 def worst_case_stack(sources: Mapping[str, bytes], compiler: Compiler) -> dict[str, int] | None:
-    """Return the worst-case stack of every function that has code of its own, in bytes.
+    """Return the worst-case stack of every function that is not inlined, in bytes.
 
     Args:
         sources: name and content of every .c and .h file.
-        compiler: from `find_compiler`; a cross compiler will do.
+        compiler: from `find_compiler`, or a cross compiler.
 
     Returns:
-        None where the compiler does not count, does not build, or there is no bound.
+        None if the compiler does not report frames, does not build, or if there is no bound.
     """
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)

@@ -1,9 +1,8 @@
-"""One process at a time builds a module: the others wait, and find it built.
+"""Let one process at a time build a module; the others wait and then load it.
 
-What is locked (flock) is the folder that is built in. The lock goes with the process that holds it,
-however that ends, so that a kill leaves a folder of a killed build and nothing else. Only who holds
-the lock removes the folder; who then gets the lock of a folder that is no longer there, or that
-another one has replaced, holds nothing and begins anew.
+The lock (flock) is on the build folder. It ends with the process that holds it, so a killed build
+leaves only its folder. Only the holder of the lock removes the folder. A process that then gets the
+lock of a folder that is gone or replaced starts again.
 """
 
 from __future__ import annotations
@@ -24,18 +23,18 @@ _STALE_SECONDS = 3600
 
 @contextmanager
 def turn(folder: Path, name: str, seconds: float) -> Iterator[Path]:
-    """Wait until no other process has the turn of a name; yield an empty folder to build in.
+    """Wait until no other process builds this name, and yield an empty folder to build in.
 
-    Where there are no locks, or after the time, the turn is taken beside the others: to build twice
-    is slow, never wrong.
+    Without locks, or after the waiting time, the process builds at the same time as others. Two
+    builds are slow, but not wrong.
 
     Args:
-        folder: in which the folder is made, and removed in the end.
-        name: of what is built.
-        seconds: to wait.
+        folder: parent of the build folder, which is removed at the end.
+        name: name of the module.
+        seconds: longest time to wait.
 
     Raises:
-        OSError: no folder can be made there.
+        OSError: the folder cannot be made.
     """
     place = folder / f"build-{name}"
     until = time.monotonic() + seconds
@@ -65,7 +64,7 @@ def turn(folder: Path, name: str, seconds: float) -> Iterator[Path]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what killed builds left behind an hour ago or earlier."""
+    """Remove folders of killed builds that are at least an hour old."""
     for leftover in folder.glob("build-*"):
         try:
             if time.time() - leftover.lstat().st_mtime <= _STALE_SECONDS:

@@ -1,16 +1,16 @@
 """Articulated bodies: M x = b solved joint by joint, with a number of steps linear in the joints.
 
-The bodies behind a joint, free to move in their own joints, answer a motion (dw, dv) of the link's
-frame with the wrench
+The bodies behind a joint can move in their own joints. A motion (dw, dv) of the link frame takes
+the wrench
 
     n = J dw + H dv + n0,      f = H^T dw + M dv + f0
 
-(Featherstone 2008, Rigid Body Dynamics Algorithms, ch. 7). Speeds and gravity are in b already, so
-that n0 and f0 are of the right-hand sides alone. What a joint leaves of its own body,
+(Featherstone 2008, Rigid Body Dynamics Algorithms, ch. 7). b already contains speeds and gravity,
+so n0 and f0 come from the right-hand sides alone. The link before receives the body
 
-    I - U U^T / D,   U = I s,   D = s^T U + rotor inertia,
+    I - U U^T / D,   U = I s,   D = s^T U + rotor inertia.
 
-goes on to the link before. D are the pivots of M eliminated from the tips.
+D are the pivots of M when it is eliminated from the tips.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class Articulated:
 def _named(
     name: str, entry: Callable[[int, int], sp.Expr], alike: bool, tape: TapeBuilder
 ) -> Matrix:
-    """Name the entries of a matrix; of one that is `alike` on both sides, those of one side."""
+    """Name the entries of a matrix; of a symmetric one (`alike`), those of one side."""
 
     def named_entry(i: int, k: int) -> sp.Expr:
         return tape.entry(entry(i, k), name, "", i, k)
@@ -160,8 +160,8 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     """Return x of M x = right by joint, and the pivots, from the tips.
 
     Args:
-        p: without couplings and joints that follow others: these tie joints of separate bodies.
-        right: by joint.
+        p: a robot without couplings and without joints that follow others.
+        right: the right-hand side of each joint.
     """
     tape, rotor = p.tape, rotors(p)
     bodies = {j: rigid(body) for j, body in p.bodies.items()}
@@ -182,7 +182,7 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
 def _released(
     p: Plant, step: Step, body: Articulated, rotor: sp.Expr, right: sp.Expr
 ) -> tuple[sp.Expr, _Joint, Articulated]:
-    """Let a joint go: the pivot, what it takes, and what is left of its body."""
+    """Return the pivot of a joint, its right-hand side, and the body that the link before sees."""
     tape, j = p.tape, step.joint.number
     turns = step.joint.turns
     n, f = (body.J[2], body.H[2]) if turns else (transposed(body.H)[2], body.M[2])
@@ -205,7 +205,7 @@ def _released(
 
 
 def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> ByJoint:
-    """Go back out: the motion of each link, and with it that of its joint."""
+    """Return the acceleration of each joint, from the base to the tips."""
     tape, out = p.tape, ByJoint()
     twists: dict[int, Screw] = {0: (ZERO, ZERO)}
     for step in p.way:

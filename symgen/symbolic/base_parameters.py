@@ -1,4 +1,4 @@
-"""The minimal (base) parameters: which have no effect, which regroup and how, and the proof.
+"""The minimal (base) parameters of a robot: regrouping formulas, and the proof of minimality.
 
 A set of columns of energy is minimal when no combination of them is constant. The number of base
 parameters is the exact rank of the differences h(x) - h(x0), taken modulo two primes; columns are
@@ -89,7 +89,7 @@ class BaseParameter:
 
 @dataclass(frozen=True)
 class Proof:
-    """How minimality was proved: the exact rank, where it was taken, and the relations checked."""
+    """The proof of minimality: the exact rank, the geometry that it was taken at, the relations."""
 
     rank: int
     primes: tuple[int, ...]
@@ -156,7 +156,7 @@ def bound(robot: Robot) -> int:
 def count_base(robot: Robot) -> int:
     """Return the number of base parameters of a robot at the values of its lengths.
 
-    It is the exact rank alone, without formulas and their proof.
+    This is the exact rank alone, without formulas and without the proof of relations.
     """
     plain = robot.with_values()
     problem = _Columns(plain, standard_parameters(plain), energy_tape(plain))
@@ -172,11 +172,11 @@ def find_base(
         robot: the mechanism.
         standard: its standard parameters, in the order of X.
         energy: tape of the energy column of every inertial one.
-        at_values: False keeps named lengths as symbols; None is returned then where the file's
-            values give another set than generic ones, and the file's decide.
+        at_values: False keeps named lengths as symbols. If the values of the file then give
+            another set than symbols do, the result is None.
 
     Raises:
-        SymgenError: a relation fails its check, which would be a fault of symgen.
+        SymgenError: a relation fails its check. This would be a bug of symgen.
     """
     problem = _Columns(robot, standard, energy)
     fields = problem.fields()
@@ -256,7 +256,7 @@ class _Sample:
 
 @dataclass(frozen=True)
 class _Selection:
-    """What elimination found: the order of preference, the columns kept, the reduced rows."""
+    """Result of the elimination: the order of preference, the columns kept, the reduced rows."""
 
     order: tuple[int, ...]
     pivots: tuple[int, ...]
@@ -266,8 +266,8 @@ class _Selection:
 class _Columns:
     """The columns that are functions of the state: energies, and q_j for an offset OF_j.
 
-    FS and FV integrate along the path: no combination of them is a function of its ends, so that
-    they are base parameters without further proof.
+    FS and FV integrate along the path. No combination of them depends on its ends alone, so they
+    are base parameters without further proof.
     """
 
     def __init__(self, robot: Robot, standard: Sequence[Parameter], energy: Tape) -> None:

@@ -1,18 +1,19 @@
-"""What one body adds: wrench and momentum, in the link's frame, and bodies joined to one.
+"""Wrench and momentum of a body in the link frame, and composite bodies.
 
-With w, V, dw = dw/dt, a = acceleration of the origin less gravity, all in the frame (Khalil and
-Dombre, ch. 9), the wrench (f at the origin, n about it) of the parameters J, m = (MX, MY, MZ), M is
+The motion of the frame is w, V, dw = dw/dt and a, the acceleration of the origin minus gravity. The
+wrench (f at the origin, n about it) of the parameters J, m = (MX, MY, MZ), M is (Khalil and Dombre,
+ch. 9)
 
     f = M a + dw x m + w x (w x m),      n = J dw + w x (J w) + m x a
 
 and the momentum   l = M V + w x m,      k = J w + m x V.
 
-Composite bodies are each link with all that it carries, as one body in its own frame. Turning
-about one axis by (c, s), with D = J_aa - J_bb and z = s D + 2 c J_ab:
+A composite body is a link and all links that it carries, as one body in the link frame. A rotation
+about one axis by (c, s), with D = J_aa - J_bb and z = s D + 2 c J_ab, gives
 
     J_aa' = J_aa - s z,  J_bb' = J_bb + s z,  J_ab' = c z - J_ab
 
-and shifting the origin along one axis k by l (Huygens and Steiner):
+and a shift of the origin along one axis k by l (Huygens and Steiner) gives
 
     J_ii' = J_ii + 2 l m_k + M l^2 (i != k),  J_ki' = J_ki - l m_i,  m_k' = m_k + M l.
 """
@@ -167,7 +168,7 @@ class Inertia:
         return lin, plus(times(self.J, w), cross(self.m, V))
 
     def rate(self, frame: Frame, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
-        """Return dJ/dt in a frame at rest that is now where the link's is, with l for m.
+        """Return dJ/dt in the fixed frame that coincides with the link frame now, with l for m.
 
         R = [w] J - J [w] + 2 (m . V) - V m^T - m V^T
         """
@@ -185,10 +186,10 @@ class Inertia:
         return Inertia(symmetric(R), lin, sp.S.Zero)
 
     def wrench(self, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
-        """Return (f, n) of the body's motion: unit wrenches times parameters, Euler's terms paired.
+        """Return the wrench (f, n) of the body's motion.
 
-        J_ii and J_hh both multiply w_i w_h in n_b; products and sums of w and dw are shared with
-        the unit wrenches of m, which costs less than J w and w x (J w).
+        It is the sum of unit wrenches times parameters. This shares products of w and dw, and
+        costs less than J w and w x (J w).
         """
         f, n = scaled(self.M, motion.a), cross(self.m, motion.a)
         p = products(motion.w, j, tape)
@@ -218,9 +219,9 @@ class Inertia:
 
         Args:
             motion: from `references`.
-            tag: of the names of its parameters' sums.
-            tape: takes the named steps.
-            name: names the products on the way, h and k, and the outcome, F and N.
+            tag: suffix of the names of parameter sums.
+            tape: receives the named steps.
+            name: names the intermediate products h and k, and the results F and N.
         """
         w, dw, a = motion.w, motion.dw, motion.a
         wm = name(cross(motion.real, self.m), "h")
@@ -236,7 +237,7 @@ def composites(way: Way, bodies: Mapping[int, Inertia], tape: TapeBuilder) -> Ma
     Args:
         way: from `steps`.
         bodies: the links alone.
-        tape: takes the named steps.
+        tape: receives the named steps.
     """
     total = dict(bodies)
     for step in reversed(way):

@@ -1,4 +1,4 @@
-"""Joints that follow others: from the variables to all joints, and back for what acts on them.
+"""Joints that follow others: rates and torques of the movable joints and of the tree.
 
 The variables q_k of the movable joints give every joint of the tree by q_j = sum of G_jk q_k + c_j
 with constant G. By virtual work, torques on the tree belong to tau = G^T tau_tree, a mass or
@@ -21,17 +21,17 @@ Rows = dict[int, ByJoint]
 
 
 def followed(joint: Joint, values: ByJoint, tape: TapeBuilder) -> sp.Expr:
-    """Return sum of G_jk values_k for one joint; a plain value where it follows none."""
+    """Return the sum of G_jk values_k for one joint, or its own value if it follows none."""
     return sum((c * values[k] for k, c in _shares(joint, tape) if k in values), sp.S.Zero)
 
 
 def spread(robot: Robot, values: ByJoint, tape: TapeBuilder) -> ByJoint:
-    """Return G values: rates of the movable joints become rates of all that move."""
+    """Return G values: the rates of all joints that move, from those of the movable joints."""
     return {j.number: followed(j, values, tape) for j in robot.moving}
 
 
 def folded(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) -> ByJoint:
-    """Return G^T by_joint: what acts on the joints of the tree, as it acts on the variables."""
+    """Return G^T by_joint: torques on the variables, from torques on the joints of the tree."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
     acting = (joint for joint in robot.moving if joint.number in by_joint)

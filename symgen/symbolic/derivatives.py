@@ -16,9 +16,9 @@ I_i, B_i and f_i are those of link i with all that it carries. 2 B is here
 
     2 B (w; V) = (R w + w x k; 2 w x l)
 
-with the momentum (l, k) of the bodies carried and R = dJ/dt, the rate of their inertia: moving R to
-another frame takes l for m and no mass in the rule of composite bodies: B costs what I does.
-Nothing is differentiated but friction and effects, along their own few steps.
+with the momentum (l, k) of the bodies carried, and R = dJ/dt, the rate of their inertia. R moves to
+another frame by the rule of composite bodies, with l for m and without mass, so B costs as much as
+I. Only friction and effects are differentiated step by step.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
 
 
 def _slopes(p: Plant, qdd: ByJoint) -> tuple[tuple[Rows, Rows], ByJoint]:
-    """Return dtau/dq and dtau/dqd at some accelerations, and the load that effects see."""
+    """Return dtau/dq and dtau/dqd at given accelerations, and the load that effects depend on."""
     by_q, by_qd = _rigid(p, qdd)
     load: ByJoint = dict.fromkeys(p.numbers, sp.S.Zero)
     if p.robot.loaded:
@@ -83,7 +83,9 @@ def _slopes(p: Plant, qdd: ByJoint) -> tuple[tuple[Rows, Rows], ByJoint]:
 
 
 def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Expr]]:
-    """Return dqdd/dq, dqdd/dqd and dqdd/dtau, and what must be positive: see `forward_dynamics`.
+    """Return dqdd/dq, dqdd/dqd, dqdd/dtau, and the pivots that must be positive.
+
+    `forward_dynamics` defines the pivots.
 
     From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and
     dqdd/dq = -(E M)^-1 dtau/dq, with E = 1 + the slope of effects over the load on their joint.
@@ -132,7 +134,7 @@ def _bare(expr: sp.Expr) -> sp.Symbol | None:
 
 
 def _with_friction(p: Plant, rigid: Rows, load: ByJoint, by: str) -> Rows:
-    """Add what friction and effects contribute, and fold joints that follow others."""
+    """Add the derivatives of friction and effects, and fold joints that follow others."""
     rows = congruent(p.robot, rigid, f"d{by}", p.tape)
     rest = with_load(p, load)
     out: Rows = {j: dict(rows[j]) for j in p.numbers}

@@ -85,7 +85,7 @@ class Plant:
         return out
 
     def namer(self, tag: str) -> Callable[[Vector, str], Vector]:
-        """Return what names vectors by a letter and a tag."""
+        """Return a function that names vectors by a letter and a tag."""
         return lambda vector, letter: named(vector, f"{letter}{tag}_", self.tape)
 
     def still(self) -> Plant:
@@ -95,7 +95,7 @@ class Plant:
     def close(
         self, inputs: Sequence[str], outputs: Sequence[sp.Expr], inertial: bool = False
     ) -> Tape:
-        """Return the tape; X comes last, its inertial part alone where the rest is not read."""
+        """Return the tape; X is the last input, or its inertial part if the rest is unused."""
         X = self.X[: self.base.inertial] if inertial else self.X
         return self.tape.tape([*arrays(self.robot, *inputs), ("X", X)], outputs)
 
@@ -108,9 +108,9 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
 
 
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
-    """Return the torque of every movable joint; without acceleration: C qd + g + friction.
+    """Return the torque of every movable joint; without accelerations, C qd + g + friction.
 
-    Effects of the load take the rigid body's torque, rotors included, as it is at this motion.
+    Effects of the load depend on the rigid-body torque at this motion, rotors included.
     """
     qdd = by_joint(p.robot, variables(p.robot).qdd) if accelerating else {}
     return in_all(p, rigid_torques(p, qdd))
@@ -124,7 +124,7 @@ def in_all(p: Plant, rigid: ByJoint) -> ByJoint:
 
 
 def loads(p: Plant, rigid: ByJoint) -> ByJoint:
-    """Return the torque of the rigid body, named where effects depend on it."""
+    """Return the torque of the rigid body, as named steps if effects depend on it."""
     if not p.robot.loaded:
         return dict(rigid)
     return {j: p.tape.name(f"taur{j}", value) for j, value in rigid.items()}
@@ -144,13 +144,13 @@ def load_columns(p: Plant, load: ByJoint) -> list[tuple[sp.Expr, ByJoint]]:
 
 
 def rigid_torques(p: Plant, qdd: ByJoint) -> ByJoint:
-    """Return the torque of links and rotors at accelerations of the movable joints; none: zero."""
+    """Return the torque of links and rotors at accelerations of the movable joints (default 0)."""
     torque = _body_torques(p, spread(p.robot, qdd, p.tape) if qdd else {})
     return with_rotors(p, torque, qdd)
 
 
 def with_rotors(p: Plant, torque: ByJoint, rate: ByJoint) -> ByJoint:
-    """Add what rotors need at accelerations of the movable joints, or have at their speeds."""
+    """Add the torques of rotors at accelerations, or their momenta at speeds."""
     columns = ((rate.get(k, sp.S.Zero), column) for k, column in rotors(p).items())
     return combined([(sp.S.One, torque), *columns])
 
@@ -173,7 +173,7 @@ def gravity_torque(p: Plant) -> ByJoint:
 
 
 def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
-    """Return what moves each link, at accelerations of all joints that move."""
+    """Return the wrench that accelerates each link, at accelerations of all joints that move."""
     motion = motions(p.way, p.gravity, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
@@ -183,7 +183,7 @@ def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
 
 
 def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
-    """Hand wrenches on links back towards the base: what each joint carries, in its frame."""
+    """Sum the wrenches on links towards the base: the wrench on each joint, in its frame."""
     total = dict(wrench)
     for step in reversed(p.way):
         j, a = step.joint.number, step.joint.antecedent
@@ -198,7 +198,7 @@ def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
 
 
 def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
-    """Return the force or torque that wrenches on links put on each joint that moves."""
+    """Return the torque or force on each joint that moves, from the wrenches on links."""
     total = handed_down(p, wrench, tag)
     return {
         joint.number: acting(total.get(joint.number, (ZERO, ZERO)), axis(joint.sigma))
@@ -207,7 +207,7 @@ def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
 
 
 def rotors(p: Plant) -> Rows:
-    """Return what rotors add to the mass matrix."""
+    """Return the part of the mass matrix that rotors add."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
     for j in p.numbers:
         rows[j][j] = p.value(f"{names.ROTOR}{j}")

@@ -1,4 +1,4 @@
-"""Effects on a tape: the columns of a robot's effects, and those of the library by themselves."""
+"""Torque columns of effects on a tape: of a robot, and of a definition alone."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def effect_columns(
     Args:
         robot: with its effects.
         tape: that the columns are written on.
-        load: torque of the rigid body on each movable joint; with it, the columns of the
-            coefficients whose torque holds it, and without, those of all others.
+        load: rigid-body torque on each movable joint. If given, the result has the columns of
+            the coefficients whose torque depends on it, otherwise all other columns.
     """
     torques = {real_symbol(f"taur{j}"): torque for j, torque in (load or {}).items()}
     out = {}
@@ -61,13 +61,13 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
     """Derive the columns of an effect on one joint.
 
     Args:
-        definition: of the library, or an own one.
+        definition: an effect of the library, or of a robot file.
         robot: whose joints and lengths the torque of an own one names.
 
     Returns:
-        A tape from q, qd, qdd and taur, of the joint alone or of all movable joints for an own
-        effect, what the effect reads beside the motion, and c, the constants in the order of
-        `nonlinear`, to minus the derivative of the torque by every coefficient.
+        A tape to minus the derivative of the torque by every coefficient. Its inputs are q, qd,
+        qdd and taur of the joint (of all movable joints for an own effect), the other columns
+        that the effect reads, and c, the constants in the order of `nonlinear`.
     """
     letters = (*OWN, *definition.reads)
     numbers = [""] if robot is None else [str(j.number) for j in robot.movable]

@@ -1,7 +1,7 @@
 """Gauss-Jordan elimination of relations whose coefficients are formulas.
 
-Every coefficient carries its residues modulo the primes of the proof beside its formula: whether it
-is zero is decided there, exactly, and never by simplifying or by rounding.
+Every coefficient has a formula, and residues modulo the primes of the proof. The residues decide
+exactly whether it is zero; nothing is simplified or rounded for that.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _LARGEST = 40  # terms of a product of two coefficients; beyond, no person reads
 
 
 class NeedsValuesError(SymgenError):
-    """A formula in named lengths and angles grows too large: the file's values are taken."""
+    """Raised if a formula in named lengths and angles grows too large: use the file's values."""
 
 
 class Coefficient(NamedTuple):
-    """A coefficient: formula (or 50 digits, see `readable`) and its residue modulo each prime."""
+    """A formula (or 50 digits, see `readable`), and its residue modulo each prime."""
 
     value: sp.Expr
     residues: tuple[int, ...]
@@ -107,7 +107,7 @@ class Elimination:
 
 
 def _require_small(a: sp.Expr, b: sp.Expr) -> None:
-    """Raise NeedsValuesError where the product of two formulas is too large to write out."""
+    """Raise NeedsValuesError if the product of two formulas is too large to write out."""
     size = len(sp.Add.make_args(a)) * len(sp.Add.make_args(b))
     if size > _LARGEST and (a.free_symbols or b.free_symbols):
         raise NeedsValuesError("a regrouping formula is too large in named lengths and angles")
@@ -116,8 +116,9 @@ def _require_small(a: sp.Expr, b: sp.Expr) -> None:
 def readable(expr: sp.Expr) -> sp.Expr:
     """Return a coefficient as a person would write it.
 
-    Polynomials in lengths are expanded; sin(a)^2 becomes 1 - cos(a)^2; what has no symbol left but
-    cosines of angles that are no plain fraction of pi becomes a number of 50 digits.
+    Polynomials in lengths are expanded, and sin(a)^2 becomes 1 - cos(a)^2. A coefficient without
+    symbols becomes a number of 50 digits if it contains cosines of angles that are no simple
+    fraction of pi.
     """
     if expr.is_Rational:
         return expr

@@ -67,7 +67,7 @@ def separate_tape(robot: Robot) -> Tape:
 
 
 def inertial_parameters(robot: Robot) -> list[Parameter]:
-    """Return the standard parameters that have a column of energy."""
+    """Return the standard parameters that have an energy column."""
     return [p for p in standard_parameters(robot) if p.inertial]
 
 
@@ -119,16 +119,15 @@ def state_columns(
 ) -> list[Any]:
     """Return the columns of parameters that are functions of the state x = (q, qd).
 
-    They are energies h(x), up to constants of the state, and q_j for an offset OF_j.
-
-    Where gravity is an input, a constant may depend on it: h(x, g) - h(x0, g) then.
+    They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g is an input, the
+    energies are h(x, g) - h(x0, g).
 
     Args:
         energy: tape of the inertial ones among them.
         parameters: in the order of the columns.
         arithmetic: the number system.
-        state: entries of q and qd, and of g where it is an input.
-        rest: those of x0.
+        state: entries of q and qd, and of g if gravity is an input.
+        rest: the same entries of x0.
         position: q_j as plain numbers, by joint.
     """
     columns = energy.run(arithmetic, state)

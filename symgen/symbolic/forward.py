@@ -19,16 +19,16 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.kinematics import by_joint, variables
 
-#: Joints from which articulated bodies take fewer steps than factors of the mass matrix.
+#: Number of joints from which articulated bodies need fewer steps than factoring the mass matrix.
 MANY = 14
 
 
 def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
-    """Return M qdd of every movable joint, and what must be positive for it to be unique.
+    """Return M qdd of every movable joint, and the terms that must be positive for a unique value.
 
-    Effects of the load are z (a taur + b |taur|), with a and b of the motion: from R = tau -
-    friction = (1 + z a) taur + z b |taur| follows taur = R / (1 + z a + z b sign(R)) where this is
-    positive for both signs.
+    Effects of the load are z (a taur + b |taur|), where a and b depend on the motion. With
+    R = tau - friction = (1 + z a) taur + z b |taur|, the solution is
+    taur = R / (1 + z a + z b sign(R)). It is unique if the denominator is positive for both signs.
     """
     tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
     if not p.robot.loaded:
@@ -59,10 +59,10 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 
 
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
-    """Return (qdd, pivots): M is positive definite exactly when all pivots of L D L^T are.
+    """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
 
-    Beside the pivots stand what must be positive for effects of the load to be solvable. Many
-    joints are solved one by one (`articulated`).
+    `pivots` also holds the terms that must be positive for effects of the load (`driving`). Long
+    chains use the articulated-body algorithm (`articulated`).
     """
     right, positive = driving(p)
     if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
@@ -96,8 +96,8 @@ class Factor:
     Attributes:
         low: entries L(k, i), i < k, that are not zero.
         inverse: 1 / D(k).
-        pivots: D in the order of the elimination, from the tips: behind a bad one nothing has a
-            meaning.
+        pivots: D in the order of the elimination, from the tips. After a pivot that is not
+            positive, the others have no meaning.
     """
 
     low: Mapping[tuple[int, int], sp.Expr]

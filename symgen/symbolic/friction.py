@@ -1,8 +1,8 @@
 """Friction, drives and effects: columns of torque, and of the power they take.
 
-tau_j = FS sign(qd_j) + FV qd_j + OF, with qd tanh(qd/width) in place of |qd| where a width is
-declared. A coupling u = qd_j + ratio qd_k adds F = FVM u + FSM sign(u) to joint j and ratio F to
-joint k. Power is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd_j^2 + OF qd_j.
+tau_j = FS sign(qd_j) + FV qd_j + OF. A declared width replaces |qd| by qd tanh(qd/width). A
+coupling u = qd_j + ratio qd_k adds F = FVM u + FSM sign(u) to joint j and ratio F to joint k. Power
+is the sum of qd_j times the column of joint j: FS |qd_j| + FV qd_j^2 + OF qd_j.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from symgen.symbolic.tape import Tape, TapeBuilder
 
 @dataclass(frozen=True)
 class _Drive:
-    """What a friction parameter acts on: a speed, and how the joints share its force."""
+    """The speed that a friction parameter acts on, and the share of each joint in its force."""
 
     speed: sp.Expr
     share: ByJoint
@@ -100,7 +100,7 @@ def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
 
 
 def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
-    """Return 1, v, or sign(v), which is tanh(v/width) where a width is declared."""
+    """Return 1, v, or sign(v); a declared width gives tanh(v/width) instead of sign(v)."""
     if p.prefix == "OF":
         return sp.S.One
     if p.prefix in ("FV", "FVM"):

@@ -1,8 +1,8 @@
-"""A guard in floating point: the exact result must not contradict plain numbers.
+"""Check of the exact base parameters in floating point.
 
-Exact arithmetic modulo a prime is right as long as the geometry is mapped into it consistently, a
-claim about code. Here the columns are evaluated in double precision at the file's values: the
-columns kept must be independent there, and every regrouping must reproduce its column.
+Exact arithmetic modulo a prime is right if the code maps the geometry into it consistently. This
+check does not share that code. It evaluates the columns in double precision at the file's values:
+the columns kept must be independent, and every regrouping must reproduce its column.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ _ERROR = 1e-6
 
 
 def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
-    """Return q, qd, qdd, (count, n), of a robot in any posture: what parameters can show at all."""
+    """Return random q, qd, qdd, (count, n), over all postures of a robot."""
     draw = np.random.default_rng(seed)
     span = np.array([np.pi if j.turns else 1.0 for j in robot.movable])
     return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
 
 
 def random_inputs(robot: Robot, count: int, seed: int) -> dict[str, list[NDArray[np.float64]]]:
-    """Return such states as inputs of a tape, with a gravity for each where it is an input."""
+    """Return random states as inputs of a tape, each with a gravity vector if that is an input."""
     states = random_states(robot, count, seed)
     inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
     if robot.gravity_input:
@@ -60,7 +60,7 @@ def require_floats_agree(
     kept: Sequence[int],
     rows: Mapping[str, ExactRow],
 ) -> None:
-    """Raise SymgenError where double precision contradicts the exact base parameters.
+    """Raise SymgenError if double precision contradicts the exact base parameters.
 
     Args:
         robot: the mechanism, with the file's values.

@@ -1,4 +1,4 @@
-"""Whether the effects of a robot say something that the rest of its model does not say."""
+"""Check that the effects of a robot add a torque that the rest of its model cannot produce."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _NEW = 1e-9  # share of a column that the others do not give
 def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     """Refuse an effect whose torque is a combination of the model's other columns.
 
-    Taken at random states in floating point: a column of which less than 1e-9 is left when the
-    others are taken out.
+    The columns are evaluated at random states in floating point. A column is a combination if the
+    residual of its fit by the others is less than 1e-9 of it.
 
     Raises:
-        RobotError: the message names the effect and its coefficient; also where its torque is not
-            finite.
+        RobotError: an effect is redundant, or its torque is not finite. The message names the
+            effect and its coefficient.
     """
     count = 4 * len(base.parameters) + 20
     inputs = random_inputs(robot, count, len(base.parameters))

@@ -1,4 +1,4 @@
-"""Several tapes as one, which does once what they do alike."""
+"""Merge several tapes into one, which computes common steps once."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ def joined(robot: Robot, tapes: Sequence[Tape], inputs: Sequence[str]) -> Tape:
     """Return one tape with the outputs of all, one after the other.
 
     Args:
-        robot: what they were derived from.
-        tapes: in the order of their outputs.
-        inputs: their order; of one that differs in length between tapes, the longest is taken.
+        robot: the robot of all tapes.
+        tapes: in the order of the outputs.
+        inputs: order of the inputs. If tapes have an input of different lengths, the longest one
+            is used.
     """
     longest: dict[str, Symbols] = {}
     for tape in tapes:

@@ -10,7 +10,7 @@ x. The recursion applies them one by one to the state of a frame
 
 so that jw_j = jA_a aw_a + sigmabar z qd and jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
 (Khalil and Kleinfinger 1987; a is the antecedent of j). Zeros and signs of the geometry vanish
-while the steps are written, and every step has a name.
+while the steps are written. Every step has a name.
 """
 
 from __future__ import annotations
@@ -41,10 +41,9 @@ Way = tuple["Step", ...]
 class Step:
     """The way from an antecedent's frame to that of joint j.
 
-    `before` leads to the axis of j, turned by theta where j is revolute; the joint's own velocity
-    is added there; `after` is the translation along z, which a rotation about z leaves alone.
-    `rate` is the speed qd, as a sum of other speeds where the joint follows others: in a sum of
-    rates these cancel.
+    `before` leads to the axis of j, and includes theta if j is revolute. The velocity of the joint
+    is added there. `after` is the translation along z. `rate` is the speed qd; if the joint follows
+    others, it is a sum of their speeds.
     """
 
     joint: Joint
@@ -196,8 +195,8 @@ def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Fr
 
     Args:
         way: from `steps`.
-        base_gravity: from `gravity`; ZERO where it does not matter.
-        tape: takes the named steps.
+        base_gravity: from `gravity`, or ZERO if the caller does not use it.
+        tape: receives the named steps.
     """
     states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
     for step in way:
@@ -231,10 +230,10 @@ def _angle(angle: sp.Expr, name: str, tape: TapeBuilder) -> tuple[sp.Expr, sp.Ex
 
 
 def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return cosine and sine of a constant angle, in radicals only where these are plain.
+    """Return cosine and sine of a constant angle, in radicals only if these are not nested.
 
-    cos(pi/8) is kept as it is: as sqrt(2 + sqrt(2))/2 its sign would no longer belong to that of
-    sin(pi/8) where radicals are taken modulo a prime.
+    cos(pi/8) stays as it is. As sqrt(2 + sqrt(2))/2, its sign modulo a prime would no longer match
+    that of sin(pi/8).
     """
     both = sp.cos(angle), sp.sin(angle)
     if any(not p.base.is_Rational for e in both for p in e.atoms(sp.Pow) if not p.exp.is_Integer):

@@ -38,8 +38,8 @@ def lifted(
 ) -> list[sp.Expr]:
     """Return c such that h_0 + sum of c_i h_i is constant over the support (0 the first column).
 
-    Formulas where the geometry has named symbols; 50 digits where it is numbers alone (elimination
-    has found rational coefficients before, so that these are irrational).
+    The coefficients are formulas if the geometry has named symbols. If it has numbers only, they
+    have 50 digits: elimination has already found all rational ones.
 
     Raises:
         SymgenError: no exact relation was found; the geometry is outside what symgen covers.
@@ -72,10 +72,10 @@ def lifted(
 
 
 def _null_vector(matrix: sp.Matrix) -> list[sp.Expr] | None:
-    """Return the vector that a matrix of formulas maps to zero, None where it is not one alone.
+    """Return the null vector of a matrix of formulas, or None if there are several.
 
-    Over the field of rational functions whose coefficients are rationals and the roots that occur:
-    SymPy's own choice for lengths times roots has no exact zero.
+    The field is that of rational functions over the rationals and the roots that occur. The field
+    that SymPy would choose for lengths times roots has no exact zero.
     """
     roots = sorted(
         {p.base for entry in matrix for p in entry.atoms(sp.Pow) if not p.exp.is_Integer},
@@ -188,7 +188,7 @@ class _Columns:
     def differences(
         self, arithmetic: Arithmetic, points: Iterable[_Point], rest: _Point, draw: random.Random
     ) -> list[list[Any]]:
-        """Return a row for every point but the first: the columns, less those there.
+        """Return the columns at every point but the first, minus those at the first.
 
         Where gravity is an input, it is drawn at every point.
         """

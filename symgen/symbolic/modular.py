@@ -1,16 +1,16 @@
-"""Exact arithmetic modulo a prime: what proves ranks and relations.
+"""Exact arithmetic modulo a prime, for the proof of ranks and relations.
 
 A geometric constant is an element of Q(symbols, sqrt(2), cos(angle), ...). Modulo a prime p it
 becomes an integer: lengths are random integers, or the file's rationals; an angle is a sum of
 rational multiples of generators, and each generator x is one random unit z = e^(ix), so that
 cos x = (z + 1/z)/2 and sin x = (z - 1/z)/(2i). Commensurable angles thereby share one point of the
-circle, and fractions of pi are roots of unity: p = 1 modulo the order needed. Angles whose
-generators are independent over the rationals have algebraically independent exponentials
-(Lindemann and Weierstrass), so that a random point is the right model.
+circle. Fractions of pi are roots of unity, with p = 1 modulo the order needed. Generators that are
+independent over the rationals have algebraically independent exponentials (Lindemann and
+Weierstrass). A random point is therefore the right model.
 
-A rank found modulo p is never larger than the true one; a random point misses it with a
-probability of about degree/p (Schwartz and Zippel): about 1e-8 for each prime where angles are
-fractions of pi; decimal angles raise the degree, and a comparison in floats guards the result.
+A rank found modulo p is never larger than the true one. It is smaller with a probability of about
+degree/p (Schwartz and Zippel), about 1e-8 for each prime if angles are fractions of pi. Decimal
+angles raise the degree; `guard` checks the result in floating point.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _TWELFTH = 48  # k pi/24 is a power of e^(2 pi i/48)
 
 
 class BadDrawError(SymgenError):
-    """A random point makes a denominator zero or a radicand a non-residue: draw again."""
+    """A random point makes a denominator zero, or a radicand a non-residue: draw another one."""
 
 
 class _Constant(int):
-    """A residue that remembers its exact expression: an angle is more than its number."""
+    """A residue with its exact expression, which cosine and sine of an angle need."""
 
     expr: sp.Expr
 
@@ -48,8 +48,8 @@ class _Constant(int):
 class JointAngle:
     """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them.
 
-    `root` is e^(iq/parts): fractions of the angle are powers of it. A multiple that is no such
-    fraction has a number alone.
+    `root` is e^(iq/parts). Fractions of the angle are powers of it; other multiples have a number
+    only.
     """
 
     number: Residues
@@ -63,8 +63,8 @@ class PrimeField(Arithmetic):
 
     Args:
         prime: p, with p - 1 a multiple of `order`.
-        seed: of the random values.
-        angles: every constant angle that will occur; fixes the units that they are counted in.
+        seed: seed of the random values.
+        angles: every constant angle that will occur. They determine the generators.
         order: order of the roots of unity, from `order_needed(angles)`.
     """
 
@@ -305,14 +305,14 @@ def primes(order: int) -> Iterator[int]:
 
 
 def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[int], Residues]:
-    """Gauss-Jordan elimination modulo p, columns taken in the given order.
+    """Gauss-Jordan elimination modulo p, with columns in a given order.
 
-    A few columns at a time: their pivots are found among them alone, and all rows follow by one
-    product of matrices. The reduced form is one and the same in whatever steps it is reached.
+    It finds the pivots of a few columns at a time, and updates all rows by one product of matrices.
+    The reduced form does not depend on these steps.
 
     Returns:
-        The pivot columns, and the reduced rows: every column is the combination of the pivot
-        columns whose coefficients stand in it.
+        The pivot columns, and the reduced rows. Each column holds the coefficients by which it
+        combines the pivot columns.
     """
     m = np.array(matrix, dtype=np.int64) % p
     pivots: list[int] = []
@@ -358,7 +358,7 @@ def _eliminated(matrix: Residues, p: int) -> tuple[list[int], Residues]:
 
 
 def _product(a: Residues, b: Residues, p: int) -> Residues:
-    """Return a b modulo p, of at most _CHUNK terms: in floats, whose sums below 2^53 are exact."""
+    """Return a b modulo p for at most _CHUNK terms, in floats: their sums below 2^53 are exact."""
     right = b.astype(np.float64)
     high, low = ((part.astype(np.float64) @ right).astype(np.int64) for part in divmod(a, 2**16))
     return ((high % p << 16) + low) % p
@@ -367,8 +367,8 @@ def _product(a: Residues, b: Residues, p: int) -> Residues:
 def rational(residues: Sequence[int], moduli: Sequence[int]) -> sp.Rational | None:
     """Return the small rational that has these residues (Wang), or None.
 
-    A coefficient that depends on random values of symbols has unrelated residues: then the
-    reconstruction from all primes together has no small numerator and denominator.
+    A coefficient that depends on random values of symbols has unrelated residues. Its
+    reconstruction from all primes then has no small numerator and denominator.
     """
     product, value = 1, 0
     for r, p in zip(residues, moduli, strict=True):  # Chinese remainders

@@ -1,7 +1,7 @@
 """Accelerations, joint screws and wrenches along the way from the base to the links.
 
-Accelerations start from -g at the base, so that weight needs no term of its own (Luh, Walker and
-Paul 1980). Steps repeat those of `frames` word by word: the tape keeps one of each.
+Accelerations start from -g at the base, so weight needs no separate term (Luh, Walker and Paul
+1980). Steps repeat those of `frames` exactly, and the tape keeps one of each.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from symgen.symbolic.tape import TapeBuilder
 
 @dataclass(frozen=True)
 class Motion:
-    """Velocity and acceleration of a link frame, in the frame; a is less gravity.
+    """Velocity and acceleration of a link frame, in the frame; a is the acceleration minus gravity.
 
-    A reference motion has the link's real angular velocity beside its own; of the real motion both
-    are one.
+    A reference motion also has the real angular velocity of the link. In the real motion both are
+    equal.
     """
 
     w: Vector
@@ -49,13 +49,13 @@ class Motion:
 
 @dataclass(frozen=True)
 class Letters:
-    """What the steps of a recursion are called.
+    """Names of the steps of a recursion.
 
     Attributes:
-        w: of turned angular velocities; `dw` and `a` of the accelerations.
-        shift: of what a shift makes of a.
-        joint: of what a joint adds, from a letter, an axis and the joint's number.
-        slide: the same of a joint that slides.
+        w: rotated angular velocities; `dw` and `a` of the accelerations.
+        shift: acceleration a after a shift.
+        joint: the term that a revolute joint adds, from a letter, an axis and the joint number.
+        slide: the same for a prismatic joint.
     """
 
     w: str
@@ -79,7 +79,7 @@ def motions(
         way: from `steps`; its speeds may be zero.
         base_gravity: acceleration of gravity in frame 0.
         qdd: joint accelerations by joint number; absent means zero.
-        tape: takes the named steps.
+        tape: receives the named steps.
     """
     states = {0: _at_rest(base_gravity)}
     for step in way:
@@ -97,14 +97,14 @@ def references(
     tape: TapeBuilder,
     letters: Letters = _REFERENCE,
 ) -> Mapping[int, Motion]:
-    """Derive the reference motion of every link, by joint number, beside the real velocity.
+    """Derive the reference motion of every link by joint number, with its real velocity.
 
     Args:
         way: from `steps`, with the real speeds.
         base_gravity: acceleration of gravity in frame 0.
         speed: reference speeds by joint number; absent means zero.
-        acceleration: their reference accelerations.
-        tape: takes the named steps.
+        acceleration: reference accelerations by joint number.
+        tape: receives the named steps.
         letters: for the names of steps.
     """
     real = motions(way, ZERO, {}, tape)
@@ -129,7 +129,7 @@ def _passed(
     letters: Letters,
     tape: TapeBuilder,
 ) -> Motion:
-    """Carry a motion to the frame of joint j, and add what its rate, speed and acceleration add."""
+    """Express a motion in the frame of joint j, and add its rate, speed and acceleration."""
     j, (rate, speed, faster) = step.joint.number, rates
     for motion in step.before:
         now = _moved(now, motion, letters, tape)
@@ -202,7 +202,7 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
 def handed_on(
     way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist `own` of each joint j, given in frame j, in frame i of each link behind."""
+    """Express the twist `own` of each joint j, given in frame j, in each frame that j moves."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = states[step.joint.antecedent]

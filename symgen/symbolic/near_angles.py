@@ -1,7 +1,7 @@
-"""Angles that miss a multiple of pi/24 by little and cost base parameters by that.
+"""Angles that are close to a multiple of pi/24, and add base parameters because of the difference.
 
-Parallel and perpendicular axes leave parameters without effect. An angle of 1.571 in place of pi/2
-brings them back, and no log determines them.
+If axes are exactly parallel or perpendicular, some parameters have no effect. An angle of 1.571
+instead of pi/2 adds them to the base parameters, and no log determines them.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ _NEAR = 0.01  # rad: what is farther off is meant so
 
 
 def costly_angles(robot: Robot) -> tuple[str, ...]:
-    """Return a line for every angle near a multiple of pi/24 that costs base parameters.
+    """Return a line for every angle near a multiple of pi/24 that adds base parameters.
 
-    The base parameters are counted with all such angles at their multiples, and with each left.
+    symgen counts the base parameters with all such angles at their multiples, and with each angle
+    as the file has it.
     """
     plain = robot.with_values()
     near = [
@@ -47,10 +48,10 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
 
 @contextmanager
 def told_of_angles(robot: Robot) -> Iterator[None]:
-    """Say which angles cost base parameters, where data do not determine the parameters.
+    """Add the angles that add base parameters to an error about undetermined parameters.
 
     Raises:
-        IdentificationError: they do not.
+        IdentificationError: the data do not determine the parameters.
     """
     try:
         yield
@@ -62,7 +63,7 @@ def told_of_angles(robot: Robot) -> Iterator[None]:
 
 
 def _fraction(joint: Joint, key: str) -> sp.Expr | None:
-    """Return the multiple of pi/24 that a constant angle is near and is not."""
+    """Return the multiple of pi/24 that a constant angle is near, without being equal to it."""
     if key == "theta" and joint.turns:  # where q is counted from
         return None
     angle = getattr(joint, key)

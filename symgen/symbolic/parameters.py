@@ -17,8 +17,9 @@ class Parameter:
         prefix: the name without its number.
         joint: number of the joint it belongs to.
         unit: SI unit.
-        inertial: whether it has a column of energy (friction has a column of power alone).
-        load: whether its torque holds the model's own: it has no column, and comes last.
+        inertial: whether it has an energy column (friction has a power column only).
+        load: whether its torque depends on the rigid-body torque. It then has no column, and comes
+            last.
     """
 
     name: str
@@ -32,9 +33,9 @@ class Parameter:
 def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
     """Return the inertial parameters link by link, then friction joint by joint.
 
-    The rotor of a coupling follows the rotor of its second joint, the payload follows all links,
-    the friction of couplings follows that of the joints, and effects come last: first those with
-    columns, then those that hold the model's torque.
+    The rotor of a coupling follows the rotor of its second joint. The payload follows all links.
+    The friction of couplings follows that of the joints. Effects come last: first those with
+    columns, then those that depend on the rigid-body torque.
     """
     out: list[Parameter] = []
 

@@ -1,9 +1,9 @@
-"""Reference motions beside the real one: M qddr + C(q, qd) qdr + g, and momentum with its rate.
+"""Torques of a reference motion, M qddr + C(q, qd) qdr + g, and generalized momentum.
 
-C is that of Christoffel's symbols. Reference speeds and accelerations go through the links like
-real ones, beside the real velocity (Slotine and Li 1987; in body coordinates, Niemeyer and Slotine
-1991). Momentum p = M qd is e . k + v . l of all that a joint carries, and C^T qd - g = dL/dq, in
-frame j
+C is made of Christoffel symbols. Reference speeds and accelerations pass through the links together
+with the real velocity (Slotine and Li 1987; in body coordinates, Niemeyer and Slotine 1991). The
+momentum p = M qd is e . k + v . l of all links that a joint carries. C^T qd - g = dL/dq is, in
+frame j,
 
     k . (w x z) + l . (V x z) - g_j, revolute;    l . (w x z) - g_j, prismatic.
 """
@@ -27,7 +27,7 @@ from symgen.symbolic.spatial import ZERO, acting, axis, moved
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
-    """Return M qddr + C(q, qd) qdr + g + friction(qd); effects of the load see its rigid part."""
+    """Return M qddr + C(q, qd) qdr + g + friction(qd), and effects of its rigid-body torque."""
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (by_joint(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))

@@ -1,8 +1,8 @@
-"""The place of every frame in frame 0, and the Jacobians and drift of points in them.
+"""Position and orientation of every frame in frame 0, and Jacobians and drift of points.
 
-A point fixed in any link has its link chosen at run time by one symbol for each link, 1 at its own
-and 0 elsewhere: sums over these pick its frame, and say of each joint whether it moves the link.
-Straight-line code stays so.
+The link of a point is chosen at run time by one symbol for each link: 1 for the chosen link, and 0
+for the others. Sums over these symbols select its frame, and the joints that move it. The code
+needs no branches for this.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 
 def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
-    """Return the place of every frame in frame 0, by joint number, and the way that leads there."""
+    """Return the pose of every frame in frame 0, by joint number, and the steps that lead there."""
     way = steps(robot, tape)
     out: dict[int, Place] = {0: (*map(unit, range(3)), ZERO)}
     for step in way:
@@ -79,7 +79,7 @@ def frames_tape(robot: Robot) -> Tape:
 def jacobian_tape(robot: Robot) -> Tape:
     """Derive the Jacobian of the last frame that moves: rows v then w, (6, n), row-major.
 
-    A fixed joint on the base that stands after it, as in a URDF, has none.
+    A fixed joint on the base that comes after it in the file, as in a URDF, does not count.
     """
     tape = builder(robot)
     placed, _ = places(robot, tape)

@@ -7,9 +7,9 @@ With the screw (e, v) of joint j in the frame of link i, and the unit wrench (f,
     momentum dT/dqd_j       e . k + v . l
     dL/dq_j                 k . dw + l . dV + dependence of gravity on q_j
 
-where moving q_j alone turns the links behind it against the twist (w_a, V_a) that they inherit:
-dw = -e x w_a, dV = -(e x V_a + v x w_a), which is a twist of joint j and handed on as its screw is.
-Power is the wrench times the link's own twist.
+Moving q_j alone rotates the links behind joint j against the twist (w_a, V_a) of its antecedent:
+dw = -e x w_a, dV = -(e x V_a + v x w_a). This is a twist of joint j, and passes on to the other
+links as its screw does. Power is the wrench times the twist of the link.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Columns = list[ByJoint]
 
 @dataclass(frozen=True)
 class _Scene:
-    """What every regressor starts from; all joints that move, and links, by number."""
+    """The state that every regressor starts from; joints that move, and links, by number."""
 
     robot: Robot
     tape: TapeBuilder
@@ -156,7 +156,7 @@ def momentum_tape(robot: Robot) -> Tape:
 
 
 def _weight(p: Parameter, here: Frame, screw: Screw) -> sp.Expr:
-    """Return what gravity has of dL/dq_j of one unit parameter."""
+    """Return the part of dL/dq_j that gravity adds, for one unit parameter."""
     e, v = screw
     if p.prefix in names.MOMENT:
         return dot(unit(names.MOMENT.index(p.prefix)), cross(here.g, e))
@@ -184,7 +184,7 @@ def power_tape(robot: Robot) -> Tape:
 def _projected(scene: _Scene, p: Parameter, wrench: Screw, tag: str) -> ByJoint:
     """Project a wrench (or momentum) on the screws of the joints that move the link.
 
-    Parallel axes have one e: then e . n has a name of its own.
+    Joints with parallel axes share e, so e . n is one named step.
     """
     out, (f, n) = {}, wrench
     axes = [e for e, _ in scene.screw[p.joint].values()]

@@ -1,4 +1,4 @@
-"""Base parameters as a program: from standard ones, and with a body fixed on a link."""
+"""Tapes that compute base parameters: from standard ones, and with a body added to a link."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 
 def base_parameters_tape(robot: Robot, base: BaseParameters) -> Tape:
-    """Derive X from all standard parameters: X_b = its own + the sum of c times what joins it."""
+    """Derive X from all standard parameters: X_b = head + sum of c times the regrouped ones."""
     standard = {p.name: real_symbol(f"X_{p.name}") for p in base.standard}
     tape = builder(robot, standard.values())
     return tape.tape([("standard", tuple(standard.values()))], _joined(base, standard, tape, {}))
@@ -30,8 +30,7 @@ def add_body_tape(robot: Robot, base: BaseParameters) -> Tape:
 
         J = I + m (c.c - c c^T),  m c,  m
 
-    are added to the standard parameters of the link. A body with negative mass and inertia takes
-    one off.
+    are added to the standard parameters of the link. Negative mass and inertia remove a body.
     """
     X = tuple(real_symbol(f"X_{p.name}_") for p in base.parameters)
     at, mass = links(robot), real_symbol("X_mass")

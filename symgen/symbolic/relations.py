@@ -1,8 +1,8 @@
 """Linear relations between energy columns that hold by structure, in closed form.
 
-A relation is a combination of standard parameters that no motion can show: sum of n_k h_k = const.
-The rules are those of Gautier and Khalil (1988, 1990), stated for bodies: a body on link j that
-the motion of joint j leaves as it is, is a body on the antecedent of j.
+A relation is a combination of energy columns that is constant in every motion: sum of n_k h_k =
+const. The rules are those of Gautier and Khalil (1988, 1990), stated for bodies. If the motion of
+joint j does not change a body on link j, the body can as well belong to the antecedent of j.
 
 * revolute j: a mass at the origin (M), a moment along z (MZ), and XX = YY: 3 relations;
 * prismatic j: a body without mass and moment, of which only the orientation counts (XX..ZZ): 6;
@@ -27,7 +27,7 @@ _Way = tuple[Turn | Shift, ...]
 
 
 class _Formulas(TapeBuilder):
-    """Names nothing: what is derived on it stays a formula."""
+    """A tape builder that names no steps, so results stay formulas."""
 
     def constant(self, _: str, value: sp.Expr) -> sp.Expr:
         return value
@@ -60,7 +60,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
 
 
 def _carried(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
-    """Carry the common direction of rotation from the antecedent into frame j."""
+    """Express the common direction of rotation of the antecedent in frame j."""
     if axis is None:
         return None
     if axis == ():

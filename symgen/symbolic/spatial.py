@@ -1,4 +1,4 @@
-"""Vectors and pairs of vectors, and how elementary motions carry them from frame to frame.
+"""Vectors, twists and wrenches, and their change of frame under elementary motions.
 
 The modified Denavit-Hartenberg transform is a product of elementary motions along and about z and
 x. A twist (w, V) of a frame behind such a motion is (R^T w, R^T (V + w x P)). A wrench goes back
@@ -97,7 +97,7 @@ def named(a: Vector, name: str, tape: TapeBuilder) -> Vector:
 
 
 def moved(screw: Screw, twist: Screw) -> Screw:
-    """Return twist x screw: how a screw changes that moves along with a twist."""
+    """Return twist x screw, the rate of a screw that moves with a twist."""
     (e, v), (w, V) = screw, twist
     return cross(w, e), plus(cross(w, v), cross(V, e))
 
@@ -167,7 +167,7 @@ def _renamed(a: Vector, new: ByJoint, letter: str, tag: str, tape: TapeBuilder) 
 
 
 def onward(twist: Screw, motion: Turn | Shift, letters: Sequence[str], tape: TapeBuilder) -> Screw:
-    """Express a twist in the frame behind an elementary motion; back, a wrench (f, n) before it."""
+    """Express a twist in the frame after an elementary motion, or a wrench in the one before."""
     (w, V), (first, second) = twist, letters
     if isinstance(motion, Turn):
         return turned(w, motion, first, tape), turned(V, motion, second, tape)

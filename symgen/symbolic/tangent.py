@@ -15,16 +15,16 @@ def tangents(
     tape: TapeBuilder,
     tag: str,
 ) -> ByJoint:
-    """Return the derivatives of some expressions by one variable, those that are not zero.
+    """Return the nonzero derivatives of some expressions with respect to one variable.
 
     sign(x) counts as constant, so that the derivative of |x| is sign(x).
 
     Args:
         expressions: over symbols of the tape.
-        seeds: derivatives that are known: 1 for the variable itself. Behind these no step is
-            looked into.
-        tape: holds the steps, and takes those of the derivatives.
-        tag: for the names of new steps.
+        seeds: known derivatives, 1 for the variable itself. Steps before these are not
+            differentiated.
+        tape: contains the steps, and receives those of the derivatives.
+        tag: suffix of the names of new steps.
     """
     rule = _Rule(seeds, tape, tag)
     found = {key: rule.of(expr) for key, expr in expressions.items()}

@@ -1,8 +1,9 @@
-"""The one intermediate form: named single assignments, as SYMORO writes them.
+"""The intermediate form of all kernels: named single assignments, as SYMORO writes them.
 
-A Tape holds what a kernel computes: constants of the geometry, then steps `name = expression` in
-SymPy symbols, then the outputs, each a symbol, its negative, or a number. C is printed from it;
-NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`. Nothing is ever expanded.
+A Tape describes the computation of a kernel: constants of the geometry, then steps
+`name = expression` in SymPy symbols, then the outputs. An output is a symbol, its negative, or a
+number. C is printed from it. NumPy, CasADi and arithmetic modulo a prime run it through `Tape.run`.
+Nothing is ever expanded.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Values = Mapping[sp.Symbol, sp.Expr]
 
 
 def real_symbol(name: str) -> sp.Symbol:
-    """Return the symbol of a name: all symbols of a tape are real, those of robot files as well."""
+    """Return the symbol of a name. All symbols of a tape and of robot files are real."""
     return sp.Symbol(name, real=True)
 
 
@@ -92,7 +93,7 @@ class Tape:
         return {s: i for i, s in enumerate(symbols)}
 
     def keep(self, indices: Sequence[int]) -> Tape:
-        """Return the tape of some of the outputs, without the steps that they do not need."""
+        """Return the tape of some of the outputs, without steps that they do not need."""
         outputs = tuple(self.outputs[i] for i in indices)
         needed = {s for out in outputs for s in out.free_symbols}
         steps = []
@@ -113,7 +114,7 @@ class Tape:
 
         Args:
             arithmetic: the number system.
-            inputs: for every input array its entries, one number (or array of samples) a scalar.
+            inputs: the entries of every input array; each is a number or an array of samples.
         """
         register: list[Any] = [None] * (2 * len(self.program) + len(self.order) + 1)
         for name, symbols in self.inputs:
@@ -176,7 +177,7 @@ class Tape:
 def terms(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> list[tuple[bool, list[sp.Expr]]]:
     """Split a sum into (negative?, factors) in the order of the tape, positive terms first.
 
-    SymPy's own order of arguments is not used: it may change with its version.
+    SymPy's order of arguments may change with its version, so it is not used.
     """
 
     def key(expr: sp.Expr) -> tuple[int, ...]:
@@ -250,11 +251,11 @@ class _Compiler:
 
 
 class TapeBuilder:
-    """Names the steps of a derivation; the only mutable thing in it, and gone when it is done.
+    """Collects and names the steps of a derivation. It is mutable, and lives only during it.
 
     Args:
         reserved: names that no step may have.
-        last: inputs that come last where the derivation has read them.
+        last: inputs that come last, if the derivation reads them.
     """
 
     def __init__(
@@ -287,7 +288,7 @@ class TapeBuilder:
         return self._constants[value]
 
     def name(self, name: str, expr: sp.Expr) -> sp.Expr:
-        """Name a step; what is a number, a symbol or known already needs no new one."""
+        """Name a step. Numbers, symbols and known expressions get no new name."""
         if expr.is_number or expr.is_Symbol:
             return expr
         if (-expr).is_Symbol:
@@ -303,7 +304,7 @@ class TapeBuilder:
         return symbol
 
     def entry(self, expr: sp.Expr, letter: str, tag: object, *places: int) -> sp.Expr:
-        """Name an entry of an array by its letter, its places counted from 1, and a tag."""
+        """Name an entry of an array by its letter, its indices counted from 1, and a tag."""
         return self.name(f"{letter}{''.join(str(k + 1) for k in places)}{tag}", expr)
 
     def definitions(self) -> dict[sp.Symbol, sp.Expr]:
@@ -313,7 +314,7 @@ class TapeBuilder:
     def tape(
         self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
     ) -> Tape:
-        """Close the derivation: return its tape, without dead steps."""
+        """Return the tape of the derivation, without dead steps."""
         tape = Tape(
             tuple((name, tuple(symbols)) for name, symbols in inputs),
             tuple((s, e) for e, s in self._constants.items()),

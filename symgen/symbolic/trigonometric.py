@@ -5,9 +5,9 @@ A number is a sum of
     c x1^a1 x2^a2 ... cos(k1 y1 + k2 y2 + ...)    or    sin in place of cos
 
 with rational c, generators x (speeds, lengths, parameters, square roots) and angles y. Products of
-sines and cosines become sums (cos u cos v = (cos(u - v) + cos(u + v))/2), so that equal functions
-are equal sums: what cancels by sin^2 + cos^2 = 1 or by addition theorems is gone, and nothing is
-searched for. The work is counted, and ends where it exceeds its bound.
+sines and cosines become sums, as in cos u cos v = (cos(u - v) + cos(u + v))/2. Equal functions
+therefore become equal sums, without a search: terms that cancel by sin^2 + cos^2 = 1 or by addition
+theorems vanish. The computation stops if it exceeds a bound on its work.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Polynomial = dict[Key, Fraction]
 
 
 class TooLargeError(Exception):
-    """The closed form is longer than asked for, or there is none in these terms."""
+    """The closed form is longer than allowed, or does not exist in these terms."""
 
 
 @dataclass
@@ -38,9 +38,9 @@ class Trigonometric(Arithmetic):
     """Arithmetic of trigonometric polynomials, for `Tape.run`.
 
     Attributes:
-        work: how many products of terms may still be taken.
-        generators: what stands behind each exponent, in the order of appearance.
-        angles: what stands behind each multiple.
+        work: number of products of terms that may still be taken.
+        generators: the generator of each exponent, in the order of appearance.
+        angles: the angle of each multiple.
     """
 
     work: int
@@ -179,7 +179,7 @@ class Trigonometric(Arithmetic):
 
 
 def halves(u: int, v: int) -> tuple[int, int] | None:
-    """Return (u + v)/2 and (u - v)/2 where both are whole multiples of the angles, else None."""
+    """Return (u + v)/2 and (u - v)/2 if both are whole multiples of the angles, else None."""
     total = u + v
     rest = total
     while rest:

@@ -1,7 +1,7 @@
-"""The torque of a robot's links when a length or gravity is not what its file says.
+"""The torque of a robot's links for other lengths and another gravity than those of its file.
 
-One tape from all standard parameters of the links, every length that is not zero and gravity, as
-symbols: what the base parameters of the file's own geometry hide, shows here.
+One tape has all standard parameters of the links, all nonzero lengths, and gravity as symbols. It
+also contains parameters that have no effect in the geometry of the file.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _UNPROVED = Proof(0, (), (), 0, 0, 0)
 
 @dataclass(frozen=True)
 class Variation:
-    """The torque of a robot's links, friction and rotors apart, with lengths and gravity free."""
+    """The torque of a robot's links, without friction and rotors, for any lengths and gravity."""
 
     robot: Robot
 
@@ -58,10 +58,10 @@ class Variation:
 
         Args:
             state: q, qd, qdd, (..., n) each; rad or m and so on.
-            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10); what comes before
-                its last two axes is broadcast against that of the state.
-            gravity: in frame 0, (3,); None for the file's.
-            changes: what is added to lengths, m.
+            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10). The leading axes
+                are broadcast against those of the state.
+            gravity: in frame 0, (3,), m/s2; None for the file's.
+            changes: added to lengths, m.
 
         Returns:
             (..., n), N m or N.
@@ -134,10 +134,10 @@ def _arithmetic(
 
 
 def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray:
-    """Return link parameters (links, 10) that give X (p,): those that lead a base parameter.
+    """Return link parameters (links, 10) that give X (p,).
 
-    All others are zero: of the many sets, this one differs from the true one by what has no
-    torque in the model's own geometry and gravity.
+    Parameters that lead a base parameter have its value; all others are zero. The difference from
+    the true set has no torque in the geometry and gravity of the model.
     """
     out = np.zeros((len(robot.joints), len(names.LINK)))
     for value, p in zip(X, base.parameters, strict=True):

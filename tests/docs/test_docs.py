@@ -19,13 +19,16 @@ from workshop import furnish, house
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
 _TUTORIALS = [
-    DOCS / f"{name}.md" for name in ("quick-start", "tutorial-controller", "tutorial-diagnose")
+    DOCS / f"{name}.md"
+    for name in ("quick-start", "tutorial-controller", "tutorial-diagnose", "tutorial-simulator")
 ]
 _PICTURES = DOCS / "pictures"
+_GALLERY = DOCS / "gallery.md"
 _RUN = [
     p
     for p in PAGES
-    if p not in _TUTORIALS and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
+    if p not in (*_TUTORIALS, _GALLERY)
+    and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
 ]
 _SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
@@ -148,8 +151,8 @@ def _run(page: Path, found: list[Block], workshop: Path, folder: Path, monkeypat
     ],
 )
 def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> None:
-    """The same words, and every number within a fiftieth of what the page shows."""
-    done = shell(f"python {script}", tmp_path)
+    """The same words, every number within a fiftieth of what the page shows, and its picture."""
+    done = shell(f"python {_PICTURES / script.name}", tmp_path)
     assert done.returncode == 0, done.stderr
     shown = script.with_suffix(".txt").read_text("utf-8")
     assert _NUMBER.sub("#", done.stdout).split() == _NUMBER.sub("#", shown).split(), done.stdout
@@ -157,6 +160,10 @@ def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> 
     for got, want in pairs:
         digit = 10.0 ** -len(want.partition(".")[2])
         assert abs(float(got) - float(want)) <= abs(float(want)) / 50 + 1.01 * digit, (got, want)
+    drawn, seen = ((at / f"{script.stem}.svg").read_text("utf-8") for at in (tmp_path, _PICTURES))
+    assert _NUMBER.sub("#", drawn) == _NUMBER.sub("#", seen)
+    points = zip(_NUMBER.findall(drawn), _NUMBER.findall(seen), strict=True)
+    assert max(abs(float(got) - float(want)) for got, want in points) <= 1  # pixel
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:
@@ -166,11 +173,35 @@ def test_every_page_is_in_the_table_of_contents() -> None:
 
 
 def test_pictures_are_what_their_scripts_draw(tmp_path: Path) -> None:
-    """Those of tutorials need what the tutorial writes: its own test compares them."""
+    """Those of tutorials and examples need what these make: their own tests compare them."""
     drawn = {p.stem for p in _PICTURES.glob("*.svg")}
-    assert {p.stem.replace("-", "_") for p in _TUTORIALS} <= drawn
-    for name in sorted(drawn - {p.stem.replace("-", "_") for p in _TUTORIALS}):
+    made = {p.stem.replace("-", "_") for p in (*_TUTORIALS, *EXAMPLES)}
+    assert made <= drawn
+    for name in sorted(drawn - made):
         _same_picture(name, tmp_path)
+
+
+def test_the_gallery_shows_small_pictures_that_its_script_takes() -> None:
+    script = (_PICTURES / "gallery.py").read_text("utf-8")
+    shown = re.findall(r"\]\(pictures/([^)]+)\)", _GALLERY.read_text("utf-8"))
+    assert sorted(shown) == sorted(p.name for p in _PICTURES.glob("*.webp"))
+    for name in shown:
+        assert f'"{name}"' in script, name
+        assert (_PICTURES / name).stat().st_size < 150_000, name
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
+def test_commands_of_the_gallery_write_the_pages_of_its_pictures(
+    workshop: Path, tmp_path: Path, monkeypatch
+) -> None:
+    """Each picture has the size of the committed one; pixels depend on the browser."""
+    folder = tmp_path / "here"
+    _run(_GALLERY, list(blocks(_GALLERY)), workshop, folder, monkeypatch)
+    done = shell(f"python {_PICTURES / 'gallery.py'} {folder}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    for shown in _PICTURES.glob("*.webp"):  # the head of the file has the size in pixels
+        assert (tmp_path / shown.name).read_bytes()[20:30] == shown.read_bytes()[20:30], shown
 
 
 def _same_picture(name: str, folder: Path) -> None:
@@ -179,6 +210,18 @@ def _same_picture(name: str, folder: Path) -> None:
     assert done.returncode == 0, done.stderr
     drawn, shown = (at / f"{name}.svg" for at in (folder, _PICTURES))
     assert drawn.read_text("utf-8") == shown.read_text("utf-8"), name
+
+
+def test_pages_docstrings_and_templates_have_no_misspelled_word() -> None:
+    """Codespell knows common misspellings; pyproject.toml lists the names that it takes for one."""
+    if importlib.util.find_spec("codespell_lib") is None:
+        pytest.skip("codespell is not installed (pip install -e '.[docs]')")
+    read = ("docs", "symgen", "templates", "README.md", "CHANGELOG.md")
+    done = subprocess.run(
+        [sys.executable, "-m", "codespell_lib", "--skip", "*.svg,*.webp", *read],
+        cwd=PROJECT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:

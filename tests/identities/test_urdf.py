@@ -14,7 +14,7 @@ from support_urdf import Ours, place_gap, torque_gap
 
 import symgen
 from symgen import robot_toml
-from symgen.robot.body import Body
+from symgen.robot.body import Body, Dynamics
 from symgen.robot.exact_numbers import fraction_of_pi
 from symgen.robot.formats.urdf import import_urdf, updated_urdf
 from symgen.robot.toml_io import parse_robot
@@ -122,7 +122,7 @@ def test_writing_the_same_bodies_back_changes_no_torque_and_nothing_else(seed):
         about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         about_centre = about_origin - m * (c @ c * np.eye(3) - np.outer(c, c))
         bodies.append(Body(j.number, m, c, about_centre))
-    new = updated_urdf(text, bodies)
+    new = updated_urdf(text, Dynamics(tuple(bodies)))
     assert _rest(new) == _rest(text)
     assert "do not determine link parameters" in new
     assert new.count("<!-- a < remark -->") == 3
@@ -147,16 +147,16 @@ def test_only_the_links_that_are_named_change():
         'iyz="0" izz="1"/></inertial></link>'
     )
     text = f'<robot name="a">{link.format("base")}\n  {link.format("tip")}{joint("j")}</robot>'
-    new = updated_urdf(text, [Body(1, 3.0, np.array([0.1, 0.0, 0.0]), np.eye(3))])
+    new = updated_urdf(text, Dynamics((Body(1, 3.0, np.array([0.1, 0.0, 0.0]), np.eye(3)),)))
     assert _rest(new) == _rest(text)
     base, tip = ET.fromstring(new).findall("link")
     assert base.find("inertial/mass").get("value") == "2"
     assert tip.find("inertial/mass").get("value") == "3.0"
     assert tip.find("inertial/origin").get("xyz") == "0.1 0.0 0.0"
     with pytest.raises(symgen.ParameterError, match="there is no joint 2"):
-        updated_urdf(text, [Body(2, 3.0, np.zeros(3), np.eye(3))])
+        updated_urdf(text, Dynamics((Body(2, 3.0, np.zeros(3), np.eye(3)),)))
     with pytest.raises(symgen.ParameterError, match="all finite"):
-        updated_urdf(text, [Body(1, math.nan, np.zeros(3), np.eye(3))])
+        updated_urdf(text, Dynamics((Body(1, math.nan, np.zeros(3), np.eye(3)),)))
 
 
 @pytest.mark.parametrize("seed", sampled(range(10), 4))

@@ -21,7 +21,7 @@ DOORS = {
     "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
-    "mujoco": ("robot/formats/mjcf",),
+    "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
     # Clarabel takes its matrices as SciPy's.
     "scipy": (
         "estimation/predictive_score",

@@ -25,6 +25,7 @@ ONLY_WRITTEN = {
     "symgen.demo/1",
     "symgen.demo/2",
     "symgen.comparison/1",
+    "symgen.samples/1",
 }
 
 
@@ -49,7 +50,10 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
             (p["name"], p["value"]) for p in content["parameters"]
         ]
         known = [p for p in content["parameters"] if p["relative_std_percent"] <= 30]
-        said = [f"{p['value']:.5g}" for p in known]
+        shown = dict(re.findall(r"^([A-Z]+\d\w*) +(\S+)", out, re.MULTILINE))
+        off = {p["name"]: abs(float(shown[p["name"]]) - p["value"]) for p in known}
+        assert all(off[p["name"]] < min(p["std"], 5e-3 * abs(p["value"])) for p in known)
+        said = []
     elif kind == "prediction":
         assert result.error.relative == content["torque_error"]["relative"]
         said = [f"{100 * x:#.3g}" for x in content["torque_error"]["per_joint"]]
@@ -61,6 +65,10 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
     elif kind == "fleet":
         assert result.to_json() == content
         said = [f["says"] for f in content["changes"]]
+    elif kind == "simulation":
+        assert result.to_json() == content
+        last = [f["horizons"][-1]["position_error"] for f in content["files"]]
+        said = [f"{100 * x:#.3g}".rstrip(".") + " %" for x in last]
     else:
         assert result.mass.value == content["mass"]["value"]
         said = [f"{content['mass']['value']:.5g}"[:4]]

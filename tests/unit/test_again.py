@@ -3,36 +3,70 @@
 from __future__ import annotations
 
 import shlex
-import sys
 
 import pytest
 
+from symgen.cli.group import cli
 from symgen.cli.options import again
 
 TYPED = {
     "an option is changed": (
         ["identify", "a.toml", "l.csv", "--model", "energy", "--into", "out"],
-        "symgen identify a.toml l.csv --into out --model auto",
+        ["a.toml", "l.csv"],
+        {"--into": "out", "--model": "auto"},
     ),
     "with an equals sign": (
-        ["identify", "--model=energy", "a.toml", "l.csv"],
-        "symgen identify a.toml l.csv --model auto",
+        ["identify", "--model=energy", "a.toml", "l.csv", "--into=out"],
+        ["a.toml", "l.csv"],
+        {"--into": "out", "--model": "auto"},
     ),
     "blanks are quoted": (
-        ["identify", "my arm.toml", "l.csv", "--columns", "q=* pos"],
-        "symgen identify 'my arm.toml' l.csv --columns 'q=* pos' --model auto",
+        ["identify", "my arm.toml", "l.csv", "--columns", "q=* pos", "--into", "out"],
+        ["my arm.toml", "l.csv"],
+        {"--into": "out", "--columns": "q=* pos", "--model": "auto"},
     ),
-    "a file of that name stays": (["identify", "model", "l.csv"], "identify model l.csv --model"),
+    "a file of that name stays": (
+        ["identify", "model", "l.csv", "--into", "out"],
+        ["model", "l.csv"],
+        {"--into": "out", "--model": "auto"},
+    ),
 }
 
 
+def said(typed: list[str], *arguments: str, **changed: str) -> list[str]:
+    """Return the words of the command to try after the one that was typed."""
+    with cli.make_context("symgen", list(typed)) as outer:
+        name, command, rest = cli.resolve_command(outer, typed)
+        with command.make_context(name, rest, parent=outer):
+            return shlex.split(again(*arguments, **changed))
+
+
 @pytest.mark.parametrize("case", TYPED)
-def test_the_command_is_what_was_typed_with_the_change(monkeypatch, case) -> None:
-    typed, expected = TYPED[case]
-    monkeypatch.setattr(sys, "argv", ["symgen", *typed])
-    line = again(model="auto")
-    assert expected in line
-    assert shlex.split(line)[-2:] == ["--model", "auto"]
+def test_the_command_is_what_was_typed_with_the_change(case) -> None:
+    typed, arguments, options = TYPED[case]
+    words = said(typed, model="auto")
+    assert words[:2] == ["symgen", "identify"]
+    assert words[2 : 2 + len(arguments)] == arguments
+    rest = words[2 + len(arguments) :]
+    assert dict(zip(rest[::2], rest[1::2], strict=True)) == options
+
+
+def test_another_command_keeps_the_options_that_it_has() -> None:
+    typed = [
+        *("identify", "my arm.toml", "a.csv", "b c.csv", "--validation", "v.csv"),
+        *("--window", "0.1", "--columns", "q=* pos", "--from", "2", "--mask", "rest"),
+        *("--cutoff", "8", "--into", "out"),
+    ]
+    words = said(typed, "diagnose", into="out-why")
+    assert words[:5] == ["symgen", "diagnose", "my arm.toml", "a.csv", "b c.csv"]
+    assert dict(zip(words[5::2], words[6::2], strict=True)) == {
+        "--validation": "v.csv",
+        "--columns": "q=* pos",
+        "--from": "2.0",
+        "--mask": "rest",
+        "--cutoff": "8.0",
+        "--into": "out-why",
+    }
 
 
 def test_a_doubtful_estimate_of_one_model_says_the_command_for_all(tmp_path, command) -> None:

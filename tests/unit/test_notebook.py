@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import ast
+import json
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support import PROJECT
 from support_diagnose import whole_gap
 
 import symgen
 from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
-from symgen.report.store import read_result
+from symgen.report.store import read_result, result_page
 
 
 class Cells(HTMLParser):
@@ -118,9 +121,14 @@ def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
         advice=(), notes=(), extended=model.robot, joints=(1, 2),
     )  # fmt: skip
     assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"
-    head, row = Cells(found._repr_html_()).rows
-    assert head == ["effect", "joints", "torque on the joint", "found", "closes"]
-    assert row == ["gravity_spring", "2", "-K2*(q2 - c)", "K2 = 12.1 N m/rad", "80 %"]
+    panel = found._repr_html_()
+    assert "Explained" in panel
+    head, row = Cells(panel).rows
+    assert dict(zip(head, row, strict=True)) == {
+        **{"effect": "gravity_spring", "joint": "2", "parameter": "K2", "value": "12.1"},
+        **{"std": "0.400", "unit": "N m/rad", "closes": "80.0 %", "probability": "1.00"},
+        "torque": "-K2*(q2 - c)",
+    }
 
 
 def test_an_estimate_shows_its_verdict_and_values() -> None:
@@ -136,9 +144,88 @@ def test_an_estimate_shows_its_verdict_and_values() -> None:
         correlation=np.eye(2),
     )  # fmt: skip
     assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"
-    head, *rows = Cells(estimate._repr_html_()).rows
-    assert head == ["parameter", "value", "std", "std %", "unit"]
-    assert rows == [
-        ["ZZ1R", "1.25", "0.01", "0.8", "kg m2"],
-        ["MX2", "-0.5", "0.02", "4.0", "kg m"],
+    panel = estimate._repr_html_()
+    assert "Doubtful" in panel
+    assert "too short" in panel
+    head, *rows = Cells(panel).rows
+    assert head[0] == "joint"
+    assert rows == [["all joints", "", "", "2.00 %", "2.00 %"]]
+    with pytest.raises(
+        symgen.ParameterError, match="no figure 'no such figure'; accepted: Precision"
+    ):
+        estimate.plot("such")
+
+
+def kept(kind: str):
+    return read_result(Path(__file__).parents[1] / "reference" / "schemas" / kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "other"),
+    [
+        ("estimate-2", "Precision", "Correlation"),
+        ("diagnosis-1", "Gap", "Gap"),
+        ("prediction-2", "Measured and predicted torque", "Energy"),
+        ("study-1", "How long to record", "How long to record"),
+    ],
+)
+def test_a_result_draws_the_figures_of_its_page(kind, first, other) -> None:
+    from browser import Page
+
+    result = kept(kind)
+    drawn = result.plot()
+    assert drawn == result.plot(first)
+    page = Page(result_page(result))
+    shown = [len(figure["data"]) for figure in page.figures]
+    assert len(result.plot(other).data) in shown
+    assert shown[0] == len(drawn.data)
+
+
+def test_a_panel_holds_what_the_page_says_first_and_its_rules_stay_inside() -> None:
+    for kind in ("estimate-2", "diagnosis-1", "prediction-2", "payload-1", "study-1", "fleet-1"):
+        result = kept(kind)
+        panel, page = result._repr_html_(), result_page(result)
+        table = panel[panel.index("<table") : panel.index("</table>")]
+        assert table in page
+        rules = panel[panel.index("<style>") + 7 : panel.index("</style>")]
+        outer, depth = "", 0
+        for letter in rules:  # what stands before a rule that is inside no other
+            depth += {"{": 1, "}": -1}.get(letter, 0)
+            outer += letter if depth == 0 and letter != "}" else ""
+        assert set(outer.split()) == {".symgen"}
+        assert depth == 0
+        assert len(panel) < 20_000
+
+
+def test_an_evaluator_draws_the_operations_of_its_kernels() -> None:
+    evaluator = symgen.load(symgen.derive("planar2r", ("inverse_dynamics", "mass_matrix")))
+    assert repr(evaluator).startswith("<Evaluator of planar2r: ")
+    bars = evaluator.plot().data
+    counted = {k.name: k.tape.operations.mul for k in evaluator.model.kernels}
+    assert dict(zip(bars[0].y, bars[0].x, strict=True)) == counted
+    head, *_ = Cells(evaluator._repr_html_()).rows
+    assert head == ["kernel", "mul", "add", "div", "sincos"]
+
+
+def test_the_notebook_runs_and_has_no_outputs(capfd) -> None:
+    """Every cell, as a notebook runs it: what its last expression returns has a view."""
+    book = json.loads((PROJECT / "docs/examples/missing_spring.ipynb").read_text("utf-8"))
+    assert book["nbformat"] == 4
+    known, shown = {}, []
+    for cell in (c for c in book["cells"] if c["cell_type"] == "code"):
+        assert (cell["outputs"], cell["execution_count"]) == ([], None)
+        tree = ast.parse("".join(cell["source"]))
+        last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, "cell", "exec"), known)
+        if last is not None:
+            shown.append(eval(compile(ast.Expression(last.value), "cell", "eval"), known))
+    assert [type(x).__name__ for x in shown] == [
+        *("Robot", "Estimate", "Figure", "Diagnosis", "Figure", "ndarray", "Evaluator")
     ]
+    assert all(hasattr(x, "_repr_html_") for x in shown if not isinstance(x, np.ndarray))
+    (effect,) = known["diagnosis"].effects
+    (spring,) = effect.parameters
+    assert (effect.name, effect.joints) == ("gravity_spring", (2,))
+    assert abs(spring.value - 6.0) < 0.06
+    assert known["better"].torque_validation.relative < known["estimate"].torque_validation.relative
+    assert capfd.readouterr() == ("", "")  # functions print nothing

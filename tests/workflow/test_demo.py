@@ -7,11 +7,13 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from oracles import planar2r
+from support_commands import in_terminal
 
 import symgen
 from symgen.experiment import paper
@@ -35,6 +37,27 @@ def test_the_demo_needs_no_compiler(tmp_path) -> None:
     done = _demo(tmp_path, "none", *PAPER)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "symgen-demo" / "demo.json").is_file()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="xdg-open opens pages on Linux alone")
+def test_a_page_is_opened_in_a_terminal_alone(tmp_path) -> None:
+    opened, opener = tmp_path / "opened", tmp_path / "xdg-open"
+    opener.write_text(f'#!/bin/sh\necho "$1" >> {opened}\n')
+    opener.chmod(0o755)
+    path = {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    options = ["demo", "--paper", "--runs", "10", "--into"]
+    piped = subprocess.run(
+        [sys.executable, "-m", "symgen", *options, "piped"],
+        cwd=tmp_path, capture_output=True, text=True, env=os.environ | path,
+    )  # fmt: skip
+    assert piped.returncode == 0, piped.stderr
+    assert not opened.exists()
+    in_terminal([*options, "shown"], folder=tmp_path, **path)
+    for _ in range(100):  # the opener is not waited for
+        if opened.exists():
+            break
+        time.sleep(0.1)
+    assert opened.read_text().split() == [str(tmp_path / "shown" / "demo.html")]
 
 
 def test_the_paper_is_reproduced(tmp_path) -> None:

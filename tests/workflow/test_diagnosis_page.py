@@ -185,7 +185,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
         *("Diagnosis of planar2r", "Partly explained", "the gap falls", "15.2 %", "21.2 %"),
         *(
             "gravity_spring on joint 2",
-            "0.81234",
+            "0.812",
             "0.012",
             "N m/rad",
             "-K2*q2",
@@ -195,7 +195,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
         *("cable_torque, torque_ripple on joint 1", "motion over the whole range", "searched"),
         *("time_delay", "the whole arm", "it explains too little", "321", "8.250 Hz", "97 %"),
         *("do not hold what samples alone show: torque_ripple",),
-        *("look at the portraits", "resampled to 500 Hz", "test.csv, again.csv", "ZZ1R", "3.5000"),
+        *("look at the portraits", "resampled to 500 Hz", "test.csv, again.csv", "ZZ1R", "3.50"),
     ):
         assert words.lower() in text.lower(), words
 
@@ -298,7 +298,7 @@ def test_hostile_names_add_no_element() -> None:
     found = synthetic(HOSTILE, HOSTILE)
     effect = replace(found.effects[0], name=HOSTILE, expression=HOSTILE, separate=HOSTILE)
     spoiled = replace(
-        found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(HOSTILE,),
+        found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(f"{HOSTILE}!",),
         rejected=(Rejected(HOSTILE, (), HOSTILE),),
         mended=(replace(channel(HOSTILE, 1, 1.0), channel=HOSTILE, says=HOSTILE, unit=HOSTILE),),
     )  # fmt: skip

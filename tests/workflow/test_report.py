@@ -115,7 +115,7 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
     for words in (
         *("Identification of arm2", "Doubtful", "joint 2 is hardly excited"),
         *("1.23 %", "2.34 %", "3.46 %", "4.57 %", "4.18 %", "5.27 %", "42.4"),
-        *("ZZ1 + IA1 + L1**2*M2", "1.7000", "-0.31000", "12346", "N m s/rad"),
+        *("ZZ1 + IA1 + L1**2*M2", "1.70", "-0.310", "12346", "N m s/rad"),
         *("5 of 6", "80.0 %", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
         *("1 pair of parameters", "-0.9731", "Energy balance", "white: no correlation beyond"),
         *("Values beside prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, Page, clipped
+from browser import BROWSER, Page, clipped, visit
 from oracles import planar2r
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
@@ -164,8 +164,12 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     page = Page((files / "a" / "report.html").read_text("utf-8"))
     assert "How long to record" in page.text
     if BROWSER is not None:
-        seen = clipped((files / "a" / "report.html").read_text("utf-8"), files)
+        html = (files / "a" / "report.html").read_text("utf-8")
+        seen = clipped(html, files)
         assert not any(seen.values()), seen
+        drawn = visit(html, files).dom
+        # Axes of powers of ten that span less than one have numbers, too.
+        assert all(drawn.count(f'class="{axis}tick"') >= 2 for axis in "xy")
 
 
 def test_a_damaged_study_is_one_line(files: Path, command: Callable) -> None:

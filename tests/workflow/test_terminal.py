@@ -6,14 +6,16 @@ import io
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 
 import pytest
 import rich.progress  # noqa: F401 -- before a test sets the clock that it takes at its import
 from documented import shell
+from support import PROJECT
+from support_commands import in_terminal
 
 from symgen.cli import progress
-from symgen.cli.options import diagnosing
 from symgen.report.content.parts import run_lines
 
 BASH = shutil.which("bash")
@@ -70,12 +72,21 @@ def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeyp
     assert "left" not in shown(io.StringIO(), 8.0)
 
 
-def test_a_command_to_try_is_whole_and_safe_for_the_shell() -> None:
-    line = diagnosing("my arm.toml", ["a.csv", "b c.csv"], ["v.csv"], "out-why")
-    assert shlex.split(line) == [
-        "symgen", "diagnose", "my arm.toml", "a.csv", "b c.csv", "--validation", "v.csv",
-        "--into", "out-why",
-    ]  # fmt: skip
+SCHEMAS = PROJECT / "tests" / "reference" / "schemas"
+
+
+@pytest.mark.parametrize("width", [80, 60])
+@pytest.mark.parametrize("folder", ["estimate-2", "diagnosis-1", "payload-1"])
+def test_no_line_is_wider_than_the_terminal_and_no_word_is_cut(folder, width) -> None:
+    typed = ["report", str(SCHEMAS / folder)]
+    shown = in_terminal(typed, width)
+    assert [line for line in shown.splitlines() if len(line) > width] == []
+    assert "\u2026" not in shown
+    piped = subprocess.run(
+        [sys.executable, "-m", "symgen", *typed], capture_output=True, text=True, timeout=60
+    ).stdout
+    words = {word.rstrip(":;") for word in shown.split()}
+    assert {word.rstrip(":;") for word in piped.split()} <= words
 
 
 def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:

@@ -1,4 +1,4 @@
-"""The identifier on line: samples in, one at a time, to the C that a generated package carries."""
+"""The on-line identifier: passes samples one by one to the C code of generated packages."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
 
 
 class Identifier:
-    """Recursive least squares on the energy theorem, or on momentum, sample by sample.
+    """Recursive least squares on the energy or momentum equations, sample by sample.
 
-    Integrals by the polynomial through the six samples around each step (sixth order; a window
-    closes seven samples after its last, and its equations are taken one a step); QR by Givens
-    rotations, so that no covariance is inverted and none can lose its sign.
+    Integrals use the polynomial through the six samples around each step (sixth order). A window
+    closes seven samples after its last one. Each step then takes one of its equations. The QR
+    factors are updated by Givens rotations; no covariance matrix is inverted.
 
     Args:
         evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
-        window: length of a window in samples; without meaning for mode "start".
+        window: length of a window in samples; not used in mode "start".
         mode: "start", "sliding" or "consecutive".
         forgetting: weight of the past for each new sample, in (0, 1].
         model: "energy", one equation a window, or "momentum", n equations a window, all with the
@@ -90,8 +90,8 @@ class Identifier:
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
 
-        With forgetting below 1, do not call it while the robot stands: noise in qd then changes the
-        estimate. Call `restart` when the robot moves again.
+        With forgetting below 1, do not call it while the robot stands still: noise in qd would
+        change the estimate. Call `restart` when the robot moves again.
 
         Args:
             q: joint variables (n,), rad or m.
@@ -115,10 +115,10 @@ class Identifier:
         self._time = t
 
     def run(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> None:
-        """Take a whole log, t (N,), q, qd, tau (N, n), in one compiled loop; windows begin anew.
+        """Take a whole log, t (N,), q, qd, tau (N, n), in one compiled loop, with new windows.
 
         Raises:
-            LogError: a sample is refused; those before it have been taken.
+            LogError: a sample is refused. The samples before it remain part of the estimate.
         """
         time, *rest = (np.ascontiguousarray(a, dtype=np.float64) for a in (t, q, qd, tau))
         if any(a.shape != (len(time), self._n) for a in rest):
@@ -130,7 +130,7 @@ class Identifier:
             raise LogError(f"sample {refused} of the log is refused: not finite, or not later")
 
     def restart(self) -> None:
-        """Forget the open windows, not what was learned: the next sample begins a new log."""
+        """Drop the open windows and keep the estimate: the next sample begins a new log."""
         self._call("_restart", self._state)
         self._time = None
 
@@ -151,11 +151,11 @@ class Identifier:
 
     @property
     def status(self) -> str:
-        """What came of the equations that the latest sample closed.
+        """Result for the equations that the latest sample closed.
 
-        "taken"; "outlier", where one contradicts the estimate so far and was left out; "not
-        excited", where it would teach less than is forgotten. It is no test of standstill: see
-        `step`.
+        "taken"; "outlier": an equation contradicts the estimate and was not used; "not excited": an
+        equation contains less information than would be forgotten. The status does not detect
+        standstill (see `step`).
         """
         status = self._call("_status", self._state)
         if status & _OUTLIER:

@@ -12,7 +12,6 @@ from symgen.diagnosis.messages import (
     TONES,
     alike,
     on_joints,
-    percent,
     placed,
     shape,
     summary,
@@ -29,7 +28,9 @@ from symgen.report.content.parts import (
     frames_section,
     notes_section,
     number,
+    percent,
     repairs_section,
+    value_with_std,
 )
 from symgen.report.plots import diagnosis as diagnosis_plots
 
@@ -56,8 +57,8 @@ _MENDED = (
 def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Content:
     """Return verdict, gap, effects, torques, motion, portraits, rejected, settings."""
     lead = (
-        f"What the model of {diagnosis.robot} and its logs disagree about, measured on data that "
-        "the search never saw.",
+        f"Torque that the model of {diagnosis.robot} does not explain, on logs that the search for "
+        "effects did not use.",
     )
     title = f"Diagnosis of {diagnosis.robot}"
     return Content(title, lead, tuple(_sections(diagnosis, motion)), _banner(diagnosis))
@@ -74,7 +75,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     tied = [e for e in d.effects if e.indistinguishable_from]
     alikes = [(placed(e), alike(e), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
-    found = [(p.name, number(p.value), _std(p), p.unit) for p in d.parameters]
+    found = [(p.name, *_value(p), p.unit) for p in d.parameters]
     shapes = tuple(map(shape, d.free_functions or ()))
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
@@ -112,7 +113,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             (f"The best of {d.tried} candidates that were not accepted, and why.",),
             Table(("effect", "on", "reason"), rejected),
         ),
-        *notes_section(d.notes),
+        *notes_section([note for note in d.notes if note not in d.advice]),
         Section("Settings", table=_settings(d)),
         Section(
             "Parameters",
@@ -198,7 +199,7 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
         last = (percent(effect.gap_reduction), sure, effect.expression)
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):
-            cells = ("", "", "", "") if p is None else (p.name, number(p.value), _std(p), p.unit)
+            cells = ("", "", "", "") if p is None else (p.name, *_value(p), p.unit)
             rows.append((*(first if k == 0 else ("", "")), *cells, *(last if k == 0 else [""] * 3)))
     header = (
         "effect",
@@ -214,8 +215,9 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
     return Table(header, rows)
 
 
-def _std(p: FoundParameter) -> str:
-    return number(p.std, 2) if math.isfinite(p.std) else "searched"
+def _value(p: FoundParameter) -> tuple[str, str]:
+    value, std = value_with_std(p.value, p.std)
+    return value, std if math.isfinite(p.std) else "searched"
 
 
 def _settings(diagnosis: Diagnosis) -> Table:

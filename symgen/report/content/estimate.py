@@ -17,12 +17,14 @@ from symgen.report.content.parts import (
     Section,
     Table,
     counted,
+    errors_in_units,
     frames_section,
     notes_section,
     number,
     percent,
     repairs_section,
     run_lines,
+    value_with_std,
 )
 from symgen.report.folded import folded
 from symgen.report.plots import curves as plots
@@ -124,7 +126,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
         _known_section(e),
-        *(_values_sections(e) if e.prior or e.comparison else ()),
+        *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
     return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
@@ -139,7 +141,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
-        *(() if e.prior or e.comparison else _values_sections(e)),
+        *(() if e.prior else _values_sections(e)),
         _difference_section(e),
         *(
             Section(
@@ -171,19 +173,14 @@ def _error_section(e: Estimate) -> Section:
     """The torque error of each joint, in its unit and as a share of its torque."""
     (said, _, held), (_, _, own) = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
-    sizes = [""] * len(e.joints)
-    errors = sizes
+    sizes = [("", "")] * len(e.joints)
     if torques and held.per_joint:
-        rms = np.sqrt(np.mean(np.concatenate([t.measured for t in torques]) ** 2, axis=0))
-        units = [joint.unit for joint in e.joints]
-        sizes, errors = (
-            [f"{number(x, 3)} {unit}" for x, unit in zip(column, units, strict=False)]
-            for column in (rms, rms * held.per_joint)
-        )
+        measured = np.concatenate([t.measured for t in torques])
+        sizes = errors_in_units(e.joints, measured, held.per_joint)
     each = zip(held.per_joint or (), own.per_joint or (), strict=False)
     rows = [
-        (joint.label, size, error, *map(percent, both))
-        for joint, size, error, both in zip(e.joints, sizes, errors, each, strict=False)
+        (joint.label, *size, *map(percent, both))
+        for joint, size, both in zip(e.joints, sizes, each, strict=False)
     ]
     rows.append(("all joints", "", "", percent(held.relative), percent(own.relative)))
     header = ("joint", "RMS torque", "RMS error", "held-out data", "training logs")
@@ -232,7 +229,7 @@ def _weak_section(e: Estimate) -> Section:
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
     return [
-        (p.name, number(p.value), number(p.std, 3), percent(relative), p.unit)
+        (p.name, *value_with_std(p.value, p.std), percent(relative), p.unit)
         for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
     ]
 

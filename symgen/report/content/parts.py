@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.estimation.torque_error import MANY
 from symgen.report.plots.robot import drawing
 from symgen.robot.types import HEADER
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+    from symgen.data.raw import FloatArray
     from symgen.estimation.band import Band
     from symgen.faults.fault import Fault
+    from symgen.identification.estimate import Joint
     from symgen.robot.types import Robot
 
 
@@ -99,10 +102,6 @@ class Content:
         return self.banner is None or self.banner.tone in ("good", "plain")
 
 
-#: A ratio above which its digits say nothing.
-MANY = 10.0
-
-
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     """Return what was done to the logs: a line of band, speeds and repairs; then each repair."""
     said = "no band" if band is None else band.in_words()
@@ -131,7 +130,23 @@ def number(value: float, digits: int = 5) -> str:
         return "unknown"
     if np.isinf(value):
         return "∞" if value > 0 else "-∞"
+    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers that people read at a glance
+        return f"{value:.0f}"
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
+
+
+def value_with_std(value: float | None, std: float | None) -> tuple[str, str]:
+    """Return a value and its standard deviation as texts.
+
+    The value has three significant digits, or as many as the first digit of std reaches.
+    """
+    if value is None:
+        return "not determined", ""
+    digits = 3
+    if std and value and np.isfinite([std, value]).all():
+        places = np.floor(np.log10(abs(value))) - np.floor(np.log10(std)) + 1
+        digits = int(np.clip(places, 3, 5))
+    return number(value, digits), "" if std is None else number(std, 3)
 
 
 def percent(ratio: float) -> str:
@@ -148,6 +163,23 @@ def frames_section(robot: Robot) -> Section:
     columns = len(HEADER) - (not any(j.follows for j in robot.joints))
     table = Table(HEADER[:columns], [row[:columns] for row in robot.table()])
     return Section("The robot", (text,), table, picture=drawing(robot))
+
+
+def errors_in_units(
+    joints: Sequence[Joint], measured: FloatArray, ratios: Sequence[float]
+) -> list[tuple[str, str]]:
+    """Return the RMS torque of each joint and the RMS of its error, with their units.
+
+    Args:
+        joints: n movable joints.
+        measured: torque, (N, n).
+        ratios: RMS error over RMS torque, (n,).
+    """
+    rms = np.sqrt(np.mean(measured**2, axis=0))
+    return [
+        (f"{number(size, 3)} {joint.unit}", f"{number(size * ratio, 3)} {joint.unit}")
+        for joint, size, ratio in zip(joints, rms, ratios, strict=False)
+    ]
 
 
 def counted(count: int, noun: str) -> str:

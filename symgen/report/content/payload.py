@@ -2,51 +2,111 @@
 
 from __future__ import annotations
 
-from symgen.identification.payload import Payload
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.identification.payload import WITH, WITHOUT, Payload
 from symgen.report.content.parts import (
     Banner,
     Content,
     Section,
     Table,
+    errors_in_units,
     notes_section,
-    number,
     percent,
+    repairs_section,
     run_lines,
+    value_with_std,
 )
+from symgen.report.plots import curves as plots
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+    from symgen.estimation.values import Trace
+    from symgen.identification.estimate import Joint
+
+_LOAD = "The origin is that of the frame of {}. The inertia is about the centre of mass."
+_ERROR = (
+    "The error is the RMS of measured minus modelled torque on the logs with the load. The "
+    "percentage is its ratio to the RMS of the measured torque."
+)
+_TORQUES = "Torque of the logs with the load, and of the model with and without it."
 
 
 def payload_content(found: Payload) -> Content:
-    """Return the load with its precision, how well it explains the logs, notes."""
+    """Return the load with its precision, the torque error with and without it, notes."""
     left, rows = found.residual, []
     for name, q, unit in found.rows():
-        value = "not determined" if q.value is None else number(q.value)
-        std = "" if q.std is None else number(q.std, 2)
-        rows.append((name, value, std, unit))
-    lead = (
-        f"What {found.robot} carries, in the frame of joint {found.frame}; inertia is about the "
-        "centre of mass.",
-    )
+        rows.append((name, *value_with_std(q.value, q.std), unit))
+    lead = (f"The load that {found.robot} carries on the link of {found.link}.",)
     table = Table(("", "value", "std", "unit"), rows)
-    fit = Table(
-        ("error of torque", ""),
-        (
-            ("without the load", percent(left.before)),
-            ("with it", percent(left.after)),
-        ),
-    )
-    text = f"By {found.method}; error is ||measured - model|| over ||measured||."
+    text = f"Method: {found.method}."
     sections = (
-        Section("Load", (), table, told=()),
-        Section("Fit", (text,), fit, told=()),
+        Section("Load", (_LOAD.format(found.link), text), table, told=()),
+        Section("Torque error by joint", (_ERROR,), _errors(found), told=()),
+        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
+        repairs_section(found.repairs),
         *notes_section(found.notes),
     )
-    mass = found.mass
-    told = "The mass is not determined" if mass.value is None else f"{number(mass.value, 4)} kg"
-    if mass.value is not None and mass.std is not None:
-        told += f" ± {number(2 * mass.std, 2)} kg"
+    mass, (value, std) = found.mass, value_with_std(found.mass.value, found.mass.std)
+    told = "The mass is not determined" if mass.value is None else f"Mass: {value} kg"
+    if mass.value is not None and mass.std:
+        told += f", standard deviation {std} kg"
     text = (
-        f"With the load the model leaves {percent(left.after)} of the torque, without it "
-        f"{percent(left.before)}; ± is twice the standard deviation."
+        f"Torque error: {percent(left.before)} without the load in the model, "
+        f"{percent(left.after)} with it."
     )
     banner, run = Banner("plain", told, text), run_lines(found.band, found.repairs)
     return Content(f"Payload of {found.robot}", lead, sections, banner, run)
+
+
+def _errors(found: Payload) -> Table:
+    """Return the torque error of each joint without the load and with it."""
+    joints, left = found.joints or (), found.residual
+    rows = [("all joints", percent(left.before), percent(left.after))]
+    if found.traces:
+        columns = [
+            _by_joint(joints, [t for t in found.traces if t.quantity == quantity])
+            for quantity in (WITHOUT, WITH)
+        ]
+        before, after = columns
+        labels = [joint.label for joint in joints]
+        rows = [*zip(labels, before, after, strict=True), *rows]
+    return Table(("joint", "error without the load", "error with it"), rows)
+
+
+def _by_joint(joints: Sequence[Joint], traces: Sequence[Trace]) -> list[str]:
+    """Return the RMS error of each joint, and its ratio to the RMS torque."""
+    measured = np.concatenate([t.measured for t in traces])
+    error = measured - np.concatenate([t.predicted for t in traces])
+    size = np.linalg.norm(measured, axis=0)
+    ratios = (np.linalg.norm(error, axis=0) / np.where(size, size, np.inf)).tolist()
+    sizes = errors_in_units(joints, measured, ratios)
+    return [f"{own}, {percent(ratio)}" for (_, own), ratio in zip(sizes, ratios, strict=True)]
+
+
+def _torques(found: Payload) -> Figure | None:
+    panels = []
+    pairs = {
+        t.log: (t, w)
+        for t in found.traces
+        for w in found.traces
+        if (t.quantity, w.quantity, t.log) == (WITHOUT, WITH, w.log)
+    }
+    for log, (without, loaded) in pairs.items():
+        for j, joint in enumerate(found.joints or ()):
+            series = {
+                "measured": loaded.measured[:, j],
+                "without the load": without.predicted[:, j],
+                "with the load": loaded.predicted[:, j],
+            }
+            name = (log, "with the load")
+            panels.append(plots.Panel(joint.label, loaded.t, series, joint.unit, log=name))
+    if not panels:
+        return None
+    xlabel = "number of the pose" if found.band is None else "time, s"
+    return plots.line_grid(panels, title="Torque", xlabel=xlabel, columns=1, panel_height=165)

@@ -11,9 +11,11 @@ from symgen.report.content.parts import (
     Content,
     Section,
     Table,
+    errors_in_units,
     notes_section,
     number,
     percent,
+    repairs_section,
     run_lines,
 )
 from symgen.report.plots import curves as plots
@@ -21,36 +23,51 @@ from symgen.report.plots import curves as plots
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+_ERROR = (
+    "The error is the RMS of measured minus predicted torque. The percentage is its ratio to the "
+    "RMS of the measured torque."
+)
+
 
 def prediction_content(prediction: Prediction) -> Content:
-    """Return the error of the torque per joint, curves, energies, notes."""
-    trace, error = prediction.torque, prediction.error
-    lead = (f"What the model of {prediction.robot} with given parameters says of {trace.log}.",)
-    joints = [joint.label for joint in prediction.joints]
-    rows = [*zip(joints, map(percent, error.per_joint or ()), strict=True)]
-    table = Table(("", "error"), (*rows, ("all", percent(error.relative))))
-    text = (
-        "RMS of measured minus predicted over RMS of measured torque; in all that of all joints "
-        "together."
+    """Return the torque error of each joint, curves, energies, notes."""
+    trace, error, band = prediction.torque, prediction.error, prediction.band
+    lead = (
+        f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
     )
-    told = (
-        f"{text} Both have passed the same zero-phase low-pass at "
-        f"{number(prediction.band.comparison_hz)} Hz, positions and speeds one at "
-        f"{number(prediction.band.cutoff_hz)} Hz."
+    labels = [joint.label for joint in prediction.joints]
+    ratios = error.per_joint or ()
+    sizes = errors_in_units(prediction.joints, trace.measured, ratios)
+    rows = [
+        (label, *size, percent(ratio))
+        for label, size, ratio in zip(labels, sizes, ratios, strict=True)
+    ]
+    rows.append(("all joints", "", "", percent(error.relative)))
+    table = Table(("joint", "RMS torque", "RMS error", "error"), rows)
+    filters = (
+        f"Both torques passed the same zero-phase low-pass at {number(band.comparison_hz, 3)} Hz, "
+        f"positions and speeds one at {number(band.cutoff_hz, 3)} Hz."
     )
     torques, energies = partial(_torques, prediction), partial(_energies, prediction)
     sections = (
-        Section("Measured and predicted torque", (told,), table, torques, told=()),
-        Section("Energy", ("Potential energy is known up to a constant.",), figure=energies),
+        Section("Torque error by joint", (_ERROR,), table, told=()),
+        Section("Measured and predicted torque", (filters,), figure=torques),
+        Section(
+            "Energy",
+            ("Potential energy is known up to a constant.",),
+            figure=energies,
+            folded=True,
+        ),
+        repairs_section(prediction.repairs),
         *notes_section(prediction.notes),
     )
-    worst = max(zip(error.per_joint or (0.0,), joints, strict=False))
+    worst = max(zip(ratios or (0.0,), labels, strict=False))
     banner = Banner(
         tone="plain",
-        verdict=f"{percent(error.relative)} of the torque is not predicted",
-        text=f"Most is left on {worst[1]}: {percent(worst[0])} of its torque.",
+        verdict=f"Torque error: {percent(error.relative)}",
+        text=f"It is largest on {worst[1]}: {percent(worst[0])}.",
     )
-    run = run_lines(prediction.band, prediction.repairs)
+    run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
 
 
@@ -59,8 +76,8 @@ def _torques(prediction: Prediction) -> Figure:
     for j, joint in enumerate(prediction.joints):
         measured, predicted = trace.measured[:, j], trace.predicted[:, j]
         series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
-        panels.append(plots.Panel(joint.label, trace.t, series, f"torque, {joint.unit}"))
-    return plots.line_grid(panels, title="Torque", columns=1)
+        panels.append(plots.Panel(joint.label, trace.t, series, joint.unit))
+    return plots.line_grid(panels, title="Torque", columns=1, panel_height=165)
 
 
 def _energies(prediction: Prediction) -> Figure:

@@ -125,7 +125,7 @@ def _courses(found: Study, known: list[Precision]) -> Figure:
             name=plots.plain(p.name),
             showlegend=False,
         )
-    ticks = {"type": "log", "dtick": 1, "tickformat": "~g"}
+    ticks = {"type": "log", "dtick": "D2", "tickformat": "~g"}  # 1, 2, 5: some on any range
     figure.update_xaxes(**ticks).update_yaxes(**ticks)
     return figure.add_hline(
         y=s.target_percent, line={"color": plots.INK, "width": 1, "dash": "dash"}

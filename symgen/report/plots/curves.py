@@ -1,8 +1,7 @@
-"""Figures of an identification: plotly figures that are returned, never shown.
+"""Plotly figures of an identification; functions return them and show nothing.
 
-Colours are those of Okabe and Ito (2008), told apart by colour-blind readers too; where they must
-repeat, dashes do. Names that come from files pass through `plain`, since plotly reads its labels as
-a small HTML.
+The colours of Okabe and Ito (2008) are distinct for colour-blind readers. Repeated colours have
+another dash pattern. Names from files pass through `plain`, because plotly reads labels as HTML.
 """
 
 from __future__ import annotations
@@ -45,6 +44,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "measured work": _UNDER,
     "predicted": _OVER,
     "after": _OVER,
+    "with the load": _OVER,
+    "without the load": _WRONG,
     "as repaired": _OVER,
     "before": _WRONG,
     "as recorded": _WRONG,
@@ -64,16 +65,16 @@ class Panel:
     """One small plot of `line_grid`.
 
     Attributes:
-        title: what it shows.
+        title: title of the panel.
         x: abscissa of every series, shape (K,).
-        series: name and values, shape (K,), of each line, or (2, M) with an abscissa of its own;
-            equal names share colour and legend.
+        series: name and values of each line, (K,), or (2, M) with a separate abscissa. Equal names
+            share colour and legend.
         ylabel: label of the ordinate with its unit.
         level: a true or expected value, drawn as a dashed horizontal line.
-        band: lower and upper limit, each (K,), drawn as a shaded region, say +- 2 std.
-        xlabel: label of the abscissa, where it is not that of the figure.
-        share: of the height, beside the panels above and below it.
-        log: name and kind of the log; a list above the figure chooses one.
+        band: lower and upper limit, each (K,), drawn as a shaded region, for example +- 2 std.
+        xlabel: label of the abscissa, if it differs from that of the figure.
+        share: height relative to the other panels.
+        log: name and kind of the log; a menu above the figure selects one.
     """
 
     title: str
@@ -88,15 +89,15 @@ class Panel:
 
 
 def plain(text: str) -> str:
-    """Return `text` such that plotly shows it letter by letter and sees no tag in it."""
+    """Return `text` escaped, so that plotly shows it literally and finds no tag in it."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def parameters(estimate: Estimate) -> Figure:
     """Draw the relative standard deviation of each parameter on a log axis; weak ones hatched.
 
-    Values differ by orders of magnitude and in unit; what compares between them is
-    100 std / |value|. The hover gives value +- 2 std.
+    Values differ in unit and by orders of magnitude, so the axis shows 100 std / |value|. The hover
+    text has value +- 2 std.
     """
     found = estimate.parameters
     percent = np.array([p.relative_std_percent for p in found], dtype=float)
@@ -126,7 +127,7 @@ def bars(
     hover: Sequence[str],
     levels: Sequence[float],
 ) -> Figure:
-    """Draw a bar for each parameter, hatched where it is beyond a level, and the levels."""
+    """Draw a bar for each parameter, hatched if it is beyond a level, and the levels."""
     figure, shown = empty(), [plain(label) for label in labels]
     looks = ({"color": BLUE}, {"color": ORANGE, "pattern": {"shape": "/"}})
     for name, chosen, marker in zip(names, (~beyond, beyond), looks, strict=True):
@@ -140,11 +141,11 @@ def bars(
 
 
 def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
-    """Draw what was measured, what the model predicts, and their difference, log by log.
+    """Draw the measured and the modelled quantity and their difference, for each log.
 
-    One log is seen at a time, the first validation log to begin with; a list chooses another. Data
-    that the estimate never saw stand on a tinted ground. `quantity` is "energy" or "torque"; None
-    is returned where there is no such trace.
+    The figure shows one log, at first the first validation log; a menu selects another. Held-out
+    data have a tinted background. `quantity` is "energy" or "torque". The result is None without
+    such a trace.
     """
     traces, panels = traces_of(estimate, quantity), list[Panel]()
     if not traces:
@@ -175,10 +176,10 @@ def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
 
 
 def convergence(estimate: Estimate) -> Figure | None:
-    """Draw the recursive estimate over the data seen, each parameter relative to its final value.
+    """Draw the recursive estimate over time, each parameter relative to its final value.
 
-    Those are drawn at first that moved most in the second half, weak ones apart; a click on the
-    legend shows others. One that ends at zero is absent.
+    The figure first shows the known parameters that moved most in the second half. A click on the
+    legend shows others. Parameters that end at zero are left out.
     """
     course = estimate.convergence
     if course is None or not len(course.t):
@@ -204,7 +205,7 @@ def convergence(estimate: Estimate) -> Figure | None:
 
 
 def correlation(estimate: Estimate) -> Figure | None:
-    """Draw the correlation of the estimated parameters as a heat map; None where there is none."""
+    """Draw the correlation of the estimated parameters as a heat map; None without one."""
     if not estimate.correlation.size:
         return None
     names = [plain(p.name) for p in estimate.parameters]
@@ -230,7 +231,7 @@ def lines(
     ylabel: str,
     height: int = 400,
 ) -> Figure:
-    """Draw named lines, each (K,), over one abscissa (K,); labels carry the units."""
+    """Draw named lines, each (K,), over one abscissa (K,); labels contain the units."""
     panel = Panel("", x, series, ylabel)
     return line_grid([panel], title=title, xlabel=xlabel, panel_height=height - 130)
 
@@ -243,10 +244,10 @@ def line_grid(
     columns: int = 3,
     panel_height: int = 230,
 ) -> Figure:
-    """Draw small multiples: trajectories, or parameters that approach their true value.
+    """Draw a grid of small panels.
 
-    Panels in one column share their abscissa, unless one has a label of its own; those without a
-    label of the ordinate that of the panel to their left. Every log has as many panels.
+    Panels in one column share their abscissa, unless one has its own label. A panel without a label
+    of the ordinate shares that of the panel to its left. Every log has the same number of panels.
     """
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
@@ -314,8 +315,8 @@ def line_grid(
 def thin(x: FloatArray, y: FloatArray) -> tuple[Any, Any]:
     """Return at most about POINTS points that keep every peak, in single precision.
 
-    The abscissa is cut into equal buckets of which the lowest and the highest point stay; a pause
-    of more than five steps breaks the line.
+    The abscissa is divided into equal intervals. Each keeps its lowest and its highest point. A gap
+    of more than five steps interrupts the line.
 
     Args:
         x: abscissa, increasing, shape (K,).
@@ -347,7 +348,7 @@ def traces_of(estimate: Estimate, quantity: str) -> tuple[Trace, ...]:
 def choose_log(
     figure: Figure, logs: Sequence[tuple[str, str]], owners: Sequence[tuple[str, str] | None]
 ) -> None:
-    """Give a figure a list of logs, by name and kind; of each curve, `owners` has the log."""
+    """Add a menu of logs to a figure; `owners` has the log (name and kind) of each curve."""
     if not logs:
         return
     first = next((log for log in logs if log[1] == "validation"), logs[0])
@@ -365,7 +366,7 @@ def choose_log(
 
 
 def add_menu(figure: Figure, buttons: Sequence[Mapping[str, Any]], **more: Any) -> None:
-    """Put a list of choices above a figure."""
+    """Add a menu above a figure."""
     above = 26 if figure.layout.annotations else 8  # the title of the first panel
     place = {"x": 0, "xanchor": "left", "y": 1, "yanchor": "bottom", "pad": {"b": above}}
     menu = {"buttons": buttons, "bgcolor": "#ffffff", **place, **more}
@@ -379,7 +380,7 @@ def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
 
 
 def component(estimate: Estimate, tested: Whiteness) -> str:
-    """Return what a residual that was tested is of."""
+    """Return the name of the joint or quantity of a tested residual."""
     name, _ = components(estimate, tested.quantity)[tested.component]
     return name if name == tested.quantity else f"{tested.quantity}, {name}"
 
@@ -407,9 +408,9 @@ def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **optio
 
 
 def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:
-    """The one look of all figures; `min_width` in pixels is kept for the page in layout.meta.
+    """Apply the common style of all figures; layout.meta keeps `min_width` in pixels for the page.
 
-    A page narrower than 600 pixels takes no notice of it, but for figures of which it says "grid".
+    A page narrower than 600 pixels ignores it, except for figures marked "grid".
     """
     axis = {"gridcolor": "#e6e8eb", "linecolor": GREY, "showline": True, "automargin": True}
     ticks = {"ticks": "outside", "tickcolor": GREY, "ticklen": 4, "hoverformat": ".5g"}

@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: the gap per joint, torques over time, portraits of the residual."""
+"""Figures of a diagnosis: gap of each joint, torques over time, residual over the state."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
 def gaps(diagnosis: Diagnosis) -> Figure:
-    """Draw the gap of every joint, and of all, before and after, beside the noise floor.
+    """Draw the gap of every joint and the total, before and after, and the noise floor.
 
     The axis begins at zero; a button makes it logarithmic.
     """
@@ -62,7 +62,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:
-    """Draw what the models before and after leave of the torque of every joint over time."""
+    """Draw the torque residual of every joint over time, of the models before and after."""
     shown = ("before", "after") if diagnosis.effects else ("before",)
     return _over_time(
         diagnosis, lambda c: {x: c.measured - getattr(c, x) for x in shown}, "What is left", 130
@@ -70,7 +70,7 @@ def residuals(diagnosis: Diagnosis) -> Figure | None:
 
 
 def torques(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the torque of every joint over time: measured, and by the model with what was found."""
+    """Draw the torque of every joint over time: measured, and by the extended model."""
     shown = ("measured", "after" if diagnosis.effects else "before")
     return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown}, "Torque", 165)
 
@@ -98,7 +98,7 @@ def _over_time(
 
 
 def mended(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the channels that were repaired, around the repair: as recorded and as used."""
+    """Draw the repaired channels around the repair, as recorded and as used."""
     panels = []
     for c in diagnosis.mended:
         series = {"as recorded": c.recorded, "as repaired": c.repaired}
@@ -123,10 +123,10 @@ def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
 
 
 def portraits(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the residual of every joint before, against velocity and position.
+    """Draw the residual of the model before, for every joint, over velocity and position.
 
-    On top of it stands what the effects changed, where there are any: the model after minus the
-    model before.
+    If there are effects, the figure also shows their torque: the model after minus the model
+    before.
     """
     panels = []
     for c in (c for c in diagnosis.curves if len(c.t)):
@@ -148,7 +148,7 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
 
 
 def free_functions(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the free functions with a band of two std, and what the named laws give in their place.
+    """Draw the free functions with a band of two std, and the torque of the named laws.
 
     A function of two variables has a panel for each of a few values of the second.
     """
@@ -170,7 +170,7 @@ def free_functions(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _unit(variable: str, sigma: Mapping[int, int]) -> str:
-    """Return the unit of q, qd or taur of a joint, whose number it ends in."""
+    """Return the unit of a variable such as q2, qd2 or taur2."""
     letter = variable.rstrip("0123456789")
     torque, position = _UNITS[sigma[int(variable[len(letter) :])]]
     return {"q": position, "qd": f"{position}/s", "taur": torque}[letter]

@@ -1,4 +1,4 @@
-"""Figures of parameters by several sources: values with error bars, and how far they moved."""
+"""Figures of parameters from several sources: values with error bars, and differences."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Source:
 
 
 def values(estimate: Estimate) -> Figure:
-    """Draw each parameter with 2 std, beside its prior and other methods, over the estimate."""
+    """Draw each parameter with 2 std, by the estimate, its prior and other methods, relative."""
     found = estimate.parameters
     own = _Source(estimate.method, estimate.X, np.array([p.std for p in found]))
     others = [] if estimate.prior is None else [estimate.prior]
@@ -50,7 +50,7 @@ def values(estimate: Estimate) -> Figure:
 
 
 def both_values(comparison: Comparison) -> Figure:
-    """Draw the common parameters of two estimates with 2 std, over those of the first."""
+    """Draw the common parameters of two estimates with 2 std, relative to the first."""
     pairs = comparison.parameters
     sources = [
         _Source(name, np.array([x.value for x in side]), np.array([x.std for x in side]))
@@ -60,7 +60,7 @@ def both_values(comparison: Comparison) -> Figure:
 
 
 def moved(comparison: Comparison) -> Figure:
-    """Draw by how many combined standard deviations each parameter moved; above 3 hatched."""
+    """Draw the differences of parameters in combined standard deviations, hatched above 3."""
     found = comparison.parameters
     sigmas = np.array([p.sigmas for p in found])
     names = (f"within {MOVED:g}", f"moved: over {MOVED:g}")
@@ -72,9 +72,9 @@ def moved(comparison: Comparison) -> Figure:
 
 
 def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source]) -> Figure:
-    """Draw the values of all sources over those of the first, which stands at 1.
+    """Draw the values of all sources relative to the first one, which is at 1.
 
-    Parameters that are weak in the first are pale, and do not set the range of the ordinate.
+    Parameters that are weak in the first source are pale, and do not determine the range.
     """
     first = sources[0].values
     scale = np.where(np.isfinite(first) & (first != 0), first, np.nan)

@@ -1,4 +1,4 @@
-"""Figures of what a model leaves: its spectrum, its lag correlations, and the work it misses."""
+"""Figures of the residual: its spectrum, its lag correlations, and the energy balance."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 def residual_spectrum(estimate: Estimate, quantity: str) -> Figure | None:
-    """Draw the amplitude spectral density of the residual, log by log, by Welch's method.
+    """Draw the amplitude spectral density of the residual of each log, by Welch's method.
 
-    A good fit leaves a flat line below the cutoff; a peak is a motion or vibration the model lacks.
-    None is returned where no trace is long enough (16 rows).
+    A good fit has a flat line below the cutoff. A peak is a motion or vibration that the model
+    lacks. The result is None if no trace is long enough (16 rows).
     """
     traces = tuple(t for t in traces_of(estimate, quantity) if len(t.t) >= 16)
     if not traces:
@@ -50,10 +50,10 @@ def residual_spectrum(estimate: Estimate, quantity: str) -> Figure | None:
 
 
 def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the one-sided amplitude spectral density of the longest stretch without a pause.
+    """Return the one-sided amplitude spectral density of the longest part without a gap.
 
-    Welch's method (1967): Hann windows that overlap by half, constant detrend; frequency 0 is left
-    out.
+    The method is that of Welch (1967): Hann windows that overlap by half, without their mean. The
+    result does not contain frequency 0.
 
     Args:
         t: time, s, (K,).
@@ -81,9 +81,9 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
 
 
 def lag_correlation(estimate: Estimate) -> Figure | None:
-    """Draw the lag correlations of every residual and the band that holds 95 % of chance ones.
+    """Draw the lag correlations of every residual, and their 95 % band for a white residual.
 
-    Those of validation data where they were tested, else of training data; None without any.
+    They are those of validation data, or else of training data; None without any.
     """
     kinds = {w.kind for w in estimate.whiteness}
     if not kinds:
@@ -103,7 +103,7 @@ def lag_correlation(estimate: Estimate) -> Figure | None:
 
 
 def energy_balance(estimate: Estimate) -> Figure | None:
-    """Draw the measured work over time, what the model says became of it, and the rest below."""
+    """Draw the measured work over time, the model's energy and friction, and the residual."""
     panels = []
     for b in (b for b in estimate.balances if len(b.t)):
         work = {

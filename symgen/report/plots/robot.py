@@ -1,4 +1,4 @@
-"""A drawing of a robot's frames from its Denavit-Hartenberg table, as SVG that stands in a page."""
+"""Draw the frames of a robot from its Denavit-Hartenberg table, as SVG for a page."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
 
 
 def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
-    """Return origins with the numbers of the frames that stand there."""
+    """Return each origin with the numbers of the frames that are there."""
     out: list[tuple[FloatArray, list[int]]] = []
     for number, place in enumerate(at):
         near = next((numbers for there, numbers in out if np.hypot(*(there - place)) < _NEAR), None)

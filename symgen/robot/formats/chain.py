@@ -46,6 +46,8 @@ class UrdfJoint(Typed):
     Attributes:
         sigma: 0 revolute or continuous, 1 prismatic, 2 fixed.
         limit: lower, upper, velocity and effort, if the file gives them.
+        damping, friction: viscous and Coulomb friction.
+        armature: inertia of the rotor on the joint side.
         mimic: name of the joint that it follows, multiplier and offset.
     """
 
@@ -59,6 +61,7 @@ class UrdfJoint(Typed):
     limit: dict[str, float] = field(default_factory=dict)
     damping: float = 0.0
     friction: float = 0.0
+    armature: float = 0.0
     mimic: tuple[str, sp.Rational, sp.Rational] | None = None
 
 
@@ -286,7 +289,7 @@ class Chain:
             values = self._standard(joint.child)
             out += [(f"{k}{number}", v) for k, v in zip(names.LINK, values, strict=True)]
             if not joint.fixed and joint.mimic is None:
-                out.append((f"{names.ROTOR}{number}", 0.0))
+                out.append((f"{names.ROTOR}{number}", joint.armature))
                 losses += [(f"FS{number}", joint.friction), (f"FV{number}", joint.damping)]
         return out + losses
 

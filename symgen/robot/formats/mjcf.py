@@ -1,4 +1,4 @@
-"""Read MJCF, the format of MuJoCo, and write link parameters into it.
+"""Read MJCF, the format of MuJoCo, and write identified values into it.
 
 MuJoCo's compiler reads the file, so defaults, classes, included files, degrees and inertias from
 geometry have their usual meaning. Install it with `pip install 'symgen[mjcf]'`.
@@ -10,11 +10,13 @@ A body with several joints gets a link without mass for each joint but the last.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import sympy as sp
@@ -22,16 +24,25 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, plain, told_by
 from symgen.robot import expressions
-from symgen.robot.body import Body, FloatArray
+from symgen.robot.body import CouplingDynamics, Dynamics, FloatArray, JointDynamics
 from symgen.robot.dh import turned_by
+from symgen.robot.effect import definitions, of_library
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.urdf import CAVEAT, replaced_inertials, written_bodies
-from symgen.robot.formats.xml import Element, parse_xml
+from symgen.robot.formats.urdf import (
+    CAVEAT,
+    inertial_edit,
+    joint_name,
+    require_finite_joints,
+    written_bodies,
+)
+from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
+from symgen.robot.types import Coupling
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
+SPRING = "gravity_spring"
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
@@ -39,7 +50,9 @@ _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     """Read an MJCF as a robot, with the inertias of its bodies as standard parameters.
 
-    armature becomes IA, damping becomes FV, and frictionloss becomes FS.
+    armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
+    becomes the effect gravity_spring, with an offset where it is at rest elsewhere than at 0. A
+    fixed tendon between two joints becomes a coupling.
 
     Args:
         text: the file's text.
@@ -56,44 +69,173 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         gravity = tuple(map(_exact, tree.model.opt.gravity))
         if not any(gravity):
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
-    rotors = {f"{names.ROTOR}{chain.number[name]}": value for name, value in tree.armature.items()}
-    return replace(
-        found,
-        robot=replace(found.robot, gravity=gravity),
-        parameters=tuple((name, rotors.get(name, value)) for name, value in found.parameters),
-        notes=(*found.notes, *tree.notes),
+    robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
+    values = [*found.parameters, *tree.coupled(chain)]
+    offsets = {name: -pusher.force for name, pusher in tree.pushers.items()}
+    for name, (stiffness, rest) in tree.springs.items():
+        joint = robot.joint(chain.number[name])
+        spring = of_library(definitions()[SPRING], joint.number, joint.sigma, {}, {})
+        robot = replace(robot, effects=(*robot.effects, spring))
+        values.append((spring.linear[0][0], stiffness))
+        if rest:
+            offsets[name] = offsets.get(name, 0.0) - stiffness * rest
+    pushed = {chain.number[name]: torque for name, torque in offsets.items()}
+    joints = (
+        replace(j, friction=(*j.friction, "offset")) if j.number in pushed else j
+        for j in robot.joints
     )
+    values += [(f"OF{number}", torque) for number, torque in pushed.items()]
+    robot = replace(robot, joints=tuple(joints))
+    return replace(found, robot=robot, parameters=tuple(values), notes=(*found.notes, *tree.notes))
 
 
-def updated_mjcf(path: Path, bodies: Iterable[Body]) -> str:
-    """Return the text of an MJCF with link parameters in its <inertial> elements.
+def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tuple[str, set[int]]:
+    """Return the text of an MJCF with identified values, and the joints whose offset it holds.
+
+    Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
+    which override those of default classes; a coupling becomes a fixed tendon.
 
     Args:
         path: path of the MJCF. All other bytes of it stay the same.
-        bodies: links of the imported robot in the frames of their joints.
+        dynamics: of the imported robot. Links and joints that it does not name keep their values.
+        actuators: whether a constant torque is added by an actuator of its own, without control.
+            One that the file has is set in any case.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: a body has no name, has several joints, or is in an included file.
+        ParameterError: a body or joint has no name or is in an included file, a body has several
+            joints, or a setting of the compiler changes masses.
     """
     text, _ = read_text(path, _ACCEPTED)
-    edits: list[tuple[Element, list[str]]] = []
+    content, edits, held = text.encode("utf-8"), list[Edit](), set[int]()
     with located(path):
         tree = _Tree(path, text)
+        tree.require_masses_as_written()
+        chain = Chain(tree.urdf)
         places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
-        found = written_bodies(Chain(tree.urdf), bodies)
-    for link, body in found.items():
-        if link not in places:
-            raise ParameterError(
-                f"{path}: there is no body of the name {plain(link)!r} in the file itself; "
-                "accepted: an MJCF whose bodies have names, one joint at most, and are not included"
-            )
-        com = np.asarray(body.com) + tree.shift[link]
-        values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
-        centre = " ".join(repr(float(v)) for v in com)
-        line = f'<inertial pos="{centre}" mass="{body.mass!r}" fullinertia="{values}"/>'
-        edits.append((places[link], [CAVEAT, line]))
-    return replaced_inertials(text, edits)
+        found = written_bodies(chain, dynamics.bodies)
+        require_finite_joints(chain, dynamics.joints)
+        for link, body in found.items():
+            at = _named(places, "body", link)
+            com = np.asarray(body.com) + tree.shift[link]
+            values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
+            centre = " ".join(repr(float(v)) for v in com)
+            line = f'<inertial pos="{centre}" mass="{body.mass!r}" fullinertia="{values}"/>'
+            edits.append(inertial_edit(content, at, [CAVEAT, line]))
+        joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
+        lines = {"tendon": list[str](), "actuator": list[str]()}
+        for own in dynamics.joints:
+            name = joint_name(chain, own.joint)
+            at = _named(joints, "joint", name)
+            angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
+            edits.append(with_attributes(content, at, _attributes(own, at, angle)))
+            pusher = tree.pushers.get(name)
+            if pusher is not None:
+                at = _named(_by_name(tree.root, "actuator"), "actuator", pusher.name)
+                force = f"{-own.offset / pusher.gear!r} 0 0"
+                edits.append(with_attributes(content, at, {"biasprm": force}))
+            elif own.offset and actuators:
+                lines["actuator"].append(_constant(name, -own.offset))
+            if pusher is not None or actuators:
+                held.add(own.joint)
+        for pair in dynamics.couplings:
+            one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
+            if (one, two) in tree.tendons:
+                name = tree.tendons[one, two].name
+                at = _named(_by_name(tree.root, "tendon"), "tendon", name)
+                edits.append(with_attributes(content, at, _losses(pair)))
+            else:
+                lines["tendon"] += _tendon(one, two, pair)
+        for section, new in lines.items():
+            if new:
+                edits.append(_in_section(content, tree.root, section, new))
+    return edited(text, edits), held
+
+
+def _by_name(root: Element, section: str) -> dict[str | None, Element]:
+    """Return the elements of a section of the file by their names."""
+    found = root.first(section)
+    return {e.attributes.get("name"): e for e in (found.children if found else ())}
+
+
+def _named(places: Mapping[str | None, Element], what: str, name: str) -> Element:
+    """Return the element of a name in the file itself.
+
+    Raises:
+        ParameterError: there is none.
+    """
+    found = places.get(name)
+    if found is None:
+        raise ParameterError(
+            f"there is no {what} of the name {plain(name)!r} in the file itself; accepted: an MJCF "
+            "whose bodies and joints have names, one joint at most in a body, and are not included"
+        )
+    return found
+
+
+def _attributes(own: JointDynamics, joint: Element, angle: float) -> dict[str, str]:
+    """Return the attributes of a <joint> in a file that writes a radian as `angle`."""
+    values = {
+        "armature": own.armature,
+        "damping": own.damping,
+        "frictionloss": own.frictionloss,
+        "stiffness": own.stiffness,
+    }
+    if own.stiffness:
+        values["springref"] = own.springref * angle
+    out = {key: repr(float(value)) for key, value in values.items()}
+    if "springdamper" in joint.attributes:  # it would replace stiffness and damping
+        out["springdamper"] = "0 0"
+    return out
+
+
+def _losses(pair: CouplingDynamics) -> dict[str, str]:
+    return {key: repr(float(getattr(pair, key))) for key in ("armature", "damping", "frictionloss")}
+
+
+def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
+    """Return a fixed tendon of length q_first + ratio q_second."""
+    words = " ".join(f'{key}="{value}"' for key, value in _losses(pair).items())
+    return [
+        f"<fixed name={quoteattr(f'coupling_{one}_{two}')} {words}>",
+        f'  <joint joint={quoteattr(one)} coef="1"/>',
+        f'  <joint joint={quoteattr(two)} coef="{float(pair.ratio)!r}"/>',
+        "</fixed>",
+    ]
+
+
+def _constant(name: str, torque: float) -> str:
+    """Return an actuator that exerts a constant torque on a joint, whatever its control is."""
+    return (
+        f'<general name={quoteattr(name + "_offset")} joint={quoteattr(name)} gainprm="0" '
+        f'biastype="affine" biasprm="{torque!r} 0 0"/>'
+    )
+
+
+def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
+    """Return what adds lines to a section of the file, or adds the section."""
+    section = root.first(tag)
+    if section is not None:
+        return inserted(content, section, lines)
+    return inserted(content, root, [f"<{tag}>", *(f"  {line}" for line in lines), f"</{tag}>"])
+
+
+class _Tendon(NamedTuple):
+    """A fixed tendon of length q_first + ratio q_second."""
+
+    name: str
+    ratio: float
+    armature: float
+    damping: float
+    frictionloss: float
+
+
+class _Pusher(NamedTuple):
+    """An actuator that exerts a constant force on a joint, N m or N, whatever its control is."""
+
+    name: str
+    gear: float
+    force: float
 
 
 class _Tree:
@@ -104,14 +246,16 @@ class _Tree:
         root: root element of the text.
         urdf: the tree.
         shift: origin of each link frame in its body frame, (3,) m.
-        armature: IA of the joints.
+        springs: stiffness, and position without torque, of the joints that have one.
+        tendons: fixed tendon between two joints, by their names.
+        pushers: actuator of constant force on a joint, by its name.
         notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
-        self.model = _compiled(path)
+        self._path, self.model = path, _compiled(path)
         self.shift: dict[str, FloatArray] = {}
-        self.armature: dict[str, float] = {}
+        self.springs: dict[str, tuple[float, float]] = {}
         self.notes: list[str] = []
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
@@ -119,8 +263,16 @@ class _Tree:
         self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
         for b in range(m.nbody):
             self._add(b)
+        self.tendons, self.pushers = self._tendons(), self._pushers()
         if m.neq:
             self.notes.append(f"{m.neq} equality constraints of the file are not read")
+        if m.body_gravcomp.any():
+            self.notes.append("the gravity compensation of bodies (gravcomp) is not read")
+        if m.ntendon > len(self.tendons):
+            self.notes.append(
+                f"{m.ntendon - len(self.tendons)} tendons of the file are not read: they are no "
+                "drives of two joints"
+            )
         self.root = parse_xml(text)
         title = self.root.attributes.get("model", "") or path.stem
         self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
@@ -174,12 +326,99 @@ class _Tree:
         if m.jnt_actfrclimited[k]:
             limit["effort"] = float(m.jnt_actfrcrange[k][1])
         dof = int(m.jnt_dofadr[k])
-        self.armature[name] = float(m.dof_armature[dof])
+        stiffness = float(m.jnt_stiffness[k].flat[0])
+        if stiffness:
+            self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
         damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
         return UrdfJoint(
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
-            damping, friction,
+            damping, friction, float(m.dof_armature[dof]),
         )  # fmt: skip
+
+    def _tendons(self) -> dict[tuple[str, str], _Tendon]:
+        """Return the fixed tendons between two joints, the first with a coefficient of 1."""
+        import mujoco
+
+        m, out = self.model, dict[tuple[str, str], _Tendon]()
+        for k in range(m.ntendon):
+            first, count = int(m.tendon_adr[k]), int(m.tendon_num[k])
+            fixed = all(m.wrap_type[first + i] == mujoco.mjtWrap.mjWRAP_JOINT for i in range(count))
+            if not fixed or count != 2 or m.wrap_prm[first] != 1 or m.tendon_stiffness[k].any():
+                continue
+            one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
+            losses = (
+                float(np.ravel(getattr(m, f"tendon_{key}")[k])[0])
+                for key in ("armature", "damping", "frictionloss")
+            )
+            if one and two:
+                ratio = float(m.wrap_prm[first + 1])
+                out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
+        return out
+
+    def _pushers(self) -> dict[str, _Pusher]:
+        """Return the actuators of constant force, by the name of their joint."""
+        import mujoco
+
+        m, out = self.model, dict[str, _Pusher]()
+        for k in range(m.nu):
+            on_joint = m.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
+            affine = m.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE
+            bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
+            if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
+                name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
+                out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
+        return out
+
+    def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
+        """Return the tendons as couplings of joints, by their numbers."""
+        return tuple(
+            Coupling(chain.number[one], chain.number[two], _exact(tendon.ratio))
+            for (one, two), tendon in self.tendons.items()
+        )
+
+    def coupled(self, chain: Chain) -> Iterator[tuple[str, float]]:
+        """Yield the parameters of the couplings."""
+        for (_, two), tendon in self.tendons.items():
+            number = chain.number[two]
+            yield f"IAM{number}", tendon.armature
+            yield f"FVM{number}", tendon.damping
+            yield f"FSM{number}", tendon.frictionloss
+
+    @cached_property
+    def _compiler(self) -> Any:
+        """The settings of the compiler in the file."""
+        import mujoco
+
+        return mujoco.MjSpec.from_file(str(self._path)).compiler
+
+    @property
+    def degrees(self) -> float:
+        """What the file writes for a radian."""
+        return float(np.degrees(1.0)) if self._compiler.degree else 1.0
+
+    def require_masses_as_written(self) -> None:
+        """Refuse settings of the compiler that change the masses and inertias of <inertial>.
+
+        Raises:
+            ParameterError: there is such a setting.
+        """
+        import mujoco
+
+        compiler = self._compiler
+        forced = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+        changing = {
+            'inertiafromgeom="true"': forced,
+            'balanceinertia="true"': bool(compiler.balanceinertia),
+            "boundmass": compiler.boundmass > 0,
+            "boundinertia": compiler.boundinertia > 0,
+            "settotalmass": compiler.settotalmass > 0,
+        }
+        found = [setting for setting, there in changing.items() if there]
+        if found:
+            raise ParameterError(
+                f"<compiler {found[0]}> changes the masses that would be written; accepted: a file "
+                "without this setting"
+            )
 
     def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
         """Return the inertia of a body in its link frame; None if it has no mass."""

@@ -5,15 +5,18 @@ z along the joint axis, and x along the common normal to the next axis. The URDF
 constant in it. Fixed joints come after all others and keep the frames of the URDF.
 
 Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML; symgen ignores geometry
-for collision and display, transmissions and plugins.
+for collision and display, and plugins. Of transmissions it reads Drake's rotor_inertia and
+gear_ratio (https://drake.mit.edu/doxygen_cxx/group__multibody__parsing.html).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple, replace
 from decimal import Decimal
 from typing import TypeVar
+from xml.sax.saxutils import escape
 
 import numpy as np
 import sympy as sp
@@ -21,10 +24,10 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body
+from symgen.robot.body import Body, Dynamics, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.xml import Element, parse_xml
+from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
 
@@ -40,6 +43,8 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
+#: Drake's elements of an actuator: inertia of the rotor, kg m2, and motor turns per joint turn.
+ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
 
@@ -60,15 +65,16 @@ def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
         return Chain(_tree(parse_xml(text))).imported()
 
 
-def updated_urdf(text: str, bodies: Iterable[Body], where: str = "robot.urdf") -> str:
-    """Write link parameters into the <inertial> elements of a copy of a URDF.
+def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> str:
+    """Write identified values into a copy of a URDF.
 
-    A fixed link without <inertial> gets none; its body is added to the link that carries it.
+    Links go into <inertial>, friction goes into <dynamics>, and rotor inertia goes into the
+    transmission of the joint, in Drake's elements. A fixed link without <inertial> gets none; its
+    body is added to the link that carries it. A URDF holds no springs, offsets and couplings.
 
     Args:
         text: text of the URDF. All other bytes of it stay the same.
-        bodies: links of the imported robot in the frames of their joints, from
-            `link_parameters` (fixed joints included). Other links keep their values.
+        dynamics: of the imported robot. Links and joints that it does not name keep their values.
         where: name of the file in error messages.
 
     Raises:
@@ -76,10 +82,13 @@ def updated_urdf(text: str, bodies: Iterable[Body], where: str = "robot.urdf") -
         ParameterError: there is no such joint, or a value is not finite.
     """
     with located(where):
-        root = parse_xml(text)
-        found = written_bodies(Chain(_tree(root)), bodies)
+        root, content = parse_xml(text), text.encode("utf-8")
+        chain = Chain(_tree(root))
+        found = written_bodies(chain, dynamics.bodies)
         links = {e.attributes["name"]: e for e in root.all("link")}
-        return replaced_inertials(text, [(links[name], _inertial(b)) for name, b in found.items()])
+        edits = [inertial_edit(content, links[name], _inertial(b)) for name, b in found.items()]
+        edits += _joint_edits(content, root, chain, dynamics)
+        return edited(text, edits)
 
 
 # Elements.
@@ -103,9 +112,22 @@ def _tree(root: Element) -> Urdf:
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
     joints = _named("joint", root, _joint)
+    for name, motor in _actuators(root).items():
+        if name in joints:
+            with located(f"transmission of joint {shortened(name)!r}"):
+                joints[name] = replace(joints[name], armature=_reflected(motor))
     if len(joints) > MAX_JOINTS:
         raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     return Urdf(root.attributes.get("name", ""), _root(links, joints), links, joints)
+
+
+def _reflected(motor: Element) -> float:
+    """Return the rotor inertia of an actuator on the joint side: rotor_inertia gear_ratio^2."""
+    rotor, gear = motor.first(ROTOR), motor.first(GEAR)
+    if rotor is None:
+        return 0.0
+    ratio = 1.0 if gear is None else float(_number(gear, "value"))
+    return float(_number(rotor, "value")) * ratio**2
 
 
 def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
@@ -265,11 +287,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
     """
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
-        if not 1 <= body.joint <= len(chain.order):
-            raise ParameterError(
-                f"there is no joint {body.joint}; accepted: 1 to {len(chain.order)}"
-            )
-        name = chain.order[body.joint - 1]
+        name = joint_name(chain, body.joint)
         link = urdf.joints[name].child
         with located(f"joint {shortened(name)!r}"):
             _require_finite(body)
@@ -285,31 +303,23 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
     return {link: _joined(own) for link, own in parts.items()}
 
 
-def replaced_inertials(text: str, edits: Iterable[tuple[Element, Sequence[str]]]) -> str:
-    """Return a text with new <inertial> lines in some of its elements."""
-    content = text.encode("utf-8")
-    found = [_edit(content, element, lines) for element, lines in edits]
-    for start, end, new in sorted(found, reverse=True):
-        content = content[:start] + new + content[end:]
-    return content.decode("utf-8")
-
-
-def without_inertials(text: str, where: str = "robot.urdf") -> bytes:
-    """Return a URDF or MJCF without <inertial> elements and blanks, to compare the rest.
+def joint_name(chain: Chain, number: int) -> str:
+    """Return the name of a joint in the file.
 
     Raises:
-        RobotError: the text is not XML.
+        ParameterError: there is no such joint.
     """
-    content = text.encode("utf-8")
-    with located(where):
-        found, waiting = [], [parse_xml(text)]
-    while waiting:
-        element = waiting.pop()
-        found += element.all("inertial")
-        waiting += [child for child in element.children if child.tag != "inertial"]
-    for element in sorted(found, key=lambda e: e.start, reverse=True):
-        content = content[: element.start] + content[element.end :]
-    return re.sub(rb"></(link|body)>", b"/>", b"".join(content.split()))
+    if not 1 <= number <= len(chain.order):
+        raise ParameterError(f"there is no joint {number}; accepted: 1 to {len(chain.order)}")
+    return chain.order[number - 1]
+
+
+def require_finite_joints(chain: Chain, joints: Iterable[JointDynamics]) -> None:
+    """Refuse torques of joints that are not finite."""
+    for joint in joints:
+        if not np.isfinite(astuple(joint)).all():
+            with located(f"joint {shortened(joint_name(chain, joint.joint))!r}"):
+                raise ParameterError("its friction, inertia or spring is not a finite number")
 
 
 def _require_finite(body: Body) -> None:
@@ -356,8 +366,74 @@ def _inertial(body: Body) -> list[str]:
     ]
 
 
-def _edit(content: bytes, link: Element, lines: Sequence[str]) -> tuple[int, int, bytes]:
-    """Return the byte range to replace, and the new bytes."""
+def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics) -> Iterator[Edit]:
+    """Yield what sets the friction and the rotor inertia of joints."""
+    require_finite_joints(chain, dynamics.joints)
+    joints = {e.attributes["name"]: e for e in root.all("joint")}
+    actuators, lines, drakes = _actuators(root), list[str](), False
+    for own in dynamics.joints:
+        name = joint_name(chain, own.joint)
+        values = {"damping": repr(own.damping), "friction": repr(own.frictionloss)}
+        given = joints[name].first("dynamics")
+        if given is None:
+            words = " ".join(f'{key}="{value}"' for key, value in values.items())
+            yield inserted(content, joints[name], [f"<dynamics {words}/>"])
+        else:
+            yield with_attributes(content, given, values)
+        motor = actuators.get(name)
+        if not own.armature and (motor is None or motor.first(ROTOR) is None):
+            continue
+        drakes = True
+        ratio = float(dynamics.gears.get(own.joint, 1.0))
+        rotor = {ROTOR: own.armature / ratio**2, GEAR: ratio}
+        if motor is None:
+            lines += _transmission(name, rotor)
+            continue
+        old = {tag: motor.first(tag) for tag in rotor}
+        yield from (
+            with_attributes(content, element, {"value": repr(rotor[tag])})
+            for tag, element in old.items()
+            if element is not None
+        )
+        new = [_valued(tag, rotor[tag]) for tag, element in old.items() if element is None]
+        if new:
+            yield inserted(content, motor, new)
+    if drakes and "xmlns:drake" not in root.attributes:
+        yield with_attributes(content, root, {"xmlns:drake": "http://drake.mit.edu"})
+    if lines:
+        yield inserted(content, root, lines)
+
+
+def _valued(tag: str, value: float) -> str:
+    return f'<{tag} value="{value!r}"/>'
+
+
+def _actuators(root: Element) -> dict[str, Element]:
+    """Return the actuator of each joint that has a simple transmission in the file."""
+    out = {}
+    for transmission in root.all("transmission"):
+        joints, motors = transmission.all("joint"), transmission.all("actuator")
+        if len(joints) == len(motors) == 1 and "name" in joints[0].attributes:
+            out[joints[0].attributes["name"]] = motors[0]
+    return out
+
+
+def _transmission(name: str, rotor: Mapping[str, float]) -> list[str]:
+    """Return a transmission that gives a joint its rotor inertia in Drake."""
+    written = escape(name, {'"': "&quot;"})
+    return [
+        f'<transmission name="{written}_transmission">',
+        "  <type>transmission_interface/SimpleTransmission</type>",
+        f'  <joint name="{written}"/>',
+        f'  <actuator name="{written}_motor">',
+        *(f"    {_valued(tag, value)}" for tag, value in rotor.items()),
+        "  </actuator>",
+        "</transmission>",
+    ]
+
+
+def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
+    """Return what sets or replaces the <inertial> of a link or body."""
     old = link.first("inertial")
     start = link.start if old is None else old.start
     margin = content[content.rfind(b"\n", 0, start) + 1 : start]

@@ -7,7 +7,7 @@ fetched.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
@@ -15,6 +15,12 @@ from symgen.errors import RobotError
 
 #: A tag from start to end; quoted values may contain '>'.
 _TAG = re.compile(rb"""[^>"']*(?:(?:"[^"]*"|'[^']*')[^>"']*)*>""")
+
+
+#: An attribute of a tag.
+_ATTRIBUTE = re.compile(rb"""\s+([^\s=>/]+)\s*=\s*("[^"]*"|'[^']*')""")
+#: Bytes of a text to replace: first, end, and what stands there then.
+Edit = tuple[int, int, bytes]
 
 
 @dataclass
@@ -97,6 +103,58 @@ def parse_xml(text: str) -> Element:
     except (expat.ExpatError, ValueError) as error:  # ValueError: an unknown encoding
         raise RobotError(f"not well-formed XML: {error}") from error
     return roots[0]
+
+
+def edited(text: str, edits: Iterable[Edit]) -> str:
+    """Return a text with some bytes of its UTF-8 form replaced; edits do not overlap.
+
+    Edits at one position are inserted in their order.
+    """
+    content = text.encode("utf-8")
+    for start, end, new in sorted(edits, key=lambda edit: edit[:2])[::-1]:
+        content = content[:start] + new + content[end:]
+    return content.decode("utf-8")
+
+
+def with_attributes(content: bytes, element: Element, values: Mapping[str, str]) -> Edit:
+    """Return the edit that sets attributes of an element; all other bytes of its tag stay.
+
+    Args:
+        content: the UTF-8 text of the file.
+        element: of the file.
+        values: name -> value, without characters that XML escapes.
+    """
+    tag, waiting = content[element.start : element.inside], dict(values)
+    first = 1 + len(element.tag.encode())
+    out, at = [tag[:first]], first
+    while (found := _ATTRIBUTE.match(tag, at)) is not None:
+        name, at = found.group(1).decode(), found.end()
+        kept = found.group(0)
+        if name in waiting:
+            kept = kept[: found.start(2) - found.start()] + f'"{waiting.pop(name)}"'.encode()
+        out.append(kept)
+    new = "".join(f' {name}="{value}"' for name, value in waiting.items())
+    return element.start, element.inside, b"".join([*out, new.encode(), tag[at:]])
+
+
+def inserted(content: bytes, element: Element, lines: Iterable[str]) -> Edit:
+    """Return the edit that puts lines at the end of an element, indented as it is and by two more.
+
+    Args:
+        content: the UTF-8 text of the file.
+        element: of the file.
+        lines: of XML.
+    """
+    margin = content[content.rfind(b"\n", 0, element.start) + 1 : element.start]
+    indent = margin.decode("utf-8") if not margin.strip() else ""
+    new = "".join(f"\n{indent}  {line}" for line in lines)
+    if element.end > element.close:  # the tag that closes it
+        blank = len(content[: element.close]) - len(content[: element.close].rstrip())
+        at = element.close - blank
+        return at, element.close, f"{new}\n{indent}".encode()
+    tag = content[element.start : element.inside].removesuffix(b"/>").rstrip()
+    closed = f">{new}\n{indent}</{element.tag}>"
+    return element.start, element.inside, tag + closed.encode()
 
 
 def _tag_end(content: bytes, at: int) -> int:

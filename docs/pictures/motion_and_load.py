@@ -1,0 +1,27 @@
+"""Run the example motion_and_load and draw motion_and_load.svg: python motion_and_load.py"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from drawing import BLUE, RED, Line, chart, example
+
+
+def picture() -> str:
+    """Return the position of joint 2 in the planned and in the slow motion."""
+    made = example("motion_and_load")
+    good, slow = made["good"], made["slow"]
+    kept = slice(0, None, max(1, len(good.t) // 250))
+    return chart(
+        "Position of joint 2 in the planned motion and in the slow one",
+        [
+            Line("planned motion", good.t[kept], good.q[kept, 1], BLUE),
+            Line("slow motion", slow.t[kept], slow.q[kept, 1], RED),
+        ],
+        ("time, s", range(0, 11, 2)),
+        ("position of joint 2, rad", range(-2, 3)),
+    )
+
+
+if __name__ == "__main__":
+    Path("motion_and_load.svg").write_text(picture(), encoding="utf-8")

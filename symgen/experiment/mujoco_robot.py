@@ -1,0 +1,115 @@
+"""The robot of a URDF or MJCF in MuJoCo, moved by given torques."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symgen.data.raw import FloatArray
+from symgen.errors import RobotError, first_of, located, told_by
+
+_HOLDING = 1e9  # kg m2 or kg: armature of a joint that is held
+_FINEST = 1e-3  # s: longest step
+
+
+class MujocoRobot:
+    """A robot file in MuJoCo.
+
+    Contacts, joint limits, equality constraints of meshes and actuators with a control are switched
+    off; actuators of constant force stay. Joints without a name in `joints` stand still at 0.
+
+    Args:
+        path: of the file.
+        joints: names of the joints that move, in the order of q.
+
+    Raises:
+        RobotError: MuJoCo is not installed or refuses the file, or there is no such joint.
+    """
+
+    def __init__(self, path: Path, joints: Sequence[str]) -> None:
+        try:
+            import mujoco
+        except ImportError as error:
+            raise RobotError(
+                "MuJoCo is not installed; accepted: after pip install 'symgen[mjcf]'"
+            ) from error
+        self._mujoco = mujoco
+        with located(path):
+            self.model = _compiled(mujoco, path)
+            m = self.model
+            known = {m.joint(k).name: k for k in range(m.njnt)}
+            missing = [name for name in joints if name not in known]
+            if missing:
+                raise RobotError(
+                    f"there is no joint {first_of(missing, 3)}; accepted: a file with the joints "
+                    f"{first_of(list(joints), 8)}"
+                )
+            places = [known[name] for name in joints]
+            free = m.jnt_type[places]
+            if not np.isin(free, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
+                raise RobotError("a joint of the log is neither hinge nor slide; accepted: these")
+        self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
+        held = np.setdiff1d(np.arange(m.nv), self._v)
+        m.dof_armature[held] = _HOLDING
+        off = mujoco.mjtDisableBit
+        m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT
+        for k in range(m.nu):
+            bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
+            if gain.any() or bias[1:].any():
+                gain[:], bias[:] = 0.0, 0.0
+        m.opt.timestep = min(float(m.opt.timestep), _FINEST)
+        self.data = mujoco.MjData(m)
+
+    def moved(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        torque: Callable[[float, FloatArray, FloatArray], FloatArray],
+        t: FloatArray,
+    ) -> FloatArray:
+        """Return the positions (K, n) at times t (K,), from a state at t[0]; NaN once it diverges.
+
+        Args:
+            q, qd: (n,) to begin with.
+            torque: of time, q and qd; held for a step.
+            t: (K,) s.
+        """
+        m, d = self.model, self.data
+        self._mujoco.mj_resetData(m, d)
+        d.qpos[self._q], d.qvel[self._v] = q, qd
+        out = np.full((len(t), len(self._q)), np.nan)
+        steps = np.round((t - t[0]) / m.opt.timestep).astype(int)
+        step, row = 0, 0
+        while row < len(t):
+            if step == steps[row]:
+                out[row] = d.qpos[self._q]
+                row += 1
+                continue
+            d.qfrc_applied[self._v] = torque(
+                t[0] + (step + 0.5) * m.opt.timestep, d.qpos[self._q], d.qvel[self._v]
+            )
+            self._mujoco.mj_step(m, d)
+            step += 1
+            if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:
+                break  # MuJoCo begins anew where a state is not finite
+        return out
+
+
+def _compiled(mujoco: Any, path: Path) -> Any:
+    """Return the model of a file; without its meshes where these are not there."""
+    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
+    try:
+        try:
+            return mujoco.MjModel.from_xml_path(str(path))
+        except ValueError:
+            spec = mujoco.MjSpec.from_file(str(path))
+            for geom in list(spec.geoms):
+                spec.delete(geom)
+            for mesh in list(spec.meshes):
+                spec.delete(mesh)
+            return spec.compile()
+    except (ValueError, OSError) as error:
+        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: URDF or MJCF") from error

@@ -1,0 +1,109 @@
+"""What is said of the motions that `excite` found."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.experiment.bounds import BINDING, KEYS
+from symgen.experiment.plan import Plan
+from symgen.report.content.parts import (
+    Banner,
+    Content,
+    Section,
+    Table,
+    counted,
+    notes_section,
+    number,
+)
+from symgen.report.plots import curves as plots
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+_USES = (
+    "Largest use of each limit over all runs, checked every millisecond. A limit that is used to "
+    f"{100 * BINDING:g} % or more restricts the search: a wider one gives a better motion."
+)
+_CONDITIONS = (
+    "Condition number of the equations that identify builds from these runs, columns scaled to "
+    "unit norm. A smaller one is better. Search with --model NAME for the model that you will use."
+)
+_MOTION = (
+    "Position, speed and acceleration of each joint as a share of its limits: 100 % is the upper "
+    "limit, -100 % the lower one. A quantity without limits is drawn in its own unit."
+)
+_QUANTITIES = ("rad or m", "rad/s or m/s", "rad/s2 or m/s2")
+
+
+def plan_content(plan: Plan) -> Content:
+    """Return verdict, use of the limits, condition numbers, the motions, notes."""
+    lengths = dict.fromkeys(f"{run.duration:g}" for run in plan.runs)
+    lead = (
+        f"{counted(len(plan.runs), 'run')} of {', '.join(lengths)} s, from which identify can "
+        f"determine the parameters of {plan.robot} with the {plan.model} model.",
+    )
+    done, asked = plan.searches
+    search = f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}"
+    rows = [
+        (name + (" (searched for)" if name == plan.model else ""), number(condition, 3))
+        for name, condition in plan.conditions.items()
+    ]
+    rows.append(("random motion at the start of the search", number(plan.start, 3)))
+    conditions = Table(("model", "condition number"), rows)
+    facts = (
+        (f"condition number, {plan.model} model", number(plan.condition, 3)),
+        ("log det, columns of unit norm", number(plan.log_det, 3)),
+        ("independent equations", f"{plan.independent:.0f} for {plan.parameters} parameters"),
+    )
+    banner = Banner(
+        "good" if plan.good else "warn",
+        "good for identification" if plan.good else "not good enough",
+        "The runs keep every limit. An estimate from them can be trusted."
+        if plan.good
+        else "The runs keep every limit, but identify would call an estimate from them doubtful.",
+        plan.warnings,
+        facts,
+    )
+    notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
+    sections = (
+        Section("Use of the limits", (_USES,), _uses(plan), told=()),
+        Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
+        Section("Condition numbers", (_CONDITIONS, search), conditions, told=(search,)),
+        *notes_section(notes),
+    )
+    return Content(f"Motion for {plan.robot}", lead, sections, banner)
+
+
+def _uses(plan: Plan) -> Table:
+    keys = list(dict.fromkeys(u.limit for u in plan.uses))
+    used = {(u.joint, u.limit): f"{number(100 * u.share, 3)} %" for u in plan.uses}
+    labels = {joint.number: joint.label for joint in plan.joints}
+    rows = [
+        (labels.get(j, f"joint {j}"), *(used.get((j, key), "") for key in keys))
+        for j in sorted({u.joint for u in plan.uses})
+    ]
+    return Table(("joint", *keys), rows)
+
+
+def _motion(plan: Plan) -> Figure | None:
+    """Draw position, speed and acceleration of every joint, run by run."""
+    if plan.bounds is None:
+        return None
+    high = np.array([plan.bounds.half, *plan.bounds.rates[:2]])
+    centre = np.array([plan.bounds.centre, 0 * plan.bounds.half, 0 * plan.bounds.half])
+    panels = []
+    for k, run in enumerate(plan.runs, 1):
+        t = run.times(1 / plan.rate)
+        for order, (key, unit) in enumerate(zip(KEYS, _QUANTITIES, strict=False)):
+            x, limited = run.at(t, order), bool(np.isfinite(high[order]).all())
+            if limited:
+                x = 100 * (x - centre[order]) / high[order]
+            series = {joint.label: x[:, j] for j, joint in enumerate(plan.joints)}
+            ends = (np.full(len(t), -100.0), np.full(len(t), 100.0)) if limited else None
+            label = "% of the limit" if limited else unit
+            log = (f"run {k}", f"{run.duration:g} s")
+            panels.append(plots.Panel(key, t, series, label, band=ends, log=log))
+    return plots.line_grid(panels, title="Motion", columns=1, panel_height=200)

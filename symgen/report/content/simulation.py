@@ -1,0 +1,69 @@
+"""What is said of simulated robots beside logs."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from symgen.experiment.playback import SimulationComparison
+from symgen.report.content.parts import Banner, Content, Section, Table, notes_section, percent
+from symgen.report.plots import curves as plots
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+def simulation_content(found: SimulationComparison) -> Content:
+    """Return the position errors by file and horizon, by joint, and a window."""
+    first = found.files[0]
+    header = ("file", *(f"{h.seconds:g} s" for h in first.horizons), "diverged")
+    rows = [
+        (f.file, *(f"{percent(h.position_error)} ± {percent(h.spread)}" for h in f.horizons),
+         f"{f.diverged} of {found.windows}")
+        for f in found.files
+    ]  # fmt: skip
+    joints = [joint.label for joint in found.joints]
+    last = first.horizons[-1].seconds
+    units = ["m" if joint.unit == "N" else "rad" for joint in found.joints]
+    by_joint = [
+        (name, *(f"{f.horizons[-1].per_joint[j]:.3g} {units[j]}" for f in found.files))
+        for j, name in enumerate(joints)
+    ]
+    moved = "replays the measured torque" + (" with feedback" if found.feedback else "")
+    text = (
+        f"{found.windows} windows of {', '.join(found.logs)}. Each begins in the measured state "
+        f"and {moved}. The error is the RMS of simulated minus measured position, over the RMS of "
+        "the way that the joints went; ± is its standard deviation over the windows.",
+    )
+    sections = (
+        Section("Position error over the horizon", text, Table(header, rows), told=()),
+        Section(
+            f"Position error by joint after {last:g} s", (),
+            Table(("joint", *(f.file for f in found.files)), by_joint), told=(),
+        ),
+        Section("A window", figure=partial(_window, found, joints, units)),
+        *notes_section(found.notes),
+    )  # fmt: skip
+    best = min(found.files, key=lambda f: f.horizons[-1].position_error)
+    left = percent(best.horizons[-1].position_error)
+    said = f"{best.file}: position error of {left} of the way after {last:g} s"
+    others = [
+        f"{f.file} {percent(f.horizons[-1].position_error)}" for f in found.files if f is not best
+    ]
+    banner = Banner("plain", said, f"The others: {', '.join(others)}." if others else "")
+    title = f"Simulations of {found.robot}"
+    return Content(
+        title, (f"How far robot files move from the logs of {found.robot}.",), sections, banner
+    )
+
+
+def _window(found: SimulationComparison, joints: list[str], units: list[str]) -> Figure | None:
+    if found.measured is None:
+        return None
+    t, q = found.measured
+    panels = []
+    for j, (name, unit) in enumerate(zip(joints, units, strict=True)):
+        series = {"measured": q[:, j]}
+        series |= {f.file: c[:, j] for f, c in zip(found.files, found.courses, strict=True)}
+        panels.append(plots.Panel(name, t, series, f"position, {unit}"))
+    return plots.line_grid(panels, title="A window", columns=2)

@@ -1,0 +1,45 @@
+"""How results show themselves in Python: the report layer is above them and provides the views."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+class Views(Protocol):
+    """What the report layer provides."""
+
+    def figure(self, result: Any, name: str | None) -> Figure:
+        """Return a figure of the page of a result."""
+
+    def panel(self, result: Any) -> str:
+        """Return the first panel of the page of a result, as HTML."""
+
+
+_provided: list[Callable[[], Views]] = []
+
+
+def provide(load: Callable[[], Views]) -> None:
+    """Set what loads the views. `symgen/__init__.py` does so before any result exists."""
+    _provided[:] = [load]
+
+
+class Viewable:
+    """A result with the views of its page: a panel in notebooks, and figures."""
+
+    def plot(self, name: str | None = None) -> Figure:
+        """Return a figure of the report page as a plotly Figure; `.show()` opens it.
+
+        Args:
+            name: heading of the figure on the page; by default its first figure.
+
+        Raises:
+            ParameterError: the page has no figure of this name; the message lists the names.
+        """
+        return _provided[0]().figure(self, name)
+
+    def _repr_html_(self) -> str:
+        return _provided[0]().panel(self)

@@ -1,0 +1,398 @@
+"""export to MJCF and URDF: MuJoCo moves the file as symgen moves the model, and reads it again."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symgen
+from symgen.identification.parameters import base_values, cad_parameters, read_parameters
+from symgen.robot.effect import definitions, of_library
+from symgen.robot.toml_io import read_imported
+from symgen.robot.types import Coupling
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
+
+#: Degrees, classes, single quotes, a '>' in a name, a joint away from its body's origin.
+ARM = """<mujoco model="arm">
+  <!-- an arm -->
+  <compiler angle="degree"/>
+  <option gravity="0 0 -9.81"/>
+  <default>
+    <joint damping="0.3"/>
+    <default class="heavy"><joint armature="0.2" frictionloss="0.5"/></default>
+  </default>
+  <worldbody>
+    <body name="upper" pos="0 0 0.3">
+      <joint name='a > b' axis="0 1 0" class="heavy" range="-120 120"/>
+      <inertial pos="0.1 0.02 0.2" mass="2" fullinertia="0.05 0.06 0.02 0.001 0 0"/>
+      <body name="lower" pos="0 0.05 0.4" euler="10 20 0">
+        <joint name="elbow" axis="1 0 0" pos="0.02 0 0.01"/>
+        <inertial pos="0 0.01 0.15" mass="1.2" diaginertia="0.02 0.02 0.005"/>
+        <body name="wrist" pos="0 0 0.3">
+          <joint name="wrist" axis="0 1 0.2"/>
+          <inertial pos="0.01 0.03 0.05" mass="0.6" diaginertia="0.004 0.003 0.002"/>
+          <geom type="sphere" size="0.05" pos="0 0 0.1"/>
+          <body name="tool" pos="0 0 0.1"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+VALUES = {
+    "FS1": 0.7, "FV1": 0.4, "OF1": 0.2, "FS2": 0.3, "FV2": 0.5, "OF2": -1.3, "K2": 7.0,
+    "FS3": 0.1, "FV3": 0.2, "IAM3": 0.05, "FVM3": 0.3, "FSM3": 0.4, "IA1": 0.33, "IA2": 0.1,
+    "IA3": 0.02,
+}  # fmt: skip
+
+
+def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray, std: float = 0.01) -> Path:
+    """Write robot.toml and the estimate.json that `identify` would write."""
+    from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
+
+    folder.mkdir()
+    (folder / "robot.toml").write_text(symgen.robot_toml(model.robot))
+    parameters = tuple(
+        ParameterEstimate(p.name, p.expression, float(x), std * max(abs(float(x)), 0.01), p.unit)
+        for p, x in zip(model.base.parameters, X, strict=True)
+    )
+    fit = Residual(0.02)
+    joints = tuple(Joint(j.number, "N m") for j in model.robot.movable)
+    estimate = Estimate(
+        robot=model.robot.name, joints=joints, model="momentum", method="wls",
+        parameters=parameters, condition_number=3.0, train=fit, validation=fit, cutoff_hz=8.0,
+        window_s=0.2, verdict="trusted", reasons=(), correlation=np.eye(len(X)),
+    )  # fmt: skip
+    (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """A folder with arm.xml, and an estimate of it with a spring, offsets and a coupled drive."""
+    folder = tmp_path_factory.mktemp("mjcf")
+    path = folder / "arm.xml"
+    path.write_text(ARM)
+    found = read_imported(path)
+    joints = (
+        replace(j, friction=("coulomb", "viscous", "offset")) if j.number < 3 else j
+        for j in found.robot.joints
+    )
+    spring = of_library(definitions()["gravity_spring"], 2, 0, {}, {})
+    robot = replace(
+        found.robot, joints=tuple(joints), effects=(spring,),
+        couplings=(Coupling(2, 3, sp.Rational(-3, 2)),),
+    )  # fmt: skip
+    model = symgen.derive(robot, "all")
+    X = base_values({**dict(found.parameters), **VALUES}, model, "values")
+    write_estimate(folder / "result", model, X)
+    return folder, model, X
+
+
+def states(count: int, n: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-2, 2, (count, 3, n))
+
+
+def inverse(model, data, q, qd, qdd) -> np.ndarray:
+    """Torque of the motors in MuJoCo: actuators of constant force are on their side."""
+    data.qpos[:], data.qvel[:], data.qacc[:] = q, qd, qdd
+    mujoco.mj_inverse(model, data)
+    mujoco.mj_fwdActuation(model, data)
+    return data.qfrc_inverse - data.qfrc_actuator
+
+
+def test_smooth_torques_are_those_of_the_model(arm, tmp_path, command) -> None:
+    folder, model, X = arm
+    to = tmp_path / "out.xml"
+    code, out, err = command(
+        "export", folder / "result", "--from", folder / "arm.xml", "--to", to, "--actuators"
+    )
+    assert code == 0, err
+    assert "cannot hold" not in out
+    made = mujoco.MjModel.from_xml_path(str(to))
+    made.dof_frictionloss[:], made.tendon_frictionloss[:] = 0, 0
+    smooth = X.copy()
+    for name in ("FS1", "FS2", "FS3", "FSM3"):
+        smooth[model.base.names.index(name)] = 0.0
+    evaluator, data = symgen.load(model), mujoco.MjData(made)
+    q, qd, qdd = np.moveaxis(states(1000, 3), 1, 0)
+    ours = evaluator.inverse_dynamics(q, qd, qdd, smooth)
+    theirs = [inverse(made, data, *row) for row in zip(q, qd, qdd, strict=True)]
+    np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
+
+
+def test_friction_that_slides_is_that_of_the_model(arm, tmp_path, command) -> None:
+    folder, model, X = arm
+    to = tmp_path / "out.xml"
+    command("export", folder / "result", "--from", folder / "arm.xml", "--to", to, "--actuators")
+    made = mujoco.MjModel.from_xml_path(str(to))
+    evaluator, data = symgen.load(model), mujoco.MjData(made)
+    q, qd, _ = np.moveaxis(states(200, 3, 1), 1, 0)
+    qd = np.sign(qd) * (1 + np.abs(qd))
+    zero = np.zeros_like(q)
+    ours = evaluator.inverse_dynamics(q, qd, zero, X)
+    theirs = [inverse(made, data, *row) for row in zip(q, qd, zero, strict=True)]
+    sliding = np.abs(qd[:, 1] - 1.5 * qd[:, 2]) > 1  # the coupled drive, too
+    assert sliding.sum() > 100
+    np.testing.assert_allclose(np.array(theirs)[sliding], ours[sliding], rtol=0, atol=1e-10)
+
+
+def test_what_is_written_is_read_again(arm, tmp_path, command) -> None:
+    folder, model, X = arm
+    to = tmp_path / "out.xml"
+    export = ["export", folder / "result", "--from", folder / "arm.xml", "--to", to]
+    assert command(*export, "--actuators")[0] == 0
+    np.testing.assert_allclose(read_parameters(to, model), X, rtol=1e-9, atol=1e-11)
+    again = read_imported(to).robot
+    assert [e.name for e in again.effects] == ["gravity_spring"]
+    assert [(c.first, c.second, float(c.ratio)) for c in again.couplings] == [(2, 3, -1.5)]
+    # Written into what it wrote before, nothing stands twice.
+    code, _, err = command("export", folder / "result", "--to", to)
+    assert code == 0, err
+    np.testing.assert_allclose(read_parameters(to, model), X, rtol=1e-9, atol=1e-11)
+    text = to.read_text()
+    assert text.count("<fixed") == text.count("<general") == 1
+    assert "<!-- an arm -->" in text
+    assert 'range="-120 120"' in text
+    assert '<body name="tool" pos="0 0 0.1"/>' in text  # a frame stays a frame
+
+
+def test_what_a_format_cannot_hold_is_listed(arm, tmp_path, command) -> None:
+    folder, *_ = arm
+    code, out, err = command(
+        "export", folder / "result", "--from", folder / "arm.xml", "--to", tmp_path / "out.xml"
+    )
+    assert code == 0, err
+    assert "the format cannot hold OF1 = 0.2 N m\n" in out
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ['inertiafromgeom="true"', 'balanceinertia="true"', 'boundmass="0.1"', 'settotalmass="9"'],
+)
+def test_settings_that_change_masses_are_refused(arm, tmp_path, command, setting) -> None:
+    folder, *_ = arm
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.replace('angle="degree"', f'angle="degree" {setting}'))
+    code, _, err = command("export", folder / "result", "--to", path)
+    assert code == 2
+    assert f"<compiler {setting.split('=')[0]}" in err
+    assert "changes the masses" in err
+
+
+def test_links_are_the_files_own_where_they_give_X(arm) -> None:
+    folder, *_ = arm
+    found = read_imported(folder / "arm.xml")
+    model = symgen.derive(found.robot)
+    prior = cad_parameters(folder / "arm.xml", model)
+    X = base_values(prior, model, "arm.xml")
+    links = symgen.link_parameters(model, X, prior=prior).values
+    for name, value in prior.items():
+        assert links[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+    # A change of X moves them in proportion.
+    step = 1e-3 * X * np.random.default_rng(2).uniform(-1, 1, len(X))
+    moved = [
+        symgen.link_parameters(model, X + k * step, prior=prior).values["M2"] - prior["M2"]
+        for k in (1, 2)
+    ]
+    assert moved[1] == pytest.approx(2 * moved[0], rel=0.02)
+
+
+def test_robots_are_drawn_from_what_is_known(arm, tmp_path, command) -> None:
+    folder, model, X = arm
+    into = tmp_path / "drawn"
+    code, _, err = command(
+        "export", folder / "result", "--from", folder / "arm.xml", "--to", into, "--samples", "4"
+    )
+    assert code == 0, err
+    files = sorted(into.glob("*.xml"))
+    assert [f.name for f in files] == [f"arm_{k}.xml" for k in range(4)]
+    drawn = np.array([read_parameters(f, model) for f in files])
+    column = model.base.names.index("FV1")
+    assert len({*drawn[:, column]}) == 4
+    np.testing.assert_allclose(drawn[:, column], X[column], rtol=0.05)
+    for path in files:  # MuJoCo refuses inertias that no body has
+        mujoco.MjModel.from_xml_path(str(path))
+    table = json.loads((into / "samples.json").read_text())
+    assert table["files"] == [f.name for f in files]
+
+
+def test_a_transmission_of_the_file_gets_the_rotor(tmp_path, command) -> None:
+    path = tmp_path / "arm.urdf"
+    path.write_text("""<robot name="one">
+  <link name="base"/><link name="arm"><inertial><origin xyz="0 0 0.2"/><mass value="2"/>
+    <inertia ixx="0.03" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/></inertial></link>
+  <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>
+    <axis xyz="0 1 0"/><dynamics friction='0.1'/></joint>
+  <transmission name="drive"><joint name="hinge"/><actuator name="motor">
+    <mechanicalReduction>50</mechanicalReduction></actuator></transmission>
+</robot>""")
+    robot = replace(read_imported(path).robot, drive=symgen.robot.types.Drive(ratio=((50.0,),)))
+    model = symgen.derive(robot)
+    values = {**dict(read_imported(path).parameters), "IA1": 0.5, "FS1": 0.3, "FV1": 0.7}
+    X = base_values(values, model, "values")
+    write_estimate(tmp_path / "result", model, X)
+    code, out, err = command("export", tmp_path / "result", "--to", path)
+    assert code == 0, err
+    assert "Drake" in out
+    text = path.read_text()
+    assert text.count("<transmission") == 1
+    rotor, ratio = (
+        float(re.search(rf'<drake:{tag} value="(.*?)"', text).group(1))
+        for tag in ("rotor_inertia", "gear_ratio")
+    )
+    assert ratio == 50
+    np.testing.assert_allclose(read_parameters(path, model), X, rtol=1e-9)
+    assert rotor * ratio**2 == pytest.approx(dict(read_imported(path).parameters)["IA1"])
+
+
+def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None:
+    """Friction and armature are unknown; the torque error is taken in MuJoCo, from the file."""
+    from scipy.signal import butter, filtfilt
+
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.replace(' armature="0.2" frictionloss="0.5"', ""))
+    real = mujoco.MjModel.from_xml_path(str(path))
+    real.dof_armature[:], real.dof_frictionloss[:] = (0.4, 0.2, 0.05), (1.1, 0.8, 0.2)
+    real.dof_damping.reshape(3, -1)[:, 0] = (0.9, 0.6, 0.25)
+    real.opt.timestep = 5e-4
+    logs = {}
+    for name, seed, seconds in (("train", 1, 20), ("test", 2, 10)):
+        rng = np.random.default_rng(seed)
+        a, w = rng.uniform(0.1, 0.4, (3, 4)), rng.uniform(0.6, 5.0, (3, 4))
+        data, rows = mujoco.MjData(real), []
+        for k in range(int(seconds / 5e-4)):
+            t = 5e-4 * k
+            want = np.sum(a * np.sin(w * t), axis=1)
+            speed = np.sum(a * w * np.cos(w * t), axis=1)
+            if k == 0:
+                data.qvel[:] = speed
+            data.qfrc_applied[:] = (400, 250, 60) * (want - data.qpos)
+            data.qfrc_applied[:] += (40, 25, 5) * (speed - data.qvel)
+            if k % 8 == 0:
+                rows.append([t, *data.qpos, *data.qvel, *data.qfrc_applied])
+            mujoco.mj_step(real, data)
+        logs[name] = np.array(rows)
+        columns = [f"{c}{j}" for c in ("q", "qd", "tau") for j in (1, 2, 3)]
+        np.savetxt(tmp_path / f"{name}.csv", rows, delimiter=",", comments="",
+                   header=",".join(["t", *columns]))  # fmt: skip
+    train, test, out = (tmp_path / name for name in ("train.csv", "test.csv", "result"))
+    code, _, err = command("identify", path, train, "--validation", test, "--into", out)
+    assert code == 0, err
+    to = tmp_path / "identified.xml"
+    code, printed, err = command("export", out, "--from", path, "--to", to, "--log", test)
+    assert code == 0, err
+    file, estimate = map(
+        float, re.search(r"torque error on .*: (\S+) %; the estimate (\S+) %", printed).groups()
+    )
+    assert file <= 1.1 * estimate
+    # The same in MuJoCo, from the file alone, with SciPy's filters.
+    t, q, qd, tau = np.split(logs["test"], [1, 4, 7], axis=1)
+    low = butter(4, 2 * 10 * 4e-3)
+    qdd = np.gradient(filtfilt(*low, qd, axis=0), 4e-3, axis=0)
+    errors = {}
+    for name, used in (("before", path), ("after", to)):
+        model = mujoco.MjModel.from_xml_path(str(used))
+        data = mujoco.MjData(model)
+        torque = [inverse(model, data, *row) for row in zip(q, qd, qdd, strict=True)]
+        residual = filtfilt(*butter(4, 2 * 2 * 4e-3), tau - torque, axis=0)
+        moves = np.all(np.abs(qd) > 0.1, axis=1)
+        errors[name] = np.linalg.norm(residual[moves]) / np.linalg.norm(tau[moves])
+    assert errors["after"] < 0.1 * errors["before"]
+    evaluator = symgen.load(symgen.derive(symgen.read_robot(out / "robot.toml"), "all"))
+    X = symgen.read_estimate(out).X
+    own = filtfilt(
+        *butter(4, 2 * 2 * 4e-3), tau - evaluator.inverse_dynamics(q, qd, qdd, X), axis=0
+    )
+    ours = np.linalg.norm(own[moves]) / np.linalg.norm(tau[moves])
+    print(f"torque error away from rest: {100 * errors['before']:.3g} % before, "
+          f"{100 * errors['after']:.3g} % in MuJoCo, {100 * ours:.3g} % of the model")  # fmt: skip
+    assert errors["after"] <= 1.1 * ours
+    # Moved by the measured torque, the identified file follows the log, and the other does not.
+    into = tmp_path / "simulated"
+    code, printed, err = command("compare-sim", path, to, test, "--into", into)
+    assert code == 0, err
+    found = json.loads((into / "simulation.json").read_text())
+    assert found["windows"] >= 5
+    old, new = ([h["position_error"] for h in f["horizons"]] for f in found["files"])
+    assert [h["seconds"] for h in found["files"][0]["horizons"]] == [0.2, 0.5, 1.0]
+    assert all(b < 0.2 * a for a, b in zip(old, new, strict=True)), printed
+    assert "identified.xml" in (into / "report.html").read_text()
+    assert max(new) < 0.1
+    gains = tmp_path / "gains.toml"
+    gains.write_text("[controller]\nkp = [400, 250, 60]\nkd = [40, 25, 5]\n")
+    code, _, err = command(
+        "compare-sim", to, test, "--controller", gains, "--into", tmp_path / "held"
+    )
+    assert code == 0, err
+    held = json.loads((tmp_path / "held" / "simulation.json").read_text())
+    assert held["files"][0]["horizons"][-1]["position_error"] < 0.5 * new[-1]
+
+
+def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
+    """But for Coulomb friction, which Drake does not read."""
+    drake = pytest.importorskip("pydrake.all", reason="Drake (drake) is not installed")
+    path = tmp_path / "arm.urdf"
+    path.write_text("""<robot name="two">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2.0"/>
+    <inertia ixx="0.05" ixy="0.001" ixz="0" iyy="0.06" iyz="0" izz="0.02"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 0.15" rpy="0.1 0 0"/><mass value="1.2"/>
+    <inertia ixx="0.02" ixy="0" ixz="0.001" iyy="0.02" iyz="0" izz="0.005"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <origin xyz="0 0 0.3" rpy="0 0.4 0"/><axis xyz="0 1 0"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0.05 0.4"/><axis xyz="1 0 0"/></joint>
+</robot>""")
+    found = read_imported(path)
+    model = symgen.derive(found.robot, "all")
+    values = {**dict(found.parameters), "IA1": 0.3, "IA2": 0.1, "FV1": 0.7, "FV2": 0.2, "FS1": 0.4}
+    X = base_values(values, model, "values")
+    write_estimate(tmp_path / "result", model, X)
+    code, out, err = command("export", tmp_path / "result", "--to", path)
+    assert code == 0, err
+    assert "Coulomb friction" in out
+    plant = drake.MultibodyPlant(0.0)
+    drake.Parser(plant).AddModels(str(path))
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    X[model.base.names.index("FS1")] = 0.0
+    for q, qd, qdd in states(100, 2):
+        plant.SetPositions(context, q)
+        plant.SetVelocities(context, qd)
+        forces = drake.MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)
+        tau = plant.CalcInverseDynamics(context, qdd, forces)
+        np.testing.assert_allclose(
+            tau, symgen.load(model).inverse_dynamics(q, qd, qdd, X), atol=1e-10
+        )
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["arm.xml"], "one or more .xml or .urdf files, then one or more logs"),
+        (["none.xml", "log.csv"], "no such file"),
+        (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
+        (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, given, says) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.xml").write_text(ARM)
+    Path("other.xml").write_text(ARM.replace("elbow", "knee"))
+    Path("gains.toml").write_text("[controller]\nkp = [1, 2]\nkd = [1, 2]\n")
+    rows = np.column_stack([np.arange(2000) / 500, np.random.default_rng(0).normal(size=(2000, 6))])
+    np.savetxt("log.csv", rows, delimiter=",", header="t,q1,q2,q3,tau1,tau2,tau3", comments="")
+    code, _, err = command("compare-sim", *given, "--into", "out")
+    assert code == 2
+    assert says in err
+    assert not Path("out").exists()
