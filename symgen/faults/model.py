@@ -22,6 +22,7 @@ from symgen.data.raw import FloatArray
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.summary import (
+    BLOCKS,
     Blocks,
     block_errors,
     block_summary,
@@ -31,7 +32,7 @@ from symgen.estimation.summary import (
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults import scene
 from symgen.faults.fault import EVERYWHERE, Fault
-from symgen.faults.recorder import common_delay
+from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
 from symgen.faults.undo import exchanged, levelled, multiplied
@@ -210,16 +211,31 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
 
 
 def _late(trial: Trial) -> Iterator[Fault]:
-    """Find torques of all joints that are late against the motion, or early."""
-    logs = tuple(trial.logs)
-    fault = common_delay(Scene(scene.Rows(trial.evaluator, logs, len(logs), MISFIT)))
-    if fault is not None:
+    """Find torques of all joints that are late: tau(t) = model(t - delay).
+
+    A small delay is found to first order; where the error is large, it is looked for.
+    """
+    if held_out_error(trial.own) > _LOUD:
+        logs = tuple(trial.logs)
+        fault = common_delay(Scene(scene.Rows(trial.evaluator, logs, len(logs), MISFIT)))
         sure = np.ones(trial.n, dtype=bool)
+        if fault is None:
+            return
+        train, held = (partial(trial.right, fault, group) for group in (trial.logs, trial.held))
+        best, share = trial.share(train(), held, sure)
+    else:
+        blocks = _with_delay(trial.logs, trial.rows)
+        delay = float(blocks.fit()[-1])
+        apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
+        known = abs(delay) > _STD * _jackknife(apart)
         best, share = trial.share(
-            trial.right(fault, trial.logs), partial(trial.right, fault, trial.held), sure
+            blocks,
+            lambda: _with_delay(trial.held, trial.held_rows),
+            np.ones(trial.n, dtype=bool) if known else None,
         )
-        if max(best, share) <= _CLEARER:  # it is common to all joints, or none
-            yield replace(fault, share=share)
+        fault = late_fault(delay, trial.n)
+    if max(best, share) <= _CLEARER:  # it is common to all joints, or none
+        yield replace(fault, share=share)
 
 
 def _fault(
@@ -235,6 +251,15 @@ def _fault(
         EVERYWHERE, channel, says,
         kind=kind, joints=tuple(joints), value=value, undo=undo, share=share,
     )  # fmt: skip
+
+
+def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
+    """Summarise tau = W X - delay dtau/dt."""
+    extended = [
+        _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
+        for log, rows in zip(logs, equations, strict=True)
+    ]
+    return block_summary(extended)
 
 
 def _exchanged(trial: Trial) -> Iterator[Fault]:
@@ -322,6 +347,23 @@ def _equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
         tuple(e.with_rest_weight(_AT_REST) for e in torque_equations(evaluator, log))
         for log in logs
     ]
+
+
+def _with_column(
+    log: FilteredLog, rows: tuple[Equations, ...], column: FloatArray
+) -> tuple[Equations, ...]:
+    """Return the equations of one log with one more unknown, common to its joints.
+
+    Args:
+        log: the log.
+        rows: its equations, joint by joint.
+        column: (K, n) of the unknown, at the kept samples.
+    """
+    out = []
+    for j, e in enumerate(rows):
+        own = column[:, j] if log.mask is None else column[log.free[:, j], j]
+        out.append(replace(e, W=np.column_stack([e.W, own * e.scale]), Z=None))
+    return tuple(out)
 
 
 def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:

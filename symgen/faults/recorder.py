@@ -23,7 +23,7 @@ from symgen.faults.undo import earlier, unlimited
 
 #: Largest delay in s that is looked for, and values that are tried up to it.
 _LATEST, _TRIED = 0.5, 12
-_FEWEST = 4  # times the largest delay: a log is at least so long
+_FEWEST, _ROWS = 4, 3000  # times the largest delay: a log is at least so long; rows, about
 #: A quantile of the torque that a cut one reaches; in deviations of noise, how near to it the level
 #: is looked for, and how near to the level a torque is that is cut; samples that tell the noise.
 _TOP, _WITHIN, _AT_LIMIT, _FEW = 0.999, 6.0, 3.0, 20
@@ -64,11 +64,14 @@ def common_delay(scene: Scene) -> Fault | None:
     """Return by how much the torques of all joints are late, or early; None where they are not."""
     joints = list(range(scene.n))
     delay = settled_delay(scene, joints, _roughly(scene, joints, early=True)[2])
-    if not delay:
-        return None
+    return late_fault(delay, scene.n) if delay else None
+
+
+def late_fault(delay: float, n: int) -> Fault:
+    """Return the fault that the torques of all n joints are late, s; early where it is negative."""
     word = "late" if delay > 0 else "early"
     says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
-    return _late("tau", says, joints, delay)
+    return _late("tau", says, range(n), delay)
 
 
 def _late(channel: str, says: str, joints: Sequence[int], delay: float) -> Fault:
@@ -97,6 +100,7 @@ def _roughly(
     most = min(round(_LATEST / step), *((s.stop - s.start) // _FEWEST for s in spans))
     shifts = sorted({round(x) for x in np.linspace(0, most, _TRIED + 1)})
     at = np.concatenate([np.arange(s.start + most, s.stop - most) for s in spans])
+    at = at[:: max(1, len(at) // _ROWS)]
     rate, p = _rates(rows.logs)[at], W.shape[2]
 
     def products(shift: int, own: Sequence[int]) -> tuple[FloatArray, FloatArray]:
