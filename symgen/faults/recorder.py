@@ -52,7 +52,7 @@ def late_torques(scene: Scene) -> Iterator[Fault]:
         if delay > 0:
             j = joints[0]
             says = (
-                f"tau{j + 1} is about {1e3 * delay:.2g} ms late against the other joints, or "
+                f"tau{j + 1} is about {1e3 * delay:.3g} ms late against the other joints, or "
                 "passes a slow filter"
             )
             yield _late(f"tau{j + 1}", says, joints, delay)
@@ -70,7 +70,7 @@ def common_delay(scene: Scene) -> Fault | None:
 def late_fault(delay: float, n: int) -> Fault:
     """Return the fault that the torques of all n joints are late, s; early where it is negative."""
     word = "late" if delay > 0 else "early"
-    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
+    says = f"the torques of all joints are {1e3 * abs(delay):.3g} ms {word} against the motion"
     return _late("tau", says, range(n), delay)
 
 
@@ -174,8 +174,7 @@ def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
         most = int(np.argmax(shares))
         says = (
             f"tau{j + 1} is cut at {limits[most]:.4g} in {100 * shares[most]:.2g} % of the samples "
-            f"of {rows.logs[most].name}: these are left out of the fit; move more slowly, or raise "
-            "the limit"
+            f"of {rows.logs[most].name}: record it with a larger range, or move more slowly"
         )
         std = float(noise[most]) / math.sqrt(max(int(counts[most]), 1))
         fault = Fault(

@@ -8,7 +8,19 @@ from support import sampled
 
 pytest.importorskip("pinocchio")
 
-from workflow.test_diagnose_kinds import ARM, Edit, Log, diagnosed, named, on, value
+from support_diagnose import log_of
+from workflow.test_diagnose_kinds import (
+    ARM,
+    Edit,
+    Log,
+    diagnosed,
+    named,
+    on,
+    recorded,
+    value,
+)
+
+import symgen
 
 SPRUNG = on(ARM, 1, lambda q, _: -25 * (q[..., 1] - 0.6))
 
@@ -77,3 +89,25 @@ def test_a_cut_torque_and_friction_are_both_named(which: str) -> None:
     own = next(p for e in answer.effects for p in e.parameters if p.name == f"FS{k + 1}")
     assert abs(own.value - ARM.coulomb[k]) < 3 * own.std
     assert answer.after.total < 1.3 * answer.floor.total
+
+
+def identified(edit: Edit) -> symgen.Estimate:
+    logs = [log_of(kind, edit(recorded(ARM, ARM, kind, 52))) for kind in ("train", "validation")]
+    robot = symgen.parse_robot(ARM.robot_toml())
+    return symgen.identify(robot, logs[:1], validation=logs[1:])
+
+
+def test_identify_undoes_a_long_delay_and_chooses_its_band_behind_it() -> None:
+    estimate = identified(late(0.3, 0, 1, 2))
+    assert estimate.verdict == "trusted"
+    assert estimate.torque_validation.relative < 0.003
+    assert any("300 ms late" in r.fault for r in estimate.repairs)
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"), [(late(0.1, 1), "tau2 is about 100 ms late"), (cut(1, 0.7), "tau2 is cut at")]
+)
+def test_identify_does_not_trust_a_late_or_cut_torque(edit: Edit, says: str) -> None:
+    estimate = identified(edit)
+    assert estimate.verdict == "doubtful"
+    assert says in estimate.reasons[0]
