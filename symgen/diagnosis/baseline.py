@@ -160,10 +160,10 @@ class Baseline:
         if resting is None or np.any(resting.means(found.moves)):
             return None
         W, y, creeping = self._still
-        torques, shape = self.torques(found), found.y.shape
-        at, coefficients = [W], self.coefficients(found)
+        at = [W]
         if accepted:
-            chosen = [s.candidate for s in accepted]
+            torques, shape = self.torques(found), found.y.shape
+            chosen, coefficients = [s.candidate for s in accepted], self.coefficients(found)
             columns, *slow = (
                 np.concatenate([dense(c, shape) for c in Seen(logs, torques).each(chosen)], axis=2)
                 for logs in (resting.halted, *resting.creeping)
