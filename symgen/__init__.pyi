@@ -81,6 +81,7 @@ from symgen.robot.toml_io import (
 from symgen.robot.toml_text import robot_toml as robot_toml
 from symgen.robot.types import (
     Joint as Joint,
+    Frame as Frame,
     Limits as Limits,
     Robot as Robot,
 )

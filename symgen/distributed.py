@@ -154,12 +154,13 @@ def _prepared(call: Callable[[], object]) -> None:
     call()  # what it returns stays there
 
 
-def _cores() -> int:
-    """Return how many cores this process may use."""
+def own_threads() -> int:
+    """Return how many threads of this process work at once: one a core, at most four."""
     try:
-        return len(os.sched_getaffinity(0))
+        cores = len(os.sched_getaffinity(0))
     except AttributeError:  # not on this system
-        return os.cpu_count() or 1
+        cores = os.cpu_count() or 1
+    return min(cores, _MOST)
 
 
 def in_turn(
@@ -211,7 +212,7 @@ def executor(asked: Workers | None = None) -> Iterator[Executor]:
     """
     workers, scheduler = (None, None) if asked is None else (asked.processes, asked.scheduler)
     if scheduler is None and workers in (None, 1):
-        yield Executor(1 if workers == 1 else min(_cores(), _MOST))
+        yield Executor(1 if workers == 1 else own_threads())
         return
     try:
         library: Any = importlib.import_module("distributed")

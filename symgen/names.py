@@ -6,6 +6,8 @@ link j are expressed in frame j, about its origin.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
 
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -43,6 +45,21 @@ def unit(prefix: str, sigma: int) -> str:
         sigma: type of the joint that carries it (0 revolute, 1 prismatic, 2 fixed).
     """
     return (_UNITS | _SLIDING if sigma == PRISMATIC else _UNITS)[prefix]
+
+
+def joints_in_words(numbers: Sequence[int], labels: Mapping[int, str]) -> str:
+    """Return joints for a message: "joint 2", "joints 2 and 3", "elbow (2) and wrist (3)".
+
+    Args:
+        numbers: of the joints in the robot file.
+        labels: number -> label, from `joint_label`.
+    """
+    known = [labels.get(number, f"joint {number}") for number in numbers]
+    if all(label == f"joint {number}" for label, number in zip(known, numbers, strict=True)):
+        known = list(map(str, numbers))
+        known[:1] = [f"joint{'s' if len(known) > 1 else ''} {known[0]}"] if known else []
+    *before, last = known or ["no joint"]
+    return f"{', '.join(before)} and {last}" if before else last
 
 
 def joint_label(number: int, name: str) -> str:

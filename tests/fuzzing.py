@@ -262,7 +262,7 @@ def read_data_set(path: Path) -> None:
         try:
             (name,) = listed_files([folder])
             for stretch in data.stretches(name):
-                parts += data.logs(name, [stretch.rows], stretch.name)
+                parts += data.logs(stretch, [stretch.rows])
         except symgen.SymgenError:
             if alone is not None and len(data.stretches(str(file))) == 1:
                 raise AssertionError("refused in a folder, not alone") from None
@@ -303,7 +303,7 @@ def read_url(path: Path, ready: list[bool] = []) -> None:  # noqa: B006  (filled
             raise AssertionError("nothing tells a file from a later one")
         for stretch in data.stretches(name):
             _finite(stretch.times, stretch.step)
-            for log in data.logs(name, [stretch.rows], stretch.name):
+            for log in data.logs(stretch, [stretch.rows]):
                 _finite(log.t, log.q, log.qd, log.tau)
 
 

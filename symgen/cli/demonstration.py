@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.diagnosis.messages import on_joints
 from symgen.files import json_text
-from symgen.report.content.parts import percent
+from symgen.report.content.parts import number, percent
 from symgen.robot.builtin import library_text
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ position = [[-2.7, 2.7], [-1.6, 1.6], [-2.7, 2.7], [-2.9, -0.2], [-2.7, 2.7], [0
 velocity = [1.8, 1.8, 1.8, 1.8, 2.2, 2.2, 2.2]
 """  # noqa: E501
 HIDDEN, JOINT, STIFFNESS = "gravity_spring", 2, 60.0  # N m/rad
-_SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
+SPRING = f'\n[[effect]]\nname = "{HIDDEN}"\njoints = [{JOINT}]\n'
 #: Of each link: mass in kg, centre of mass in its frame in m, radius of the equal ball in m; of
 #: each joint: rotor inertia in kg m2, Coulomb friction in N m, viscous friction in N m s/rad.
 _LINKS = (
@@ -40,6 +40,7 @@ _LINKS = (
     (0.9, (0.01, 0.01, 0.08), 0.05, (0.20, 1.2, 0.8)),
 )
 _RATE, _DURATION, _ENCODER, _TORQUE_NOISE = 250.0, 15.0, 2e-5, 0.3
+_TOLERANCE = _ENCODER / 200  # of an integration step: far below what the log shows
 
 
 def true_parameters() -> dict[str, float]:
@@ -107,11 +108,11 @@ class Demonstration:
         yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
         for effect in self.why.effects:
             found = ", ".join(
-                f"{p.name} = {p.value:.3g} ± {2 * p.std:.2g} {p.unit}"
+                f"{p.name} = {number(p.value, 3)} ± {number(2 * p.std, 2)} {p.unit}"
                 for p in effect.parameters
                 if np.isfinite(p.std)
             )
-            yield f"   {effect.name} on {on_joints(effect.joints)}: {found}"
+            yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {found}"
         gaps = [percent(gap.total) for gap in (self.why.before, self.why.after)]
         yield "   torque error: {} before, {} after".format(*gaps)
         yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
@@ -137,13 +138,18 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
     import symgen
     from symgen.identification.parameters import base_values
 
-    known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + _SPRING)
+    known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + SPRING)
     told("simulating two logs of the arm")
     X = base_values(true_parameters(), symgen.derive(arm), "demo")
     seen = symgen.Instruments(encoder_step=_ENCODER, torque_noise=_TORQUE_NOISE)
     train, test = (
         symgen.simulate(
-            arm, X, duration=_DURATION, seed=seed, recording=symgen.Recording(seen, rate=_RATE)
+            arm,
+            X,
+            duration=_DURATION,
+            seed=seed,
+            recording=symgen.Recording(seen, rate=_RATE),
+            tolerance=_TOLERANCE,
         )
         for seed in (1, 2)
     )

@@ -121,6 +121,18 @@ _READING = (
         "--mask",
         help="Samples to leave out of the equations: rest, saturation, or rest,saturation.",
     ),
+    click.option(
+        "--unit", help="Unit of angles, deg or rad; or of columns: q=deg,qd=rad/s,tau2=mNm."
+    ),
+    click.option(
+        "--time-unit", default="", show_default=False, help="Unit of t in the file: s, ms, us, ns."
+    ),
+    click.option(
+        "--separator",
+        default="",
+        show_default=False,
+        help="Character between the columns of a CSV: ';', ',' or tab; chosen by default.",
+    ),
     click.option("--from", "start", type=float, help="First time of each log to use, s."),
     click.option("--until", type=float, help="Last time of each log to use, s."),
 )
@@ -200,7 +212,7 @@ def reading_options(command: Command) -> Command:
 
     @wraps(command)
     def with_reading(**options: Any) -> Any:
-        from symgen.data.columns import IMPORT, columns_from
+        from symgen.data.columns import IMPORT, columns_from, units_from
         from symgen.data.raw import Reading
         from symgen.errors import LogError
         from symgen.robot.imported import FORMATS
@@ -208,6 +220,8 @@ def reading_options(command: Command) -> Command:
         columns, robot = options["columns"], options["robot"]
         options["columns"] = {} if columns is None else columns_from(columns)
         options |= {key: listed(options[key]) for key in ("joints", "mask")}
+        options["unit"] = units_from(options["unit"] or "")
+        options["separator"] = options["separator"].replace("tab", "\t").replace("\\t", "\t")
         reading = taken(Reading, options)
         try:
             return command(reading=reading, **options)

@@ -19,6 +19,12 @@ from symgen.cli.progress import stages
     help="The robot without load: a result folder, estimate.json or TOML with [parameters].",
 )
 @click.option("--without", multiple=True, help="Log without the load; repeatable.")
+@click.option(
+    "--frame",
+    default="",
+    show_default=False,
+    help="Frame of the result: a link of the URDF, such as tool0; default that of the joint.",
+)
 @click.option("--mass", type=float, help="Mass of the load, kg, if you weighed it.")
 @click.option(
     "--gain",

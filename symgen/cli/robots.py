@@ -22,9 +22,10 @@ def robots() -> None:
 
 @click.command("import")
 @click.argument("file", type=PATH)
+@click.option("--name", help="Name of the robot, a C identifier; default that of FILE.")
 @click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
 @click.option("--into", type=PATH, help="robot.toml to write; default none.")
-def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> None:
+def import_(file: Path, name: str | None, fix: tuple[str, ...], into: Path | None) -> None:
     """Convert FILE (.urdf, .par of SYMORO, .xml of MuJoCo) to robot.toml and print its table.
 
     If FILE has values of parameters, symgen writes them to NAME_parameters.toml beside robot.toml.
@@ -33,6 +34,7 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> None:
     import symgen
     from symgen.files import check_text_replaceable, write_text
     from symgen.robot.fixed import with_fixed
+    from symgen.robot.imported import with_name
     from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
     from symgen.symbolic.near_angles import costly_angles
@@ -40,6 +42,8 @@ def import_(file: Path, fix: tuple[str, ...], into: Path | None) -> None:
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
     found = with_fixed(read_imported(file), fix)
+    if name is not None:
+        found = with_name(found, name)
     files = {} if into is None else {into: symgen.robot_toml(found.robot)}
     if into is not None and found.parameters:
         values = into.with_name(f"{found.robot.name}_parameters.toml")

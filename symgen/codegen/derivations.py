@@ -16,6 +16,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -97,18 +98,22 @@ class Derivations:
             text = json.dumps(written(kernels))
         except KeyError:  # a number or a function that the grammar lacks
             return write()
-        files = self.have(
-            f"sources-{digest(text)[:32]}",
-            lambda: tuple((name, content.decode()) for name, content in write().items()),
-        )
-        return {name: content.encode() for name, content in files}
+        return self._files(f"sources-{digest(text)[:32]}", write)
+
+    def package(self, write: Callable[[], Mapping[str, bytes]]) -> Mapping[str, bytes]:
+        """Return the cached files of the robot's package with all kernels, or write and cache."""
+        return self._files(f"package-{version('casadi')}", write)
+
+    def _files(self, name: str, write: Callable[[], Mapping[str, bytes]]) -> Mapping[str, bytes]:
+        files = self.have(name, lambda: tuple((k, x.decode("latin-1")) for k, x in write().items()))
+        return {path: text.encode("latin-1") for path, text in files}
 
 
 @cache
 def _code() -> str:
-    """Return the digest of all sources that derive and print."""
+    """Return the digest of all sources and templates that derive and print."""
     package = Path(__file__).resolve().parents[1]
-    folders = [*(package / name for name in ("robot", "symbolic", "codegen")), templates() / "c"]
+    folders = [*(package / name for name in ("robot", "symbolic", "codegen")), templates()]
     files = [package / "names.py", *(p for folder in folders for p in sorted(folder.rglob("*")))]
     code = [file for file in files if file.suffix not in ("", ".pyc")]
     return digest(sp.__version__, *(f.name for f in code), *(f.read_bytes() for f in code))

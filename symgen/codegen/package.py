@@ -36,9 +36,9 @@ from symgen.codegen.verification import (
 from symgen.errors import PackageError
 from symgen.files import rendered, write_folder
 from symgen.robot.expressions import text
-from symgen.robot.identifiers import is_robot_name
+from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Robot, joint_variable, require_gravity
+from symgen.robot.types import Frame, Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import bound
 from symgen.symbolic.tape import real_symbol
 
@@ -286,6 +286,8 @@ class _Writer:
         header = self.render(
             "model.h",
             joints=", ".join(f"q{j.number}" for j in robot.movable),
+            named=[(f"q{j.number}", c_comment(j.name)) for j in robot.movable if j.name],
+            places=_named_places(robot),
             geometry=[(name, literal(value, self.dtype)) for name, value in robot.geometry],
             base=[
                 (b.name, _wrapped(f"{b.expression} [{b.unit}]", _LINE - 4))
@@ -309,6 +311,8 @@ class _Writer:
         out = self.library()
         private = f"{self.name}_{_SINCOS}"
         sources = [path for path in out if path.endswith(".c")]
+        if frames := self.frames():
+            out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
         out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(
@@ -333,6 +337,22 @@ class _Writer:
         for target in self.backends:
             out |= BACKENDS[target].files(package)
         return out
+
+    def frames(self) -> list[dict[str, Any]]:
+        """Return the frames of links: ending of the C names, text, joint, and rows of numbers."""
+        frames = self.model.robot.frames
+        endings = c_identifiers((f.name for f in frames), "frame")
+        return [
+            {
+                "ending": ending,
+                "text": c_comment(frame.name),
+                "joint": frame.joint,
+                "rows": [
+                    ", ".join(f"({self.name}_real){x!r}" for x in row) for row in frame.transform
+                ],
+            }
+            for ending, frame in zip(endings, frames, strict=True)
+        ]
 
     def describe(self, kernel: Kernel) -> dict[str, Any]:
         """Return the data of a kernel for the templates."""
@@ -437,6 +457,8 @@ class _Writer:
             },
             "joints": robot.n,
             "joint_numbers": robot.numbers,
+            **({"joint_names": robot.joint_names} if any(robot.joint_names) else {}),
+            **({"frames": [_frame_entry(f) for f in robot.frames]} if robot.frames else {}),
             "standard_parameters": len(base.standard),
             "base_parameters": [
                 {"name": b.name, "expression": b.expression, "unit": b.unit}
@@ -467,6 +489,18 @@ class _Writer:
                 "expected": {name: entry["expected"] for name, entry in verified.items()},
             },
         }
+
+
+def _named_places(robot: Robot) -> list[tuple[str, int]]:
+    """Return an ending of a C identifier for each joint with a name, and its place in q."""
+    named = [(k, j.name) for k, j in enumerate(robot.movable) if j.name]
+    endings = c_identifiers((name for _, name in named), "joint")
+    return [(ending, k) for ending, (k, _) in zip(endings, named, strict=True)]
+
+
+def _frame_entry(frame: Frame) -> dict[str, Any]:
+    """Return a frame for the manifest."""
+    return {"name": frame.name, "joint": frame.joint, "transform": frame.transform}
 
 
 def _markdown(name: str) -> str:

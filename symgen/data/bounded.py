@@ -75,7 +75,8 @@ def read_bounded(read: Callable[..., Raw], path: Path, *given: object) -> Raw:
         if isinstance(told, str):
             raise LogError(told)
         arrays = {name: found[name] for name in found if name != "told"}
-    return Raw(arrays, *map(tuple, told))
+    ignored, notes = map(tuple, told)
+    return Raw(arrays, ignored, notes)
 
 
 def answer() -> None:

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from symgen.data.raw import NUMBERED, Wanted, refuse
+from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import LogError, plain
 from symgen.files import load_toml
 
@@ -25,11 +26,10 @@ _WORDS = {
     "tau": {"tau", "torque", "torques", "effort", "efforts", "eff"},
     "i": {"i", "current", "currents"},
 }
-_TIMES = {"t", "time", "timestamp", "stamp"}
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 #: Words for commanded quantities, which were not measured.
 _ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
-_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # units
+_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # inside a name
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
 #: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
@@ -55,6 +55,12 @@ def columns_from(text: str) -> dict[str, str]:
             raise LogError(f"--columns: {ours} is given twice; accepted: {_ACCEPTED}")
         found[ours] = theirs
     return found
+
+
+def units_from(text: str) -> dict[str, str]:
+    """Return column or role -> unit, for `Reading.unit`, from "deg" or "q=deg,tau2=mNm"."""
+    pairs = [part.strip().partition("=") for part in text.split(",") if part.strip()]
+    return {ours.strip() if sign else "": (unit or ours).strip() for ours, sign, unit in pairs}
 
 
 def _from_file(path: Path) -> dict[str, str]:
@@ -144,16 +150,28 @@ def matched(
 
 
 def _time(names: Sequence[str]) -> str | None:
-    """Return the only time column in s, or None."""
+    """Return the only time column, or None; one in s is preferred."""
     found = []
     for name in names:
-        tokens = {token.lower() for token in _TOKEN.findall(name)}
-        if len(tokens & _TIMES) == 1 and tokens <= _TIMES | _SECONDS:
+        tokens = {token.lower() for token in _TOKEN.findall(split_unit(name)[0])}
+        if len(tokens & TIMES) == 1 and tokens <= TIMES | _SECONDS:
             found.append(name)
+    found = _in_si(found, ("time",))
     if len(found) > 1:
         what = f"{' and '.join(map(_shown, found[:3]))} are times"
         refuse(what, f'one column t, as by --columns "t={_shown(found[0])}"')
     return found[0] if found else None
+
+
+def _in_si(names: list[str], quantities: Sequence[str]) -> list[str]:
+    """Return the names whose header has no foreign unit, or all if there are none."""
+    units = [(name, split_unit(name)[1]) for name in names]
+    own = [
+        name
+        for name, text in units
+        if not text or any((u := unit_of(text, q)) and not u.foreign for q in quantities)
+    ]
+    return own or names
 
 
 def _shown(name: str) -> str:
@@ -162,7 +180,7 @@ def _shown(name: str) -> str:
 
 def _role(rest: str) -> str | None:
     """Return the quantity from a column name without its joint; None if unclear."""
-    tokens = {token.lower() for token in _TOKEN.findall(rest)}
+    tokens = {token.lower() for token in _TOKEN.findall(split_unit(rest.strip(" _"))[0])}
     if tokens & (_ASKED | _FOREIGN):
         return None
     found = [role for role, words in _WORDS.items() if tokens & words]
@@ -182,6 +200,8 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
     if not whole:
         runs = _by_number(names, role, n)
         whole = {p: c for p, c in runs.items() if len(c) == n} or runs
+    preferred = _in_si(list(whole), QUANTITIES[role])
+    whole = {p: c for p, c in whole.items() if p in preferred}
     if len(whole) > 1:
         first, second, *_ = map(_shown, whole)
         what = f"{role} may be {first} or {second}, with * for the joint"

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
-from symgen.data.log import Log, checked
+from symgen.data.log import Log, checked, given_roles
 from symgen.data.raw import Reading, Wanted, listed, refuse
 from symgen.data.stretch import Stretch, holes, within
 from symgen.data.tables import SUFFIXES, Table, arrow_reads, batches, open_table, parquet_file
+from symgen.data.units import Units
 from symgen.data.urls import is_remote, remote_files, remote_identity
 from symgen.errors import located, plain
 
@@ -125,7 +126,7 @@ class DataSet:
         row, median, last = 0, 0.0, -np.inf
         begins: list[tuple[int, float, float]] = []  # first row, its time, time of the row before
         with located(name), self._open(name) as table:
-            measured = table.measured
+            measured, units = table.measured, table.units
             for piece in table.times():
                 with np.errstate(over="ignore"):  # too large numbers are refused below
                     t = np.asarray(piece, dtype=np.float64)
@@ -150,29 +151,40 @@ class DataSet:
         ):
             step = (until - begin) / (end - first - 1) if end - first > 1 else median
             label = log if len(begins) == 1 else f"{log}, stretch {k + 1}"
-            out.append(Stretch(name, label, (first, end), (begin, until), step, measured))
+            out.append(Stretch(name, label, (first, end), (begin, until), step, measured, units))
         return [s for s in (within(s, *self.reading.span) for s in out) if s.count > 0]
 
-    def logs(self, name: str, spans: Sequence[tuple[int, int]], label: str) -> Iterator[Log]:
+    def logs(
+        self, stretch: Stretch, spans: Sequence[tuple[int, int]], label: str = ""
+    ) -> Iterator[Log]:
         """Yield rows of a file as logs on the joint side; each row is read once.
 
         Args:
-            name: name of the file.
+            stretch: one of the file.
             spans: first row and row after the last of each log, increasing; they may overlap.
-            label: name of the log.
+            label: name of the log; "" for that of the stretch.
 
         Raises:
             LogError: the file cannot be read, or its rows fail the checks of a log.
         """
-        robot = self.robot
-        with located(name), self._open(name, sound=True) as table:  # `stretches` has checked it
+        robot, name, label = self.robot, stretch.file, label or stretch.name
+        sure = "q" in given_roles(self.reading)
+        # `stretches` has checked the file, and found its units.
+        with located(name), self._open(name, True, stretch.units) as table:
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
                 with located(f"rows {first} to {last}"):
-                    log = checked(label, raw, None, robot.sigma, robot.drive, robot.joint_names)
+                    log = checked(
+                        label, raw, None, robot.sigma, robot.drive, robot.joint_names,
+                        sure=sure, part=True,
+                    )  # fmt: skip
                 yield log
 
-    def _open(self, name: str, sound: bool = False) -> AbstractContextManager[Table]:
+    def _open(
+        self, name: str, sound: bool = False, units: Units | None = None
+    ) -> AbstractContextManager[Table]:
         robot = self.robot
         # Robots that need temperatures or link positions are not estimated in chunks.
-        wanted = Wanted(self.reading, robot.drive, robot.joint_names, robot.n, beside=False)
-        return open_table(name, wanted, sound)
+        wanted = Wanted(
+            self.reading, robot.drive, robot.joint_names, robot.n, False, robot.sigma, robot.limits
+        )
+        return open_table(name, wanted, sound, units)

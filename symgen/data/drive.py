@@ -74,7 +74,12 @@ def joint_side(log: Log, drive: Drive) -> Log:
         tau = tau * drive.gain
         notes.append("torques were multiplied by the gains of [drive]")
     said = (f"{log.name}: {note}" for note in notes)
-    return replace(log, q=q, qd=qd, tau=read_only(tau), notes=(*log.notes, *said), mapped=True)
+    missing = log.missing
+    if missing is not None and not np.array_equal(N, np.diag(np.diag(N))):
+        coupled = (N != 0) | (N.T != 0) | (np.linalg.inv(N) != 0)
+        missing = np.einsum("njk,ji->nik", missing, coupled) > 0
+    log = replace(log, notes=(*log.notes, *said), mapped=True, missing=missing)
+    return replace(log, q=q, qd=qd, tau=read_only(tau))
 
 
 def motor_side(log: Log, drive: Drive) -> Log:

@@ -7,7 +7,8 @@ input.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -18,7 +19,7 @@ import numpy.typing as npt
 from symgen.data.bags import is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.mask import rms
+from symgen.data.mask import spans
 from symgen.data.raw import (
     BESIDE,
     KEYS,
@@ -32,20 +33,19 @@ from symgen.data.raw import (
 )
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
+from symgen.data.stretch import GAP
 from symgen.data.tables import SUFFIXES, open_table, whole
+from symgen.data.units import MAX_RANGE, slope_ratios
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from symgen.robot.types import Drive
+    from symgen.robot.types import Drive, Limits
 
 #: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
-
-#: If a revolute joint moves further than this, rad, its positions must be in degrees.
-MAX_RANGE = 50.0
 
 #: A value whose arrays have one row for each sample.
 Rows = TypeVar("Rows", bound="DataclassInstance")
@@ -63,6 +63,7 @@ def read_log(
     drive: Drive | None = None,
     reading: Reading | None = None,
     names: Sequence[str] = (),
+    limits: Limits | None = None,
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
@@ -71,6 +72,8 @@ def read_log(
     qs1.. (a second encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau
     (N, n), and optional qd, temp and qs (N, n), of float or integer type; (N,) is accepted for a
     single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
+    Columns in other units (deg, ms, mNm, dates) are converted if two signs agree, see
+    `symgen.data.units`. Empty cells are interpolated.
 
     Args:
         path: the file, or the folder of a bag.
@@ -80,6 +83,7 @@ def read_log(
             i1.. are read if the drive has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
         names: names of the movable joints of the robot, for bags and column names.
+        limits: limits of the robot, which show the unit of a column.
 
     Returns:
         The checked log.
@@ -89,7 +93,8 @@ def read_log(
     """
     path = Path(path)
     reading = reading or Reading()
-    wanted = Wanted(reading, drive, names, n if sigma is None else len(sigma))
+    n = n if sigma is None else len(sigma)
+    wanted = Wanted(reading, drive, names, n, True, tuple(sigma or ()), limits)
     with located(path):
         try:
             if path.is_dir() and not is_bag(path):
@@ -97,6 +102,8 @@ def read_log(
             if not path.exists():
                 refuse("there is no such file", _FILES)
             if is_bag(path):
+                if reading.unit or reading.time_unit:
+                    refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
                 raw = read_bag(path, reading, names, wanted.currents)
             elif path.suffix.lower() not in SUFFIXES:
                 refuse(f"the extension {path.suffix!r} is not known", _FILES)
@@ -105,7 +112,16 @@ def read_log(
                     raw = whole(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
-        return checked(plain(path.name), raw, n, sigma, drive, names, reading.poses)
+        return checked(
+            plain(path.name),
+            raw,
+            n,
+            sigma,
+            drive,
+            names,
+            reading.poses,
+            "q" in given_roles(reading),
+        )
 
 
 def make_log(
@@ -187,6 +203,8 @@ def checked(
     drive: Drive | None,
     names: Sequence[str] = (),
     poses: bool = False,
+    sure: bool = False,
+    part: bool = False,
 ) -> Log:
     """Check the content of a file and return it as a log on the joint side; see `read_log`.
 
@@ -195,6 +213,8 @@ def checked(
         raw: content of the file.
         n, sigma, drive, names: of the robot.
         poses: whether each row is a pose at rest.
+        sure: whether the user gave the unit of positions.
+        part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
         LogError: a check fails.
@@ -212,23 +232,92 @@ def checked(
     joints = q.shape[1]
     if n is not None and joints != n:
         refuse(*another_number(joints, n, names))
-    for role, x in arrays.items():
-        if role not in BESIDE:
-            _require_finite(role, x, t)
+    _require_finite("t", t[:, None], t, raw.names)
     late = np.flatnonzero(np.diff(t) <= 0)
     if len(late):
         k = int(late[0]) + 1
-        what = f"column t, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
+        column = _shown("t", raw.names)
+        what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
         refuse(what, "strictly increasing time in s")
     for role in arrays.keys() & set(BESIDE):
         whole = _beside(role, arrays.pop(role), t)
         arrays |= {} if np.isnan(whole).all() else {role: whole}
+    if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
+        del arrays["qd"]  # a recorder that has no speeds
+    missing: Bools = np.zeros((len(t), joints, 3), dtype=bool)
+    for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
+        if role in arrays:
+            empty = np.isnan(arrays[role])
+            arrays[role] = _filled(role, arrays[role], empty, t, raw.names, part)
+            _require_finite(role, arrays[role], t, raw.names)
+            missing[:, :, k] |= empty
+    missing.setflags(write=False)
     qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
-    log = Log(name, t, q, qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs)
+    log = Log(
+        name, t, arrays["q"], qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs,
+        missing=missing if missing.any() else None, converted=raw.converted,
+    )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    _require_radians(t, log.q, None if poses else log.qd, revolute)
+    _require_radians(t, log.q, None if poses else log.qd, revolute, sure, raw.names)
     return log
+
+
+def given_roles(reading: Reading) -> set[str]:
+    """Return the roles whose unit the user gave."""
+    every = {"q", "qd", "qs"} if "" in reading.unit else set[str]()
+    return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
+
+
+def _shown(column: str, names: Mapping[str, str]) -> str:
+    """Return a column for a message, with its name in the file."""
+    own = names.get(column, column)
+    return column if own == column else f"{plain(own[:80])} ({column})"
+
+
+def _filled(
+    role: str,
+    x: FloatArray,
+    empty: Bools,
+    t: FloatArray,
+    names: Mapping[str, str],
+    part: bool,
+) -> FloatArray:
+    """Interpolate what a file lacks: by a cubic over few samples, else without overshoot.
+
+    Values before the first one and after the last one are constant.
+    """
+    if not empty.any():
+        return x
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    out = x.copy()
+    for j in map(int, np.flatnonzero(empty.any(axis=0))):
+        lost = empty[:, j]
+        known = ~lost & np.isfinite(x[:, j])
+        if known.sum() < MIN_SAMPLES and not part:
+            what = f"column {_shown(f'{role}{j + 1}', names)}: {lost.sum()} of {len(t)} cells empty"
+            refuse(what, f"at least {MIN_SAMPLES} numbers in a column")
+        if known.sum() < 2:
+            out[lost, j] = x[known, j][0] if known.any() else 0.0
+            continue
+        at, values = t[known], x[known, j]
+        out[lost, j] = np.interp(t[lost], at, values)
+        inside = lost & (t > at[0]) & (t < at[-1])
+        long = long_runs(lost)
+        for where, curve in ((inside & ~long, CubicSpline), (inside & long, PchipInterpolator)):
+            if where.any():
+                out[where, j] = curve(at, values)(t[where])
+    return read_only(out)
+
+
+def long_runs(lost: Bools) -> Bools:
+    """Return the samples (N,) in runs that no interpolation may fill: of 10 steps, or at an end."""
+    out = np.zeros(len(lost), dtype=bool)
+    for first, end in spans(lost):
+        if end - first >= GAP - 1 or first == 0 or end == len(lost):
+            out[first:end] = True
+    return out
 
 
 def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
@@ -248,11 +337,11 @@ def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
     return read_only(out)
 
 
-def _require_finite(role: str, array: FloatArray, t: FloatArray) -> None:
+def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[str, str]) -> None:
     if not np.isfinite(array).all():
         bad = np.argwhere(~np.isfinite(array))
         sample, j = (int(index) for index in bad[0])
-        column = role if role == "t" else f"{role}{j + 1}"
+        column = _shown(role if role == "t" else f"{role}{j + 1}", names)
         when = f" (t = {t[sample]:.6g} s)" if role != "t" else ""
         value = array[sample, j]
         shown = "nan, or an empty cell" if np.isnan(value) else f"{value}"
@@ -260,32 +349,31 @@ def _require_finite(role: str, array: FloatArray, t: FloatArray) -> None:
 
 
 def _require_radians(
-    t: FloatArray, q: FloatArray, qd: FloatArray | None, revolute: list[int]
+    t: FloatArray,
+    q: FloatArray,
+    qd: FloatArray | None,
+    revolute: list[int],
+    sure: bool,
+    names: Mapping[str, str],
 ) -> None:
-    accepted = "rad and rad/s (m and m/s for a prismatic joint), on the joint side or with [drive]"
+    accepted = "rad and rad/s, on the joint side or with [drive], or --unit "
     for j in revolute:
         span = float(np.ptp(q[:, j]))
-        if span > MAX_RANGE:
-            what = f"column q{j + 1} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
-            refuse(what, accepted)
+        if span > MAX_RANGE and not sure:
+            column = _shown(f"q{j + 1}", names)
+            what = f"column {column} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
+            refuse(what, f"{accepted}deg, or --unit rad if it turns so far")
     if qd is None:
         return
     # some ten thousand samples over the whole log are enough to find the unit
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
-    slope, qd = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
-    moved, told = map(rms, (slope, qd))
-    together = np.mean(slope * qd, axis=0)
+    ratios = slope_ratios((q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1])
     for j in revolute:
-        # At rest both are noise with an arbitrary ratio: require that they move together.
-        if not together[j] >= 0.5 * moved[j] * told[j] > 0:
-            continue
-        for role, other, factor in (
-            ("q", "qd", moved[j] / told[j]),
-            ("qd", "q", told[j] / moved[j]),
-        ):
+        for role, other, factor in (("q", "qd", ratios[j]), ("qd", "q", 1 / ratios[j])):
             if abs(factor / _DEGREES - 1.0) < 0.05:
+                own, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
                 what = (
-                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {role}{j + 1} "
-                    f"looks like degrees and {other}{j + 1} like radians"
+                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {own} "
+                    f"looks like degrees and {rad} like radians"
                 )
-                refuse(what, accepted)
+                refuse(what, f"{accepted}{role}=deg")

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive
+    from symgen.robot.types import Drive, Limits
 
 FloatArray = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -33,6 +33,7 @@ KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 #: Limits on the unpacked size of a file: bytes, and multiple of its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
+TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
     "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.. (t, q, qd, tau, i, temp, qs for NPZ; q, qd, tau, "
     "i for a bag)"
@@ -53,6 +54,10 @@ class Reading:
         mask: samples to leave out of the equations: "rest", "saturation", or both.
         poses: whether each row is a pose at rest. Then t is not used, and qd is the direction in
             which each joint moved last.
+        unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
+            angles, {"": "deg"}.
+        time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if header and rate say it.
+        separator: character between the columns of a CSV; "" for that of its header.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -62,13 +67,26 @@ class Reading:
     until: float | None = None
     mask: tuple[str, ...] = ()
     poses: bool = False
+    unit: Mapping[str, str] = field(default_factory=dict)
+    time_unit: str = ""
+    separator: str = ""
 
     def __post_init__(self) -> None:
         """Check the options.
 
         Raises:
-            LogError: an unknown column or mask, a repeated name, or an empty span of time.
+            LogError: an unknown column, mask or unit, a repeated name, an empty span of time, or a
+                separator of several characters.
         """
+        for column, unit in self.unit.items():
+            known = not column or column in ROLES[1:] or NUMBERED.fullmatch(column)
+            if not (known and (column or unit in ("deg", "rad"))):
+                accepted = "deg, rad, or pairs such as q=deg,qd=rad/s,tau2=mNm"
+                raise LogError(f"--unit {column}={unit}: accepted: {accepted}".replace(" =", " "))
+        if self.time_unit and self.time_unit not in TIME_UNITS:
+            raise LogError(f"--time-unit {self.time_unit}: accepted: {', '.join(TIME_UNITS)}")
+        if len(self.separator) > 1 or self.separator in ('"', ".", "\n", "\r"):
+            raise LogError(f"--separator {self.separator!r}: accepted: ';', ',' or tab")
         for ours in self.columns:
             if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
@@ -104,6 +122,8 @@ class Wanted:
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
         beside: whether to read temperatures and link positions.
+        sigma: types of the movable joints; revolute where there is none.
+        limits: limits of the robot, or None.
     """
 
     reading: Reading
@@ -111,6 +131,8 @@ class Wanted:
     joints: Sequence[str] = ()
     n: int | None = None
     beside: bool = True
+    sigma: Sequence[int] = ()
+    limits: Limits | None = None
 
     @property
     def currents(self) -> bool:
@@ -127,16 +149,22 @@ class Raw:
             with NaN for joints that have none.
         ignored: the other columns of the file.
         notes: how the file was read.
+        names: log column ("q1") -> column of the file, for messages.
+        converted: columns of another unit: (columns, unit and signs, what was done).
     """
 
     arrays: Mapping[str, npt.NDArray[Any]]
     ignored: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    converted: tuple[tuple[str, str, str], ...] = ()
 
     def __post_init__(self) -> None:
         """Make names of the file plain."""
         object.__setattr__(self, "ignored", tuple(map(plain, self.ignored)))
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
+        told = tuple(tuple(map(plain, entry)) for entry in self.converted)
+        object.__setattr__(self, "converted", told)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +188,9 @@ class Log:
             None.
         qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
             joints without a second encoder; or None. [drive] does not convert them.
+        missing: (N, n, 3) values of q, qd and tau that the file lacks and symgen interpolated; or
+            None.
+        converted: as in `Raw`.
     """
 
     name: str
@@ -173,6 +204,8 @@ class Log:
     mapped: bool = False
     temp: FloatArray | None = None
     qs: FloatArray | None = None
+    missing: Bools | None = None
+    converted: tuple[tuple[str, str, str], ...] = ()
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
@@ -186,7 +219,7 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
     """
     samples = arrays["t"].shape
     for role, array in arrays.items():
-        if array.dtype.kind not in "iuf":
+        if array.dtype.kind not in ("iufM" if role == "t" else "iuf"):
             refuse(f"{role} holds {array.dtype}", "floats or integers")
         if role == "t" and len(samples) != 1:
             refuse(f"t has the shape {samples}", "t (N,)")

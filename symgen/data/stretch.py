@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.data.raw import FloatArray, Places
+from symgen.data.units import IN_SI, Units
 
 #: A time step of this many medians is a gap; no interpolation may fill it.
 GAP = 10.0
@@ -43,6 +44,7 @@ class Stretch:
         times: times of the first and the last row, s.
         step: sampling step, s.
         measured: whether the file has speeds.
+        units: of the columns of the file.
     """
 
     file: str
@@ -51,6 +53,7 @@ class Stretch:
     times: tuple[float, float]
     step: float
     measured: bool
+    units: Units = IN_SI
 
     @property
     def count(self) -> int:

@@ -14,7 +14,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -23,6 +23,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from symgen.data.columns import matched
+from symgen.data.csv_form import CsvForm, csv_form
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
@@ -40,11 +41,15 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
 )
+from symgen.data.units import IN_SI, Sample, Units, split_unit, units_of
 from symgen.data.urls import is_remote, opened
 from symgen.errors import SymgenError, located
 
 BATCH = 1 << 15  # rows to read at once
 _LOOKED_AT = 1000  # columns to search for a bad cell
+_SHOWN, _BLOCKS = 1 << 14, 8  # rows that show the units of a file, in blocks over the file
+_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
+_LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
@@ -55,30 +60,55 @@ SUFFIXES = (".csv", ".parquet", ".npz")
 
 
 @contextmanager
-def open_table(name: str, wanted: Wanted, sound: bool = False) -> Iterator[Table]:
+def open_table(
+    name: str, wanted: Wanted, sound: bool = False, units: Units | None = None
+) -> Iterator[Table]:
     """Open a table of a log.
 
     Args:
         name: name of a file with an ending in SUFFIXES, or URL of a Parquet file.
         wanted: what to read.
         sound: whether its checksums have been verified.
+        units: its units; None to find them.
 
     Raises:
-        LogError: it cannot be read, or is not a log.
+        LogError: it cannot be read, is not a log, or has a unit that is not sure.
     """
     path, suffix = Path(name), name[name.rfind(".") :].lower()
     try:
         if suffix == ".parquet":
             with parquet_file(name) as file:
-                yield _parquet(name, file, wanted)
+                yield _in_si(_parquet(name, file, wanted), wanted, units, is_remote(name))
             return
         if is_remote(name):
             refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
         if path.stat().st_size == 0:
             refuse("the file is empty", COLUMNS)
-        yield _npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
+        table = _npz(path, wanted, sound) if suffix == ".npz" else _csv(path, wanted)
+        yield _in_si(table, wanted, units)
     except (OSError, ValueError, csv.Error) as error:
         refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
+
+
+def _in_si(table: Table, wanted: Wanted, units: Units | None, remote: bool = False) -> Table:
+    """Return a table that converts its columns; a table at a URL shows its first rows only."""
+    if units is None:
+        rows, block = table.rows, _SHOWN // _BLOCKS
+        starts = np.linspace(0, max(rows - block, 0), 1 if remote else _BLOCKS, dtype=int)
+        spans = [(int(k), int(k) + block) for k in starts] if rows > _SHOWN else [(0, rows)]
+        raws = list(table.spans(spans)) if rows else []
+        blocks = [(raw.arrays["t"], _matrices(raw.arrays)) for raw in raws]
+        units = units_of(Sample(table.names, blocks), wanted)
+    return replace(table, units=units)
+
+
+def _matrices(arrays: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return arrays of joints (N, n), without the times."""
+    return {
+        role: np.asarray(x, dtype=np.float64).reshape(len(x), -1)
+        for role, x in arrays.items()
+        if role != "t"
+    }
 
 
 def whole(table: Table) -> Raw:
@@ -100,16 +130,20 @@ class ColumnTable:
     Attributes:
         ends: row after the last of each group of rows that is decoded together.
         groups: role -> joint (from 0) -> log column.
-        stored: log column -> column of the file.
+        stored: log column -> column in the record batches.
+        names: log column -> column of the file, for messages.
         notes: columns that were matched automatically.
         batches: yields columns of groups of rows as Arrow record batches.
+        units: of its columns.
     """
 
     ends: Places
     groups: Mapping[str, Mapping[int, str]]
     stored: Mapping[str, str]
+    names: Mapping[str, str]
     notes: tuple[str, ...]
     batches: Callable[[Sequence[str], Sequence[int]], Iterator[Any]]
+    units: Units = IN_SI
 
     @property
     def rows(self) -> int:
@@ -124,7 +158,7 @@ class ColumnTable:
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in batches."""
         for batch in self.batches([self.stored["t"]], range(len(self.ends))):
-            yield _numbers(batch.column(0))
+            yield self.units.seconds(_numbers(batch.column(0)))
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield spans of rows; each group of rows is decoded once.
@@ -149,25 +183,38 @@ class ColumnTable:
                 if batch is None:
                     refuse(f"ends before row {last}", "a file that does not change")
                 if row + batch.num_rows > first:
-                    columns = map(_numbers, batch.columns)
-                    held.append((row, dict(zip(used, columns, strict=True))))
+                    columns = dict(zip(used, map(_numbers, batch.columns), strict=True))
+                    if "t" in columns:
+                        columns["t"] = self.units.seconds(columns["t"])
+                    held.append((row, columns))
                 row += batch.num_rows
             arrays: dict[str, NDArray[Any]] = {"t": np.arange(first, last)}  # poses: row numbers
             for role, group in self.groups.items():
+                if role == "t":  # stamps may be integers beyond those of a double
+                    arrays[role] = _stamps(held, first, last)
+                    continue
                 width = len(self.groups["q"] if role in BESIDE else group)
-                arrays[role] = _filled(held, first, last, group, width)
-            if "t" in self.groups:
-                arrays["t"] = arrays["t"][:, 0]
-            yield Raw(arrays, ignored, self.notes)
+                arrays[role] = self.units.si(role, _filled(held, first, last, group, width))
+            yield Raw(arrays, ignored, self.notes, self.names, self.units.told)
 
 
 def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
     return [column for group in groups.values() for column in group.values()]
 
 
+def _stamps(
+    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
+) -> NDArray[Any]:
+    """Gather the times of rows first .. last (exclusive), (N,), in their own type."""
+    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in held]
+    out = np.concatenate(parts) if parts else np.zeros(0)
+    out.setflags(write=False)
+    return out
+
+
 def _numbers(column: Any) -> NDArray[Any]:
     """Return an Arrow column as an array, without a copy if possible."""
-    if column.null_count == 0:
+    if column.null_count == 0 and "timestamp" not in str(column.type):
         with suppress(AttributeError, TypeError):  # not numeric, or an older Arrow
             return np.from_dlpack(column)
     return np.asarray(column.to_numpy(zero_copy_only=False))  # imports pandas if installed
@@ -204,52 +251,73 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    try:
-        # utf-8-sig removes the byte order mark of spreadsheets.
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = csv.reader(file)
-            header = next((row for row in rows if row), [])
-            skip = rows.line_num
-    except (UnicodeDecodeError, csv.Error):
-        refuse("is not a text file", "CSV in UTF-8")
-    names, groups, notes = _assigned(header, path.name, wanted)
+    form = csv_form(path, wanted.reading.separator)
+    names, groups, notes = _assigned(form.header, path.name, wanted)
     used = _columns(groups)
-    try:
-        table = pacsv.read_csv(
-            path,
-            read_options=pacsv.ReadOptions(column_names=names, skip_rows=skip),
-            convert_options=pacsv.ConvertOptions(
-                include_columns=used, column_types=dict.fromkeys(used, pa.float64())
-            ),
-        )
-    except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
-        what = _bad_cell(path, names, used) or str(error)
-        refuse(what, "at least 10 rows of numbers, separated by commas")
+    # Numbers stand for columns: names of the file may occur twice.
+    stored = {name: str(k) for k, name in enumerate(names)}
+    types = {stored[name]: pa.float64() for name in used}
+    if "t" in used:
+        types[stored["t"]] = _time_type(form.cells(names.index("t")))
+    decimal = form.decimal([names.index(name) for name in used])
+    tried: list[str] = []
+    for point in dict.fromkeys((decimal, *((".", ",") if form.separator != "," else ()))):
+        try:
+            table = pacsv.read_csv(
+                path,
+                read_options=pacsv.ReadOptions(
+                    column_names=[str(k) for k in range(len(names))], skip_rows=form.skipped
+                ),
+                parse_options=pacsv.ParseOptions(delimiter=form.separator),
+                convert_options=pacsv.ConvertOptions(
+                    include_columns=list(types), column_types=types, decimal_point=point
+                ),
+            )
+            break
+        except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
+            tried.append(str(error))
+    else:
+        what = _bad_cell(path, form, {name: names.index(name) for name in used}) or tried[0]
+        refuse(what, form.accepted)
+    if (form.separator, point) != (",", "."):
+        with_commas = " and decimals have commas" if point == "," else ""
+        form_note = f"{path.name}: columns are separated by {form.shown}{with_commas}"
+        notes = (form_note, *notes)
     return ColumnTable(
-        np.array([table.num_rows]), groups, {name: name for name in names}, notes,
-        lambda columns, _: iter(table.select(columns).to_batches()),
+        np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
+        notes, lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
 
 
-def _bad_cell(path: Path, names: list[str], wanted: list[str]) -> str | None:
+def _time_type(cells: Sequence[str]) -> Any:
+    """Return the Arrow type of a time column: dates, integers that no double holds, or floats."""
+    import pyarrow as pa
+
+    first = next((cell.strip() for cell in cells), "")
+    if match := _DATE.fullmatch(first):
+        return pa.timestamp("ns", tz="UTC" if match["zone"] else None)
+    return pa.int64() if _LONG.fullmatch(first) else pa.float64()
+
+
+def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> str | None:
     """Find the first row of a refused CSV that is too short, too long, or contains text.
 
     The CSV reader works in blocks on several threads and does not report the row.
     """
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        rows = (row for row in csv.reader(file) if row)
-        next(rows)
-        places = {name: names.index(name) for name in wanted[:_LOOKED_AT]}
-        sample = -1
-        for sample, row in enumerate(rows):
-            if len(row) != len(names):
-                return f"sample {sample}: {len(row)} values for {len(names)} columns"
-            for name, place in places.items():
-                cell = row[place].strip()
-                try:
-                    float(cell or "nan")
-                except ValueError:
-                    return f"column {name}, sample {sample}: {cell[:40]!r} is not a number"
+    looked = dict([*places.items()][:_LOOKED_AT])
+    sample = -1
+    for sample, row in enumerate(form.rows(path)):
+        if len(row) != len(form.header):
+            return form.uneven(sample, len(row))
+        for name, place in looked.items():
+            cell = row[place].strip()
+            number = cell.replace(",", ".") if form.separator != "," else cell
+            try:
+                float(number or "nan")
+            except ValueError:
+                own = form.header[place]
+                shown = name if own == name else f"{own} ({name})"
+                return f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
     return "has a header and no samples" if sample < 0 else None
 
 
@@ -263,17 +331,18 @@ def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
 
     schema, about = file.schema_arrow, file.metadata
     names, groups, notes = _assigned(schema.names, Path(name).name, wanted)
-    used = _columns(groups)
+    used, stored = _columns(groups), dict(zip(names, schema.names, strict=True))
     for column in used:
         kind = schema.types[names.index(column)]
-        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-            refuse(f"column {column} holds {kind}", "floats or integers")
+        numeric = pa.types.is_integer(kind) or pa.types.is_floating(kind)
+        if not (numeric or (column == "t" and pa.types.is_timestamp(kind))):
+            shown = column if stored[column] == column else f"{stored[column]} ({column})"
+            refuse(f"column {shown} holds {kind}", "floats or integers")
     if not is_remote(name):
         require_size(Path(name), 8 * about.num_rows * len(used))
     sizes = [about.row_group(k).num_rows for k in range(about.num_row_groups)]
     return ColumnTable(
-        np.cumsum(sizes, dtype=np.int64), groups,
-        dict(zip(names, schema.names, strict=True)), notes,
+        np.cumsum(sizes, dtype=np.int64), groups, stored, stored, notes,
         lambda columns, chosen: batches(file, columns, chosen),
     )  # fmt: skip
 
@@ -344,6 +413,12 @@ def _assigned(
     ours_of = {theirs: ours for ours, theirs in columns.items()}
     given = [
         ours_of.get(name, f"{name} (of the file)" if name in columns else name) for name in names
+    ]
+    # A header with a unit, q1 [deg], is that of a log without it, where there is one such column.
+    bare = [split_unit(name)[0] for name in given]
+    given = [
+        own if (own == "t" or NUMBERED.fullmatch(own)) and bare.count(own) == 1 else name
+        for name, own in zip(given, bare, strict=True)
     ]
     found, notes = matched(file, given, patterns, wanted)
     return found, _groups(found, wanted), notes
@@ -417,10 +492,13 @@ class Arrays:
     Attributes:
         arrays: role -> array, with equal numbers of rows; some are in a file.
         ignored: as in `Raw`.
+        units: of its arrays.
     """
 
     arrays: Mapping[str, Any]
     ignored: tuple[str, ...]
+    units: Units = IN_SI
+    names: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rows(self) -> int:
@@ -435,12 +513,14 @@ class Arrays:
     def times(self) -> Iterator[NDArray[Any]]:
         """Yield the time column in pieces."""
         for first in range(0, self.rows, BATCH):
-            yield self.arrays["t"][first : first + BATCH]
+            yield self.units.seconds(self.arrays["t"][first : first + BATCH])
 
     def spans(self, spans: Sequence[tuple[int, int]]) -> Iterator[Raw]:
         """Yield rows."""
         for first, last in spans:
-            yield Raw({role: x[first:last] for role, x in self.arrays.items()}, self.ignored)
+            arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
+            arrays["t"] = self.units.seconds(arrays["t"])
+            yield Raw(arrays, self.ignored, converted=self.units.told)
 
 
 Table = Arrays | ColumnTable

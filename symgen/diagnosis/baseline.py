@@ -9,6 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen import names
 from symgen.diagnosis.effects import Score, Seen, Torques
 from symgen.diagnosis.rests import RestingLogs, resting_logs, static_friction
 from symgen.diagnosis.whitened_system import (
@@ -25,6 +26,7 @@ from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, mo
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.identification.out_of_core import load_model
+from symgen.identification.parameters import regrouping
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -75,7 +77,7 @@ class Baseline:
         log: FilteredLog,
         X: FloatArray,
         extended: Evaluator | None = None,
-        links: FloatArray | None = None,
+        inside: FloatArray | None = None,
     ) -> Torques:
         """Return a model's torques along a log.
 
@@ -83,14 +85,26 @@ class Baseline:
             log: in the band of the run.
             X: (p,) parameters of the declared model, or of an extended one.
             extended: that one, compiled.
-            links: parameters of the links, where they are others.
+            inside: (p,) parameters of the declared model whose links stand in columns; None for X.
         """
-        evaluator = extended or self.evaluator
-        whole, load = _split(evaluator, X, log)
-        robot, base = evaluator.model.robot, evaluator.model.base
-        known = link_values(robot, base, X) if links is None else links
+        whole, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
-        return Torques(whole, load, friction, known)
+        links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
+        return Torques(whole, load, friction, links, self._of_links)
+
+    def _of_links(
+        self, links: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+    ) -> FloatArray:
+        """Return the torque (k, n) of links (links, 10) alone."""
+        return torque_at(self.evaluator, self._regrouping @ links.ravel(), q, qd, qdd)
+
+    @cached_property
+    def _regrouping(self) -> FloatArray:
+        """(p, 10 links) from parameters of the links to base parameters."""
+        model = self.evaluator.model
+        at = {p.name: k for k, p in enumerate(model.base.standard)}
+        own = [at[f"{key}{joint.number}"] for joint in self.robot.joints for key in names.LINK]
+        return regrouping(model)[:, own]
 
     def seen(self, found: WhitenedSystem) -> Seen:
         """Return what candidates show on the training logs beside what is found, see `torques`.

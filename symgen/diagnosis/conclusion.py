@@ -55,7 +55,6 @@ from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-from symgen.symbolic.variation import link_values
 
 #: Gap of a joint over its noise floor, and over what matters, from which something is missing.
 _LOUD, _VISIBLE = 3.0, 2.0
@@ -150,8 +149,8 @@ def conclude(
         selection: what the search found.
         notes: what was done to the logs.
         least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than; None: no free function is
-            compared with the laws that were found.
+        misfit: part of a joint's torque that no model is righter than; None: of the model as it
+            is declared, it is not asked where the gap is or what free functions explain.
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
@@ -201,7 +200,7 @@ def conclude(
         verdict = "partly-explained"
     robot = baseline.robot
     stuck = [robot.movable[j].number for j in np.flatnonzero(gaps.held > _VISIBLE * least)]
-    holding = (held_at_rest(stuck),) if stuck else ()
+    holding = (held_at_rest(stuck, robot),) if stuck else ()
     shapes: tuple[FreeFunction, ...] = ()
     if misfit is not None and not baseline.given:
         known = (*accepted, *suspected)
@@ -214,7 +213,7 @@ def conclude(
         after=told.after,
         floor=told.floor,
         where=()
-        if verdict == "consistent"
+        if misfit is None or verdict == "consistent"
         else places(baseline, accepted, moving.before, moving.floor),
         effects=found,
         free_functions=shapes or None,
@@ -222,7 +221,11 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*holding, *map(shape, shapes), *_advice(found, verdict, quiet)),
+        advice=(
+            *holding,
+            *(shape(f, robot) for f in shapes),
+            *_advice(found, robot, verdict, quiet),
+        ),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -489,7 +492,6 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         X = baseline.X
     # What stands in the effects' columns.
     inside = baseline.parameters(baseline.beside(model.accepted))
-    links = link_values(declared.model.robot, declared.model.base, inside)
     others = (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
@@ -497,7 +499,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
     count, moved, beyond = np.zeros(n), np.zeros(n), np.zeros((2, n))
     declared_torque = partial(torque_at, declared, baseline.X)
     for log in baseline.held:
-        torques = baseline.torques_along(log, X, model.evaluator, links)
+        torques = baseline.torques_along(log, X, model.evaluator, inside)
         whole, at = torques.model, p
         for c in (s.candidate for s in model.corrected):
             columns = dense(c.columns(log, torques), log.tau.shape)
@@ -600,9 +602,11 @@ def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
-def _advice(found: Sequence[FoundEffect], verdict: str, quiet: bool) -> tuple[str, ...]:
-    out = [noisy(e) for e in found if e.note]
-    out += [tie(e) for e in found if e.indistinguishable_from and e.separate]
+def _advice(
+    found: Sequence[FoundEffect], robot: Robot, verdict: str, quiet: bool
+) -> tuple[str, ...]:
+    out = [noisy(e, robot) for e in found if e.note]
+    out += [tie(e, robot) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
     nothing = "what is left is noise and static friction at rest: no effect is missing in it"

@@ -1,15 +1,15 @@
-"""Which parameter of which robot changed since when, from one estimate a robot and day.
+"""Detect changes of parameters in a fleet, from one estimate for each robot and day.
 
-For a parameter and a day c the contrast is the mean from day c on less the mean before, weighted by
-1/std^2,
+For a parameter and a day c, the contrast is the mean from day c on minus the mean before, weighted
+by 1/std^2,
 
     z = (after - before) / (f std),   p = looks * P(|t| > |z|)
 
-with f, at least 1, by how much estimates scatter from day to day beyond their std: the median over
-all robots of the differences of consecutive days, which the few that changed do not move. `looks`
-counts robots, parameters and days: the chance of one false alarm in the whole fleet is at most the
-level (Bonferroni). A robot that was another from its first day on is compared with a reference, or
-with the median of the fleet, and the scatter from robot to robot belongs to its std.
+The factor f, at least 1, is the scatter of estimates from day to day relative to their std. It is
+the median over all robots of the differences of consecutive days, so the few changed robots do not
+affect it. `looks` counts robots, parameters and days: the probability of a false alarm in the whole
+fleet is at most the level (Bonferroni). A robot that differs from its first day on is compared with
+a reference, or with the median of the fleet. Its std then includes the scatter between robots.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _TIED = 1e-3  # of the largest singular value of a load's columns, each in its s
 
 
 class Shift(NamedTuple):
-    """By how much a parameter changed, or what it is, and its standard deviation."""
+    """A change of a parameter or its value, with the standard deviation."""
 
     name: str
     value: OrNan
@@ -49,13 +49,13 @@ class Finding:
     """A robot that changed or stands out.
 
     Attributes:
-        robot: its name.
-        since: first day of it.
-        effect: its name, "" where nothing could be named.
+        robot: name of the robot.
+        since: first day of the change.
+        effect: name of the effect, "" if none explains the change.
         joints: numbers of the joints.
-        parameters: name, value and standard deviation: of the change, or of a load.
-        p_value: corrected for the number of robots, parameters and days that were looked at.
-        says: in words.
+        parameters: name, value and standard deviation of the changes, or of a load.
+        p_value: p-value, corrected for the number of robots, parameters and days.
+        says: a text about the change.
     """
 
     robot: str
@@ -105,7 +105,7 @@ class Course:
         return np.asarray(np.maximum(np.einsum("dii->di", self.covariance), 1e-300))
 
     def mean(self, days: slice, factor: FloatArray | float = 1.0, freedom: float = 1.0) -> Mean:
-        """Return the mean of some days; estimates scatter by `factor` (p,) times their std."""
+        """Return the mean of some days, if estimates scatter by `factor` (p,) times their std."""
         weight = 1 / self.variance[days]
         total = weight.sum(axis=0)
         C = self.covariance[days]
@@ -130,7 +130,7 @@ class Moved(NamedTuple):
 
     @property
     def says(self) -> str:
-        """The difference over the size before, in percent; infinite from zero."""
+        """The difference relative to the value before, in percent; infinite if that is zero."""
         percent = math.copysign(math.inf, self.change)
         if self.before:
             percent = 100 * self.change / abs(self.before)
@@ -139,7 +139,7 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A robot whose parameters are others from a day on.
+    """A robot whose parameters changed on a day.
 
     Attributes:
         robot: its name.
@@ -163,7 +163,7 @@ class Step:
 
 
 def scatter(courses: Sequence[Course]) -> FloatArray:
-    """Return by how much estimates scatter from day to day over their std, (p,), at least 1."""
+    """Return the day-to-day scatter of estimates relative to their std, (p,), at least 1."""
     apart = [
         np.diff(c.X, axis=0) / np.sqrt(c.variance[1:] + c.variance[:-1])
         for c in courses
@@ -177,13 +177,13 @@ def scatter(courses: Sequence[Course]) -> FloatArray:
 def steps(
     courses: Sequence[Course], names: Sequence[str], reference: FloatArray | None = None
 ) -> list[Step]:
-    """Find the robots that changed, at their surest day, or were others from the first day on.
+    """Find robots that changed, with the most significant day, or that differ from the start.
 
     Args:
-        courses: of all robots.
-        names: of the parameters.
-        reference: (p,) what a robot should be; None for the median of the fleet, where it is large
-            enough to tell one robot from the others.
+        courses: estimates of all robots.
+        names: names of the parameters.
+        reference: (p,) expected parameters; None for the median of the fleet, if it has enough
+            robots.
     """
     factor = scatter(courses)
     freedom = max(sum(len(c.X) - 1 for c in courses), 4)
@@ -234,7 +234,7 @@ def _of_fleet(courses: Sequence[Course], reference: FloatArray | None) -> Mean |
 
 
 def named(step: Step, names: Sequence[str], load: FloatArray, link: int) -> list[Finding]:
-    """Name a step by what moved: friction of a joint, a load on the last link, or neither.
+    """Name a step by the parameters that moved: friction of a joint, a load, or neither.
 
     Args:
         step: of a robot.

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symgen import names
-from symgen.diagnosis.whitened_system import compared
+from symgen.diagnosis.whitened_system import in_band
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
@@ -28,7 +28,6 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
-_TOGETHER = 32  # columns that pass the filter at once
 Constants = Mapping[str, float]
 
 
@@ -40,12 +39,15 @@ class Torques(NamedTuple):
         load: what the rigid body asks of the joints, (N, n): taur of effects.
         friction: of the model as it is declared, without what is found, (N, n).
         links: (links, 10) parameters of the links that give it, one of many sets.
+        of_links: gives the torque (k, n) of links alone, by such parameters and q, qd, qdd, (k, n)
+            each, in the geometry and gravity of the file.
     """
 
     model: FloatArray
     load: FloatArray
     friction: FloatArray
     links: FloatArray
+    of_links: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 #: Columns at the rate of a log, by the model's torques there and the constants.
@@ -63,6 +65,7 @@ class Candidate:
         size: number of coefficients.
         constants: value of each searched constant.
         uses_model: whether the columns hold the model's torque, and change with it.
+        analytic: whether they are smooth functions of the motion: no sign of a speed is in them.
         refinable: whether constants between those of the grid are tried.
         coefficients: name and unit of those that mean something, where not as in the library.
         change: whether it changes a declared parameter, which may grow or fall.
@@ -77,6 +80,7 @@ class Candidate:
     size: int
     constants: Constants = field(default_factory=dict)
     uses_model: bool = False
+    analytic: bool = False
     refinable: bool = True
     coefficients: tuple[tuple[str, str], ...] = ()
     change: bool = False
@@ -129,38 +133,26 @@ class Seen:
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
-        """Yield those of several: a filter that many columns pass at once costs them less."""
-        waiting: list[list[Columns]] = []
-        for candidate in candidates:
-            if candidate.measured:  # by a channel with noise, which has to pass a filter first
-                logs = [*self.logs]
-                yield from self._compared(waiting)
-                waiting = []
-            else:
-                logs = [s.thinned for s in self.logs]
-            pairs = zip(logs, self.torques, strict=True)
-            waiting.append([candidate.columns(s, t) for s, t in pairs])
-            whole = sum(c.shape[1] for parts in waiting for c in parts[0].values())
-            if candidate.measured or whole >= _TOGETHER:
-                yield from self._compared(waiting)
-                waiting = []
-        yield from self._compared(waiting)
+        """Yield those of several, which cost less than one by one."""
+        for (measured, analytic), group in itertools.groupby(candidates, _nodes):
+            # What a channel with noise measures has to pass a filter first: of all samples.
+            strides = [
+                1 if measured else log.smooth_stride if analytic else log.rows.stride
+                for log in self.logs
+            ]
+            yield from self._each(group, strides)
 
-    def _compared(self, waiting: Sequence[Sequence[Columns]]) -> Iterator[Columns]:
-        """Yield columns (N, m) of several candidates, by log, as columns in the band."""
-        if not waiting:
-            return
-        by_log = [
-            compared(s, np.concatenate([c for parts in waiting for c in parts[k].values()], axis=1))
-            for k, s in enumerate(self.logs)
-        ]
-        whole, at = np.concatenate(by_log), 0
-        for first, *_ in waiting:
-            out = {}
-            for j, c in first.items():
-                out[j] = np.ascontiguousarray(whole[:, at : at + c.shape[1]])
-                at += c.shape[1]
-            yield out
+    def _each(self, candidates: Iterable[Candidate], strides: Sequence[int]) -> Iterator[Columns]:
+        logs = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
+
+        def columns(candidate: Candidate, k: int) -> Columns:
+            return candidate.columns(logs[k], self.torques[k])
+
+        return in_band(self.logs, candidates, columns, strides)
+
+
+def _nodes(candidate: Candidate) -> tuple[bool, bool]:
+    return candidate.measured, candidate.analytic
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,7 +287,8 @@ def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
         if definition.own and not all(np.isfinite(c).all() for c in out):
             values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
             raise RobotError(
-                f"effect {definition.name!r} of joint {joint.number}: on these logs its torque is "
+                f"effect {definition.name!r} of {names.joint_label(joint.number, joint.name)}: "
+                "on these logs its torque is "
                 f"not a finite number with {values}; accepted: ranges in which it is"
             )
         parts = [np.broadcast_to(np.asarray(c, dtype=float), s.t.shape) for c in out]

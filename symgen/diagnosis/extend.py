@@ -1,4 +1,4 @@
-"""The robot with an effect added: friction words, rotor, coupling, or an [[effect]] table."""
+"""Add an effect to a robot: a friction entry, a rotor, a coupling, or an [[effect]] table."""
 
 from __future__ import annotations
 
@@ -35,17 +35,16 @@ def extended(
     constants: Mapping[str, float],
     coefficients: Mapping[str, float],
 ) -> Robot | None:
-    """Return the robot with an effect declared; None for one that no file declares.
+    """Return the robot with an effect declared; None if a robot file cannot declare it.
 
-    A base that is tilted gives another gravity, an error of a length another length, a zero
-    another angle.
+    A tilted base changes gravity, a length error changes the length, and a zero changes an angle.
 
     Args:
-        robot: the robot so far.
+        robot: the robot without the effect.
         definition: the effect.
-        positions: of the movable joints that it acts on.
+        positions: indices of the movable joints that it acts on.
         constants: value of every constant; written with six digits.
-        coefficients: value of those that are no parameters: TX.. of a tilt, delta_d2 of a length.
+        coefficients: values that are no parameters: TX.. of a tilt, delta_d2 of a length.
     """
     numbers = [robot.movable[i].number for i in positions]
     if definition.name == "base_tilt" and coefficients:
@@ -79,7 +78,7 @@ def extended(
 
 
 def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
-    """Return the robot with the found effects that are taken off logs, with six digits each."""
+    """Return the robot with the effects that are subtracted from logs, six digits each."""
     known = list(robot.on_logs)
     for e in effects:
         d = definitions().get(e.name)
@@ -94,16 +93,16 @@ def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
 
 
 def with_effect(robot: Robot, text: str) -> Robot:
-    """Return the robot with one more effect, so that a motion planned for it shows the effect.
+    """Return the robot with one more effect, to plan a motion that shows the effect.
 
-    Constants, which only say where it acts, are in the middle of what a diagnosis tries.
+    Its constants are in the middle of the range that a diagnosis tries.
 
     Args:
         robot: the robot.
         text: NAME:JOINT, gravity_spring:2; two joints of a coupling as 5-6.
 
     Raises:
-        ParameterError: there is no such effect or joint, or no robot file declares it.
+        ParameterError: there is no such effect or joint, or a robot file cannot declare it.
     """
     name, _, where = text.partition(":")
     known = {d.name: d for d in definitions().values() if d.declarable or d.native in _NATIVE}

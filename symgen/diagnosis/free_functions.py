@@ -1,9 +1,9 @@
-"""The shape of a torque that no known law has: free functions of one or two variables.
+"""Torques without a known law: free functions of one or two variables.
 
-A spline in the position, the speed (with its sign) or the load of a joint, or in two of them, says
-of what a torque is a function, and not which one. It competes by the score that effects compete by,
-and nothing is added to a robot for it. It is shown where it predicts motion that it was not fitted
-on much better than the law that was named, or where no law was.
+The variables are position, speed (with its sign) and load of a joint. A spline shows on which of
+them a torque depends, but not by which law. Splines compete in the same score as effects. symgen
+adds none to the robot. It shows a spline that predicts held-out motion much better than the named
+law, or if there is no law.
 """
 
 from __future__ import annotations
@@ -116,8 +116,8 @@ def free_functions(
         baseline: the model as it is declared, and its training logs.
         accepted: the effects that were found.
         least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than.
-        left: whether a part of the gap has no name: then functions without a law are looked for.
+        misfit: smallest model error to expect, as part of a joint's torque.
+        left: whether a part of the gap is unexplained; then functions without a law are tried.
     """
     states = _states(baseline)
     found: list[FreeFunction] = []

@@ -21,6 +21,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
+from symgen.distributed import own_threads
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import MISFIT
 from symgen.faults.causes import find_cause
@@ -95,7 +96,7 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     for _ in range(_MOST):
         faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
-        cause = find_cause(Scene(rows), faults, repairs, undone=True)
+        cause = find_cause(Scene(rows), faults, repairs, undone=True, threads=own_threads())
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
         elif cause is not None and cause.kind in _FATAL:

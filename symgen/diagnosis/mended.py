@@ -1,4 +1,4 @@
-"""Channels as they were recorded and as they are repaired, around the repair: for pictures."""
+"""Repaired channels as recorded and as used, around the repair, for plots."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class MendedChannel:
         unit: of the values.
         recorded: t in s and values as they were recorded, (2, K).
         repaired: t in s and values as they are used, (2, M); NaN where they are masked.
-        size: RMS of what the repair changed over the channel's spread.
+        size: RMS of the change by the repair, relative to the spread of the channel.
     """
 
     log: str
@@ -48,7 +48,7 @@ class MendedChannel:
 def mended_channels(
     logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Fault], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
-    """Return the channels that were repaired before the search: that of each which changed most.
+    """Return the channels that were repaired before the search, at their largest change.
 
     Args:
         logs: each as it was recorded, on the joint side, and as it is used.
@@ -78,7 +78,7 @@ def mended_channels(
 def undone_channels(
     before: Sequence[FilteredLog], after: Sequence[FilteredLog], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
-    """Return the channels in which faults were undone that the torque equations show."""
+    """Return the channels with faults that the torque equations showed and symgen corrected."""
     says = "as the torque equations want it"
     return tuple(
         c
@@ -90,7 +90,7 @@ def undone_channels(
 
 
 def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
-    """Return the few that changed most, the largest first, one of a channel and log."""
+    """Return the few channels that changed most, largest first, one for each channel and log."""
     best: dict[tuple[str, str], MendedChannel] = {}
     for c in sorted(channels, key=lambda c: -c.size):
         best.setdefault((c.log, c.channel), c)

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FreeFunction
 from symgen.estimation.torque_error import percent
+from symgen.names import joints_in_words
 from symgen.robot.effect import definitions
+from symgen.robot.types import Robot
 
 #: Colour of a verdict: "good", "warn" or "bad".
 TONES = {
@@ -18,18 +20,14 @@ TONES = {
 }
 
 
-def on_joints(joints: Sequence[int]) -> str:
-    """Return "joint 2", "joints 5 and 6", or "the whole arm"."""
-    if not joints:
-        return "the whole arm"
-    if len(joints) == 1:
-        return f"joint {joints[0]}"
-    return f"joints {', '.join(map(str, joints[:-1]))} and {joints[-1]}"
+def on_joints(joints: Sequence[int], robot: Robot) -> str:
+    """Return "joint 2", "elbow (5) and wrist (6)", or "the whole arm"."""
+    return joints_in_words(joints, robot.labels) if joints else "the whole arm"
 
 
-def placed(effect: FoundEffect) -> str:
+def placed(effect: FoundEffect, robot: Robot) -> str:
     """Return the name of an effect and where it acts."""
-    return f"{effect.name} on {on_joints(effect.joints)}"
+    return f"{effect.name} on {on_joints(effect.joints, robot)}"
 
 
 def summary(diagnosis: Diagnosis) -> str:
@@ -45,34 +43,36 @@ def summary(diagnosis: Diagnosis) -> str:
         "consistent": "The model explains these logs: no effect is probable that matters. The gap "
         f"is {before}; noise alone is {noise}.",
         "explained": f"The model misses {effects}. {gap}",
-        "partly-explained": f"The model misses {effects}, and a part of the gap has no name. {gap}",
+        "partly-explained": f"The model misses {effects}, and a part of the gap is unexplained. "
+        f"{gap}",
         "bad-measurement": f"Not the model but the measurement is wrong: {named}. {gap}",
-        "unexplained": "The model misses something that no effect explains. The gap is "
-        f"{before}, noise alone {noise}.",
+        "unexplained": "There is a gap, and no known effect explains it. The gap is "
+        f"{before}; noise alone is {noise}.",
     }[diagnosis.verdict]
 
 
-def alike(effect: FoundEffect) -> str:
+def alike(effect: FoundEffect, robot: Robot) -> str:
     """Return what these data cannot tell from an effect, or ''."""
     return ", ".join(
-        name if joints == effect.joints else f"{name} on {on_joints(joints)}"
+        name if joints == effect.joints else f"{name} on {on_joints(joints, robot)}"
         for name, joints in effect.indistinguishable_from
     )
 
 
-def tie(effect: FoundEffect) -> str:
+def tie(effect: FoundEffect, robot: Robot) -> str:
     """Return what an effect looks like, and the motion that would tell."""
-    said = f"{placed(effect)} looks like {alike(effect)}; to tell: {effect.separate}"
+    said = f"{placed(effect, robot)} looks like {alike(effect, robot)}; to tell: {effect.separate}"
     if not effect.declared or effect.name not in definitions():
         return said
     where = "-".join(map(str, effect.joints))
     return f"{said} (symgen excite --for {effect.name}:{where} plans one)"
 
 
-def noisy(effect: FoundEffect) -> str:
+def noisy(effect: FoundEffect, robot: Robot) -> str:
     """Return what is doubtful about an effect with a note, and what would tell."""
     return (
-        f"{placed(effect)} {effect.note}: the even and the odd samples do not both show it; to "
+        f"{placed(effect, robot)} {effect.note}: the even and the odd samples do not both show "
+        "it; to "
         "tell: positions of less noise, or speeds of a sensor of their own"
     )
 
@@ -80,19 +80,19 @@ def noisy(effect: FoundEffect) -> str:
 _VARIABLES = {"q": "the position", "qd": "the speed", "taur": "the load"}
 
 
-def shape(f: FreeFunction) -> str:
+def shape(f: FreeFunction, robot: Robot) -> str:
     """Return what a free function says of the shape of a torque."""
     written = (name.rstrip("0123456789") for name in f.variables)
     pairs = zip(written, f.variables, strict=True)
-    of = " and ".join(f"{_VARIABLES[x]} of joint {name[len(x) :]}" for x, name in pairs)
+    of = " and ".join(f"{_VARIABLES[x]} of {robot.label(int(name[len(x) :]))}" for x, name in pairs)
     left = (
         f"a free function leaves {100 * f.after:.2g} % in place of {100 * f.before:.2g} %; "
         "no known law has this shape"
     )
     if not f.effects:
-        return f"the torque that joint {f.joint} misses depends on {of}: {left}"
+        return f"the torque that {robot.label(f.joint)} misses depends on {of}: {left}"
     laws = " and ".join(f.effects)
-    return f"joint {f.joint}: {laws} does not have the shape of the torque over {of}: {left}"
+    return f"{robot.label(f.joint)}: {laws} does not have the shape of the torque over {of}: {left}"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -107,16 +107,16 @@ def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
         out.append(f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}")
     if beside:
         out.append(
-            f"robot.toml takes {', '.join(beside)} off the torques of each log; its C is without"
+            f"symgen subtracts {', '.join(beside)} from the torques of each log; its C lacks it"
         )
     return tuple(out)
 
 
-def told_once(effects: Sequence[FoundEffect]) -> tuple[str, ...]:
+def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
     """Return where each effect acts and what it is: a line a name."""
     joints: dict[str, list[str]] = {}
     for effect in effects:
-        joints.setdefault(effect.name, []).append(on_joints(effect.joints))
+        joints.setdefault(effect.name, []).append(on_joints(effect.joints, robot))
     known = definitions()
     return tuple(
         f"{name} on {', '.join(places)}: "
@@ -125,9 +125,9 @@ def told_once(effects: Sequence[FoundEffect]) -> tuple[str, ...]:
     )
 
 
-def held_at_rest(joints: Sequence[int]) -> str:
+def held_at_rest(joints: Sequence[int], robot: Robot) -> str:
     """Return that torques of joints at rest are beyond what static friction holds."""
     return (
-        f"at rest the torque on {on_joints(joints)} is beyond the limits of static friction: a "
-        "brake may hold it (--mask rest leaves rests out)"
+        f"at rest the torque on {on_joints(joints, robot)} is beyond the limits of static "
+        "friction: a brake may hold it (--mask rest leaves rests out)"
     )

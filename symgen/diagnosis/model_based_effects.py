@@ -106,7 +106,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
     def columns(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         def weight(links: FloatArray, gravity: FloatArray) -> FloatArray:
-            rest = np.zeros_like(s.q)
+            rest = np.zeros((1, robot.n))
             return v.torque((s.q, rest, rest), links, gravity)
 
         along = [weight(torques.links, g) for g in turned]
@@ -119,6 +119,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         columns,
         len(turned) + len(hidden),
         uses_model=True,
+        analytic=True,
         coefficients=tuple(told),
         scales=(_TILT,) * len(turned),
     )
@@ -157,6 +158,7 @@ def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
             partial(_lengthened, v, number, key),
             1,
             uses_model=True,
+            analytic=True,
             coefficients=((f"delta_{key}{number}", "m"),),
             scales=(_LENGTH * abs(float(getattr(robot.with_values().joint(number), key))),),
         )
@@ -178,20 +180,17 @@ def _lengthened(
         )
         return np.asarray((high - low) / (2 * _STEP))
 
-    state = (s.q, s.qd, s.qdd)
     same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
-    along = slope(state) - v.torque(state, same.reshape(torques.links.shape))
+    state = (s.q, s.qd, s.qdd)
+    along = slope(state) - torques.of_links(same.reshape(torques.links.shape), *state)
     return everywhere(along[:, :, None])
 
 
 def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each joint that turns, with another zero: q + DZ is where its link is."""
-    v = variation(robot)
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        low, high = (
-            _moved(v, j, s, np.array([[h], [0.0], [0.0]]), torques.links) for h in (-_STEP, _STEP)
-        )
+        low, high = (_moved(j, s, torques, np.array([[h], [0.0], [0.0]])) for h in (-_STEP, _STEP))
         return everywhere(((high - low) / (2 * _STEP))[:, :, None])
 
     for j, joint in enumerate(robot.movable):
@@ -201,19 +200,20 @@ def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     """Each joint, a share of whose weight something else carries: its motor lacks that."""
-    v = variation(robot)
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         rest = np.zeros_like(s.q)
-        return {j: -v.torque((s.q, rest, rest), torques.links)[:, [j]]}
+        return {j: -torques.of_links(torques.links, s.q, rest, rest)[:, [j]]}
 
-    for j in range(robot.n if np.any(v.gravity) else 0):
+    for j in range(robot.n if np.any(variation(robot).gravity) else 0):
         yield _scaled("gravity_compensation", j, partial(along, j), _SHARE)
 
 
 def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
     """Return an effect on a joint with one coefficient, of which the size is known."""
-    return Candidate(definitions()[name], (j,), torque, 1, uses_model=True, scales=(scale,))
+    return Candidate(
+        definitions()[name], (j,), torque, 1, uses_model=True, analytic=True, scales=(scale,)
+    )
 
 
 @lru_cache(maxsize=4)
@@ -227,11 +227,11 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
 
     Where its link has an encoder, what it bends is measured, and its stiffness known apart.
     """
-    v, definition = variation(robot), definitions()["joint_elasticity"]
+    definition = definitions()["joint_elasticity"]
     known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
     for j, joint in enumerate(robot.movable):
         if j not in known:
-            yield Candidate(definition, (j,), partial(_bent, v, j), 1, uses_model=True)
+            yield Candidate(definition, (j,), partial(_bent, j), 1, uses_model=True)
             continue
         told = [(f"CE{joint.number}", unit(definition.linear["CE"], joint.sigma))]
         if joint.rotor_inertia:
@@ -239,7 +239,7 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
         yield Candidate(
             definition,
             (j,),
-            partial(_behind, v, j, known[j], joint.rotor_inertia),
+            partial(_behind, j, known[j], joint.rotor_inertia),
             len(told),
             uses_model=True,
             coefficients=tuple(told),
@@ -247,24 +247,16 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
         )
 
 
-def _moved(
-    v: Variation, j: int, s: FilteredLog, along: FloatArray, links: FloatArray
-) -> FloatArray:
+def _moved(j: int, s: FilteredLog, torques: Torques, along: FloatArray) -> FloatArray:
     """Return the links' torque where joint j has another position, speed and acceleration."""
     state = [x.copy() for x in (s.q, s.qd, s.qdd)]
     for x, a in zip(state, along, strict=True):
         x[:, j] += a
-    return v.torque(state, links)
+    return torques.of_links(torques.links, *state)
 
 
 def _behind(
-    v: Variation,
-    j: int,
-    stiffness: float,
-    rotor: bool,
-    s: FilteredLog,
-    torques: Torques,
-    _: Constants,
+    j: int, stiffness: float, rotor: bool, s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
     """Return K times what the links' torque changes by where joint j is as its link is.
 
@@ -274,7 +266,7 @@ def _behind(
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
     along = np.stack([bent, rate, differentiate(rate, s.step)])
-    change = _moved(v, j, s, -along, torques.links) - _moved(v, j, s, 0 * along, torques.links)
+    change = _moved(j, s, torques, -along) - torques.of_links(torques.links, s.q, s.qd, s.qdd)
     columns = np.zeros((*change.shape, 1 + rotor))
     columns[:, :, 0] = stiffness * change
     if rotor:
@@ -282,19 +274,19 @@ def _behind(
     return everywhere(columns)
 
 
-def _bent(v: Variation, j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     """Return d tau / d(1/K): q behind joint j is q - R/K, R the torque that the links ask of it.
 
     Minus the derivative of the links' torque along (R, R', R'') of joint j; friction and rotor are
     on the motor's side. A rotor that the base parameters join with the link counts as link, which
     makes 1/K too small.
     """
-    R, band = v.torque((s.q, s.qd, s.qdd), torques.links)[:, j], s.rows.cutoff
+    R, band = torques.of_links(torques.links, s.q, s.qd, s.qdd)[:, j], s.rows.cutoff
     rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
     along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
-    low, high = (_moved(v, j, s, h * along, torques.links) for h in (-step, step))
+    low, high = (_moved(j, s, torques, h * along) for h in (-step, step))
     return everywhere(((low - high) / (2 * step))[:, :, None])
 
 

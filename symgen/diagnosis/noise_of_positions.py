@@ -1,15 +1,15 @@
-"""Whether noise of the positions may make an effect: half of the samples tests the other half.
+"""Test whether noise of positions explains an effect, by the two halves of the samples.
 
-Noise of q stands in the columns of the model and, through the torque, in what they leave; a column
-of an effect that holds the same noise explains it by least squares, though there is no effect.
-Columns Z from the even samples have other noise than columns W from the odd ones. With c what Z
-says of an effect beside all other columns, so that c' W = 0 for these,
+Noise of q is in the columns of the model, and therefore in their residual. The column of an effect
+with the same noise can explain it by least squares, even without an effect. Columns Z from the even
+samples and columns W from the odd ones have independent noise. Let c be the part of an effect's
+columns in Z for which c' W = 0 for all other columns. Then
 
     m = c' (y - W_own theta)
 
-is zero, but for noise, where theta is the coefficient: by instruments, IV = (c' W_own)^-1 c' y.
-Both halves take both parts. What is compared with m is its covariance along the fit by least
-squares, which holds for weak instruments, too (Anderson and Rubin 1949).
+is zero except for noise if theta is the coefficient; the estimate by instruments is
+IV = (c' W_own)^-1 c' y. Each half is once Z and once W. The test compares m with its covariance
+along the least-squares fit, which also holds for weak instruments (Anderson and Rubin 1949).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem, estimated, fitted_system
+from symgen.distributed import in_turn, own_threads
 from symgen.estimation.covariance import long_run_covariance
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import dense
@@ -35,11 +36,11 @@ _MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, however sure
 
 
 def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
-    """Return for each effect whether noise of q may be all of it, or biases its coefficients.
+    """Return for each effect whether noise of q can explain it, or biases its coefficients.
 
-    That is where the instruments do not show it by 3 standard deviations, or disagree with least
-    squares by as much and by 5 % of a coefficient. Nothing is said of given parameters, and where
-    the logs have too few samples or do not determine all coefficients.
+    This is so if the instruments do not show the effect by 3 standard deviations, or if they differ
+    from least squares by 3 standard deviations and by 5 % of a coefficient. There is no test for
+    given parameters, for logs with too few samples, or if not all coefficients are determined.
 
     Args:
         baseline: the model as it is declared, and its training logs.
@@ -57,7 +58,7 @@ def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
         return unknown
     weight = (system.moves / system.sigma)[:, :, None]
     norms = np.sqrt(np.sum((system.W * weight) ** 2, axis=(0, 1)))
-    own = [_columns(baseline, effects, half, system) for half in (even, odd)]
+    own = in_turn(lambda h: _columns(baseline, effects, h, system), (even, odd), own_threads())
     whole, *parts = ((W * weight / norms).reshape(system.y.size, -1) for W in (system.W, *own))
     y = (system.y * weight[:, :, 0]).ravel()
     rows = _Rows(system, whole, (parts[0], parts[1]), y, system.X * norms)

@@ -13,19 +13,20 @@ to first order and but for the stiffness of gravity: e is d over the mass, throu
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from symgen import names
-from symgen.codegen.model import Model, derive
+from symgen.codegen.model import derive
 from symgen.data.mask import spans
 from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.values import FloatArray
 from symgen.experiment.plant import KERNELS, Plant, plant
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
 #: Of the feedback, rad/s.
@@ -78,12 +79,11 @@ class Replay:
         }
 
 
-def replayed(diagnosis: Diagnosis, extended: Model) -> Replay:
+def replayed(diagnosis: Diagnosis) -> Replay:
     """Move the models before and after by the measured torques, where the gap before is largest.
 
     Args:
         diagnosis: with its curves, the declared robot and its parameters.
-        extended: model of the extended robot, with the kernels of `symgen.experiment.plant`.
 
     Raises:
         SymgenError: there is nothing to show, or a model does not move: why, in one line.
@@ -99,10 +99,9 @@ def replayed(diagnosis: Diagnosis, extended: Model) -> Replay:
     if declared is None:
         raise ParameterError("the declared robot is not known")
     seen, window = worst(diagnosis.curves)
-    after = _evaluator(extended)
+    after = _evaluator(diagnosis.extended)
     # One robot, one derivation: nothing was added.
-    same = declared == diagnosis.extended
-    before = after if same else _evaluator(derive(declared, KERNELS))
+    before = after if declared == diagnosis.extended else _evaluator(declared)
 
     def distance(label: str, evaluator: Evaluator, values: Sequence[float]) -> FloatArray:
         try:
@@ -122,10 +121,9 @@ def replayed(diagnosis: Diagnosis, extended: Model) -> Replay:
     )
 
 
-def _evaluator(model: Model) -> Evaluator:
+def _evaluator(robot: Robot) -> Evaluator:
     """Return the kernels of a plant, run by CasADi: to compile them takes longer than to run."""
-    chosen = tuple(k for k in model.kernels if k.name in KERNELS)
-    return load(replace(model, kernels=chosen), backend="casadi")
+    return load(derive(robot, KERNELS), backend="casadi")
 
 
 def worst(curves: Sequence[Curves]) -> tuple[Curves, slice]:

@@ -16,7 +16,7 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Score, Torques
-from symgen.diagnosis.whitened_system import WhitenedSystem, compared, gain_of
+from symgen.diagnosis.whitened_system import WhitenedSystem, gain_of, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 
@@ -132,11 +132,12 @@ def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> di
     """Return the score of every pattern on the joint at position `j`, the best first."""
     scores: dict[str, float] = {}
     views = [_view(log.thinned, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
-    for pattern, functions in _groups(evidence.n, j):
-        pairs = zip(evidence.logs, views, strict=True)
-        parts = [compared(log, np.stack(functions(s), axis=1)) for log, s in pairs]
-        columns = np.concatenate(parts)
-        score = gain_of(evidence, {j: columns}) - _PRICE * columns.shape[1]
+    groups = [*_groups(evidence.n, j)]
+    found = in_band(
+        evidence.logs, groups, lambda group, k: {j: np.stack(group[1](views[k]), axis=1)}
+    )
+    for (pattern, _), columns in zip(groups, found, strict=True):
+        score = gain_of(evidence, columns) - _PRICE * columns[j].shape[1]
         scores[pattern] = max(score, scores.get(pattern, -1.0))
     return dict(sorted(scores.items(), key=lambda entry: -entry[1]))
 

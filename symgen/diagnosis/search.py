@@ -25,7 +25,7 @@ from symgen.diagnosis.refine import refined
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
-from symgen.distributed import Say, silent
+from symgen.distributed import Say, in_turn, own_threads, silent
 from symgen.estimation.filtered_log import kept_spans
 from symgen.estimation.predictive_score import (
     LEAST,
@@ -212,8 +212,8 @@ class Search:
         A grid may miss a narrow peak; the best value alone costs the whole grid.
         """
         out = list(options)
-        for k, s in enumerate(out[:_FINE]):
-            own = self._refined(stage, s)
+        best = in_turn(lambda s: self._refined(stage, s), options[:_FINE], own_threads())
+        for k, (s, own) in enumerate(zip(options, best, strict=False)):
             fit = None
             if own.candidate is not s.candidate:
                 fit = self._fit(stage, own.candidate, own.columns)

@@ -133,7 +133,7 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
     for s in found:
         number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
         if s.fault:
-            notes.append(f"joint {number}, second encoder: {s.fault}")
+            notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
             continue
         same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
         rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))

@@ -21,7 +21,7 @@ import numpy as np
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Candidate, Constants, Torques
-from symgen.diagnosis.whitened_system import WhitenedSystem, compared
+from symgen.diagnosis.whitened_system import WhitenedSystem, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
@@ -34,7 +34,6 @@ _BEST = 12  # terms of a joint that are scored
 _FREE = 0.05
 _CENTRES, _WIDTHS = 15, (0.1, 0.15, 0.22, 0.33, 0.5, 0.75)  # of half the joint's range
 _HALVINGS = 7  # of the refinement of bumps
-_CHUNK = 64
 #: Where the model's columns are proved to be independent: no bump may lie beyond.
 _REACH = {names.REVOLUTE: 3.0, names.PRISMATIC: 1.0}
 
@@ -80,6 +79,11 @@ class Term:
     values: Callable[..., FloatArray]
     dimension: str
     constants: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def analytic(self) -> bool:
+        """Whether it is a smooth function of the motion."""
+        return "abs" not in self.text and "sign" not in self.text
 
     def along(self, log: FilteredLog) -> FloatArray:
         """Return the term along a log, (N,)."""
@@ -177,16 +181,20 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
     return Candidate(definition, (position,), columns, len(terms), constants, refinable=False)
 
 
-def _seen(terms: Sequence[Term], scenes: Sequence[FilteredLog]) -> FloatArray:
+def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     """Return minus the terms in the band at the kept instants of all logs, (K, T)."""
-    out = []
-    for s in scenes:
-        parts = [
-            compared(s, np.stack([t.along(s.thinned) for t in terms[i : i + _CHUNK]], axis=1))
-            for i in range(0, len(terms), _CHUNK)
-        ]
-        out.append(np.concatenate(parts, axis=1))
-    return -np.concatenate(out)
+    out = np.empty((sum(len(log.kept) for log in logs), len(terms)))
+    for analytic in (True, False):
+        at = [i for i, term in enumerate(terms) if term.analytic == analytic]
+        strides = [log.smooth_stride if analytic else log.rows.stride for log in logs]
+        thin = [log.every(k) for log, k in zip(logs, strides, strict=True)]
+
+        def columns(i: int, k: int, thin: Sequence[FilteredLog] = thin) -> Columns:
+            return {0: -terms[i].along(thin[k])[:, None]}
+
+        for i, found in zip(at, in_band(logs, at, columns, strides), strict=True):
+            out[:, i] = found[0][:, 0]
+    return out
 
 
 def _gains(system: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:

@@ -7,13 +7,16 @@ rows out; no sample is weighed before it passes the filter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import accumulate, chain, pairwise, starmap
+from typing import TypeVar
 
 import numpy as np
 
 from symgen.data.mask import SLOW, STOP, STOPPED, Bools, mean_speeds, rms, stops, touched
+from symgen.distributed import in_turn, own_threads
 from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, dense
@@ -23,6 +26,8 @@ from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
+Item = TypeVar("Item")
+_TOGETHER = 16  # items whose columns pass the filter at once
 _WHITENING = 3
 _TINY = 1e-300
 _FREE = 1e-5  # of a column of unit norm, from which the model does not say it
@@ -48,6 +53,42 @@ def static(log: FilteredLog) -> Bools:
 def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
     """Return a signal (N, ...) in the comparison band at the kept instants, (K, ...)."""
     return log.unmasked.compared(x)
+
+
+def in_band(
+    logs: Sequence[FilteredLog],
+    items: Iterable[Item],
+    columns: Callable[[Item, int], Columns],
+    strides: Sequence[int | None] | None = None,
+) -> Iterator[Columns]:
+    """Yield the columns (K, m) of some items in the comparison band at the kept instants.
+
+    A filter that many columns pass at once costs them less; threads work on several items at once.
+
+    Args:
+        logs: K kept instants in all.
+        items: what has columns.
+        columns: gives those of an item along a log, by its number: (N, m); at home in any thread.
+        strides: samples of each log from one of these N to the next; None where they are all
+            samples or the nodes.
+    """
+    every = strides or [None] * len(logs)
+
+    def filtered(batch: Sequence[Item]) -> list[Columns]:
+        by_log = [[columns(item, k) for item in batch] for k in range(len(logs))]
+        parts = []
+        for log, stride, found in zip(logs, every, by_log, strict=True):
+            raw = np.concatenate([c for own in found for c in own.values()], axis=1)
+            parts.append(log.unmasked.compared(raw, stride))
+        whole = np.concatenate(parts)
+        widths = [c.shape[1] for own in by_log[0] for c in own.values()]
+        spans = starmap(slice, pairwise(accumulate(widths, initial=0)))
+        return [{j: np.ascontiguousarray(whole[:, next(spans)]) for j in own} for own in by_log[0]]
+
+    waiting = list(items)
+    batches = [waiting[k : k + _TOGETHER] for k in range(0, len(waiting), _TOGETHER)]
+    threads = min(own_threads(), max(1, len(batches)))
+    return chain.from_iterable(in_turn(filtered, batches, threads))
 
 
 def modelled(

@@ -34,6 +34,7 @@ from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
+from symgen.distributed import own_threads
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -116,7 +117,7 @@ def diagnose(
 
     def band_of(train: Sequence[Samples]) -> Band:
         band = known.band if known is not None else None
-        band = band or choose_band(evaluator, train, cutoff)
+        band = band or choose_band(evaluator, train, cutoff, threads=own_threads())
         return band if cutoff is None else replace(band, cutoff_hz=cutoff)
 
     given = None if known is None else known.X
@@ -171,7 +172,7 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
     left = [s.key for s in robot.sought if s.key not in named]
     if not left:
         return diagnosis
-    listed = ", ".join(f"{name} on joint {joint}" for name, joint in left)
+    listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in left)
     note = f"not named, hence not in the extended robot.toml: {listed}"
     return replace(diagnosis, notes=(*diagnosis.notes, note))
 

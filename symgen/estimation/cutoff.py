@@ -228,6 +228,6 @@ def _errors(
         for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
             log = filter_log(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, sides=known)
-            require_left(s, equations)
+            require_left(s, equations, evaluator.model.robot)
             out.append(equations)
     return [block_errors(t, t) for t in map(block_summary, found)]

@@ -114,7 +114,7 @@ class Decimation:
             left, begun = sums[done - begun :], done
 
 
-@lru_cache(maxsize=12)
+@lru_cache(maxsize=32)
 def _weights(d: Decimation, reach: int, offset: int, shape: tuple[int, int]) -> FloatArray:
     """Return the weights of nodes in kept samples; the first kept one is `offset` after node 0."""
     assert d.cutoff is not None  # something is filtered

@@ -18,6 +18,9 @@ from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
 _NODES = 16.0
+#: Nodes per period of the cutoff for what is smooth in the motion: a product of two signals below
+#: the cutoff holds nothing above twice it, so that no more than this aliases nothing into the band.
+_SMOOTH = 4.0
 #: Weight of a row in the comparison band under which a mask leaves nothing of it.
 _HARDLY = 0.05
 #: Periods of the comparison band over which its low-pass spreads a rest.
@@ -115,10 +118,22 @@ class FilteredLog:
         """Measured torque in the comparison band at the kept samples, (K, n)."""
         return self.compared(self.tau)
 
+    @property
+    def smooth_stride(self) -> int:
+        """Samples between the nodes that smooth functions of the motion need, without any step."""
+        rows = self.rows
+        if rows.cutoff is None:
+            return 1
+        highest = max(_SMOOTH * self.band.cutoff_hz, _NODES * rows.cutoff)
+        return max(rows.stride, int(1 / (highest * self.step)))
+
     @cached_property
     def thinned(self) -> FilteredLog:
         """The log sampled at its nodes only, which is enough for smooth signals."""
-        stride = self.rows.stride
+        return self.every(self.rows.stride)
+
+    def every(self, stride: int) -> FilteredLog:
+        """Return the log sampled at every `stride`-th sample only."""
         if stride == 1:
             return self
         samples = self.samples.cut(slice(None, None, stride))
@@ -127,7 +142,7 @@ class FilteredLog:
         thin.__dict__["qdd"] = np.ascontiguousarray(self.qdd[::stride])
         return thin
 
-    def compared(self, x: FloatArray) -> FloatArray:
+    def compared(self, x: FloatArray, stride: int | None = None) -> FloatArray:
         """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
 
         Masked samples have no influence: both sides of a comparison are multiplied by `weight`
@@ -135,8 +150,11 @@ class FilteredLog:
 
         Args:
             x: the signal at all samples, or at the nodes only.
+            stride: samples from one row of x to the next, where x is neither.
         """
-        rows = self.rows if len(x) == self.rows.nodes else replace(self.rows, stride=1)
+        rows = self.rows
+        if stride is not None or len(x) != rows.nodes:
+            rows = replace(rows, stride=stride or 1)
         x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
         if rows.cutoff is None:
             return x[self.kept]
@@ -161,23 +179,28 @@ class FilteredLog:
         self,
         model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
         together: int = BLOCK,
+        stride: int | None = None,
     ) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, chunk by chunk, in the comparison band.
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
             together: approximate number of nodes in a chunk.
+            stride: samples from node to node; None for those that any model needs.
 
         Yields:
             The indices into the kept samples, and their values.
         """
 
+        rows = self.rows if stride is None else replace(self.rows, stride=stride)
+        every = self.stride if stride is None else stride
+
         def at(first: int, last: int) -> FloatArray:
-            nodes = slice(first * self.stride, (last - 1) * self.stride + 1, self.stride)
+            nodes = slice(first * every, (last - 1) * every + 1, every)
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return self.rows.chunks(at, together)
+        return rows.chunks(at, together)
 
     def held(
         self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK

@@ -16,12 +16,12 @@ from symgen.data.drive import joint_side
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples
+from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
 from symgen.estimation.shared_samples import shared_span
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
-_BEYOND = 1.0  # of the range of a joint; gears make more of it
 Source = str | Path | Log
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
@@ -58,8 +58,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
                 refuse(*another_number(source.q.shape[1], robot.n, robot.joint_names))
             log = source if robot.drive is None else joint_side(source, robot.drive)
     else:
-        joints = robot.joint_names
-        log = read_log(source, sigma=robot.sigma, drive=robot.drive, reading=reading, names=joints)
+        log = read_log(
+            source, sigma=robot.sigma, drive=robot.drive, reading=reading,
+            names=robot.joint_names, limits=robot.limits,
+        )  # fmt: skip
     with located(log.name):
         _require_within(log, robot)
         log = cut(log, reading.start, reading.until)
@@ -80,13 +82,15 @@ def _require_within(log: Log, robot: Robot) -> None:
     limits = None if robot.limits is None else robot.limits.position
     for j, (low, high) in enumerate(limits or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
-        if max(low - least, most - high) > _BEYOND * (high - low):
+        if max(low - least, most - high) > BEYOND * (high - low):
             what = (
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
                 f"are {low:g} and {high:g}"
             )
             drive = "a log that [drive] maps into [limits]; see position_side"
-            refuse(what, drive if log.mapped else "rad or m, within [limits]")
+            refuse(
+                what, drive if log.mapped else "rad or m, within [limits]; --unit deg for degrees"
+            )
 
 
 def held_from(count: int) -> int:

@@ -42,9 +42,10 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         if not still.all():
             whole |= rest[:, ~still].all(axis=1)
         joint |= rest
-        what = _shares(rest, "at rest")
-        held = ", ".join(str(j + 1) for j in np.flatnonzero(still))
-        notes.append(what + (f"; joint {held} never moves and is left as it is" if held else ""))
+        what = _shares(rest, robot, "at rest")
+        if still.any():
+            what += f"; {robot.listed(np.flatnonzero(still))} never moves and is not masked"
+        notes.append(what)
     if "saturation" in kinds:
         assert log.tau is not None  # open_log has seen to it
         limits = None if robot.limits is None else robot.limits.torque
@@ -53,28 +54,28 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         whole |= high.any(axis=1)
         joint |= high
         known = "at a limit of [limits] or stuck" if limits is not None else "stuck"
-        notes.append(_shares(high, f"in saturation ({known} at its extreme)"))
+        notes.append(_shares(high, robot, f"in saturation ({known} at its extreme)"))
     for j, left in enumerate((~joint).sum(axis=0)):
         if left < MIN_SAMPLES:
             raise LogError(
-                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of joint "
-                f"{j + 1}; accepted: at least {MIN_SAMPLES}"
+                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of "
+                f"{robot.listed([j])}; accepted: at least {MIN_SAMPLES}"
             )
     said = tuple(f"{samples.name}: masked {note}" for note in notes)
     return replace(samples.masked(joint, whole), notes=(*samples.notes, *said))
 
 
-def _shares(flags: Bools, what: str) -> str:
+def _shares(flags: Bools, robot: Robot, what: str) -> str:
     """Return a text with the share of flagged samples of each joint."""
     counts = ", ".join(
-        f"joint {j + 1} {count} ({100 * count / len(flags):.3g} %)"
+        f"{robot.listed([j])} {count} ({100 * count / len(flags):.3g} %)"
         for j, count in enumerate(flags.sum(axis=0))
         if count
     )
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> None:
+def require_left(log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot) -> None:
     """Refuse a mask that covers nearly all samples.
 
     Raises:
@@ -82,7 +83,7 @@ def require_left(log: FilteredLog | Samples, equations: Sequence[Equations]) -> 
     """
     for e in equations if log.mask is not None else ():
         if len(e.y) < MIN_SAMPLES:
-            whose = "" if e.joint is None else f" of joint {e.joint + 1}"
+            whose = "" if e.joint is None else f" of {robot.listed([e.joint])}"
             raise LogError(
                 f"{log.name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
@@ -96,13 +97,13 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
         share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
         if samples.mask is None and share > _MUCH:
             out.append(
-                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples: "
-                "friction can be anything there, and the gap counts it (--mask rest leaves it out)"
+                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
+                "Static friction there is part of the gap; --mask rest leaves these samples out"
             )
     return tuple(out)
 
 
-def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
+def seldom_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
     """Return notes on joints that are at rest for most of a log, so their motion hardly shows."""
     out = []
     for log in logs:
@@ -111,9 +112,8 @@ def seldom_moving(logs: Sequence[FilteredLog]) -> tuple[str, ...]:
         moving = 1 - log.at_rest.mean(axis=0)
         few = np.flatnonzero(moving < _SELDOM)
         if len(few):
-            listed = ", ".join(str(j + 1) for j in few)
             out.append(
-                f"{log.name}: movable joints {listed} move in at most "
+                f"{log.name}: {robot.listed(few)} moved in at most "
                 f"{100 * moving[few].max():.2g} % of the samples; symgen excite writes a motion in "
                 "which all joints move"
             )

@@ -44,7 +44,8 @@ def torque_beside(
         j = numbers.index(effect.joint)
         if temp is None or np.isnan(temp[:, j]).any():
             raise LogError(
-                f"{log}: robot {robot.name} has {effect.name} on joint {effect.joint}, and the log "
+                f"{log}: robot {robot.name} has {effect.name} on {robot.label(effect.joint)}, "
+                "and the log "
                 f"has no column temp{j + 1}; accepted: a log with it, or a robot file without the "
                 "effect"
             )
@@ -78,7 +79,7 @@ def without_beside(samples: Samples, robot: Robot) -> Samples:
     step = samples.step
     qd = lowpass(samples.qd, step, _SLOW) if can_filter(_SLOW, step) else samples.qd
     known = torque_beside(robot, samples.q, qd, samples.temp, samples.name)
-    listed = ", ".join(f"{e.name} on joint {e.joint}" for e in robot.on_logs)
+    listed = ", ".join(f"{e.name} on {robot.label(e.joint)}" for e in robot.on_logs)
     note = f"{samples.name}: {listed}: taken off the measured torques"
     return replace(
         samples,

@@ -74,8 +74,8 @@ class TorqueFit:
         moving = 100 * self.in_motion.residual.relative
         still = 100 * relative_error(*self.rest).relative
         return (
-            f"the torque error is {moving:.3g} % of joints that move and "
-            f"{still:.3g} % of joints at rest",
+            f"the torque error is {moving:.3g} % for joints in motion and "
+            f"{still:.3g} % for joints at rest",
         )
 
 
@@ -144,7 +144,7 @@ def fit(
     if logs and all(log.mask for log in logs) and not out.size.all():
         j = int(np.argmin(out.size)) + 1
         raise LogError(
-            f"{logs[0].name}: --mask leaves nothing of tau{j} to compare; accepted: "
+            f"{logs[0].name}: --mask covers all samples of tau{j}; accepted: "
             "a log in which every joint moves, a higher cutoff, or no mask"
         )
     return out

@@ -300,11 +300,11 @@ def judge(
         )
     if parameters is not None and not limited:
         raise ParameterError(
-            "parameters are given and no torque is limited; accepted: torque in [limits], or "
+            "--parameters without torque limits has no effect; accepted: torque in [limits], or "
             "--torque"
         )
     if parameters is None and limited:
-        notes = ("limits of torque are not looked at: that needs --parameters of a prior model",)
+        notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
     fence = robot.limits if robot.limits is not None and robot.limits.cell else None
     kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
     model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
@@ -364,7 +364,7 @@ def excite(
     given = limits or Limits()
     source = replace(source, limits=given.over(source.limits))
     allowed = bounds(source)
-    kinds = _kinds(motion.kind, source.n, allowed)
+    kinds = _kinds(motion.kind, source, allowed)
     progress("deriving and compiling the model")
     task = judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
     lengths = _durations(motion.duration, motion.runs, task)
@@ -393,7 +393,7 @@ def excite(
             meter((k + 1) / search.searches)
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after}; {shown}")
     if best is None:
-        raise _too_much_torque(source.name, min(tried, key=lambda found: found.excess))
+        raise _too_much_torque(source, min(tried, key=lambda found: found.excess))
     if not best.condition <= SINGULAR:
         raise _singular(source, model, lengths, best)
     stopped = (
@@ -402,14 +402,15 @@ def excite(
     return task.plan(best, (ended, search.searches), stopped)
 
 
-def _kinds(kind: str | Sequence[str], n: int, limits: Bounds) -> tuple[str, ...]:
+def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str, ...]:
+    n = robot.n
     kinds = (kind,) * n if isinstance(kind, str) else tuple(kind)
     if len(kinds) != n:
         raise ParameterError(f"{len(kinds)} kinds; accepted: one, or one for each of {n} joints")
     for j, name in enumerate(kinds):
         if name not in SMOOTH and np.isfinite(limits.rates[2, j]):
             raise ParameterError(
-                f"joint {j + 1}: accelerations of kind {name} jump, and its jerk is limited; "
+                f"{robot.listed([j])}: accelerations of kind {name} jump, and its jerk is limited; "
                 f"accepted: {', '.join(SMOOTH)}"
             )
     return kinds
@@ -451,16 +452,18 @@ def _durations(
     return lengths
 
 
-def _too_much_torque(name: str, closest: Found) -> IdentificationError:
+def _too_much_torque(robot: Robot, closest: Found) -> IdentificationError:
     use = max((u for u in closest.uses if u.limit in _SHRUNK), key=lambda u: u.share)
     if use.limit in CELL:
         return IdentificationError(
-            f"{name}: no motion that was tried keeps clear of the {use.limit}: the frame of joint "
-            f"{use.joint} comes {-use.extreme:.3g} m too far; accepted: a range of positions whose "
+            f"{robot.name}: no motion that was tried keeps clear of the {use.limit}: the frame of "
+            f"{robot.label(use.joint)} comes {-use.extreme:.3g} m too far; accepted: a range of "
+            "positions whose "
             "middle is clear of floor and boxes, smaller ranges, or another cell in [limits]"
         )
     return IdentificationError(
-        f"{name}: no motion that was tried keeps the torque of joint {use.joint}: it needs "
+        f"{robot.name}: no motion that was tried keeps the torque of {robot.label(use.joint)}: it "
+        f"needs "
         f"{abs(use.extreme):.4g}, allowed {abs(use.allowed):.4g}; accepted: a higher limit, "
         "another range of positions, or a longer budget"
     )

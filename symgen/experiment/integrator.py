@@ -329,8 +329,8 @@ def _insane(
         bad, size, what = stiff, np.abs(trial.error), "moves too abruptly for any step"
     i = int(np.argmax(bad))
     worst = int(np.argmax(np.where(np.isnan(size[i]), np.inf, size[i])))
-    joint = plant.evaluator.model.robot.movable[worst % (size.shape[1] // 2)].number
+    joint = plant.evaluator.model.robot.listed([worst % (size.shape[1] // 2)])
     return ParameterError(
-        f"simulate: run {rows[i] + 1}, joint {joint}, {what} at t = {t[i]:.6g} s; "
+        f"simulate: run {rows[i] + 1}, {joint}, {what} at t = {t[i]:.6g} s; "
         "accepted: torques or gains under which the motion is finite"
     )

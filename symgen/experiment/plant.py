@@ -268,9 +268,9 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
             rest[at] = 0.0
             if force < 0:
                 raise ParameterError(
-                    f"{model.base.names[at]} = {force:.4g}: Coulomb friction that drives leaves "
-                    "the motion from rest open; accepted: 0 or more, or a coulomb_width in the "
-                    "robot file"
+                    f"{model.base.names[at]} = {force:.4g}: negative Coulomb friction does not "
+                    "determine the motion from rest; accepted: 0 or more, or a coulomb_width in "
+                    "the robot file"
                 )
         # A friction of no force still has no mode: the joint is smooth there.
         if force > 0 or shown:

@@ -54,8 +54,8 @@ class Horizon:
 
     Attributes:
         seconds: after the start of a window.
-        position_error: RMS over windows and joints of simulated minus measured position, over that
-            of the way that the joints went.
+        position_error: RMS over windows and joints of simulated minus measured position, over the
+            RMS of the distance that the joints moved.
         spread: standard deviation of that over the windows.
         per_joint: (n,) RMS over windows, rad or m.
     """

@@ -191,8 +191,8 @@ def read_reference(path: str | Path) -> Reference:
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
     if not uniform and len(found) < 3:
         refuse(
-            f"{path}: its steps vary, so that slopes must be given",
-            "qd1.. and qdd1.., or equal steps",
+            f"{path}: time steps vary, and derivatives are missing",
+            "qd1.. and qdd1.., or equal time steps",
         )
     q = found["q"]
     qd = found["qd"] if "qd" in found else differentiate(q, step)

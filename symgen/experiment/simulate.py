@@ -437,15 +437,13 @@ def _torque_notes(
     """
     notes = []
     for j, limit in enumerate(limits or ()):
-        size, number = np.abs(motion.tau[:, :, j]), robot.movable[j].number
+        size, joint = np.abs(motion.tau[:, :, j]), robot.listed([j])
         if clip and (share := float(np.mean(size >= limit))):
-            notes.append(
-                f"the torque of joint {number} was clipped in {100 * share:.3g} % of samples"
-            )
+            notes.append(f"the torque of {joint} was clipped in {100 * share:.3g} % of samples")
         if size.max() > limit * (1 + 1e-12):
             k = int(np.argmax((size > limit).any(axis=0)))
             raise ParameterError(
-                f"simulate: joint {number} needs {size[:, k].max():.4g} at t = {motion.t[k]:.6g} "
+                f"simulate: {joint} needs {size[:, k].max():.4g} at t = {motion.t[k]:.6g} "
                 f"s, and [limits] allow {limit:g}; accepted: a slower motion, or clipping (--clip)"
             )
     return tuple(notes)

@@ -392,7 +392,7 @@ def _notes(results: Sequence[Tried], runs: int) -> tuple[str, ...]:
             doubt = _FALLS / math.sqrt(2 * max(runs // m - 1, 1))
             if abs(ratio * math.sqrt(m) - 1) > doubt:
                 out.append(
-                    f"{r.name}: recorded {m} times, std is {ratio:.2g} of that of once, where "
-                    f"{1 / math.sqrt(m):.2g} was expected: more of it pays otherwise than said"
+                    f"{r.name}: {m} recordings reduce std to {ratio:.2g} of that of one; expected: "
+                    f"{1 / math.sqrt(m):.2g}. The recording times in this study are wrong for it"
                 )
     return tuple(out)

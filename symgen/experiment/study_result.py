@@ -176,8 +176,8 @@ class Study(Viewable):
 
 
 #: Of `overview`, and of `precision_rows`.
-HEADER = ("model and method", "torque error", "at once", "in the end", "never", "coverage")
-COLUMNS = ("name", "true", "bias", "std", "std says", "coverage", "record", "unit")
+HEADER = ("model and method", "torque error", "at first", "any time", "never", "coverage")
+COLUMNS = ("name", "true", "bias", "std", "stated std", "coverage", "record", "unit")
 
 
 def read_study(path: str | Path) -> Study:

@@ -20,6 +20,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.mask import moving_joints
+from symgen.distributed import in_turn
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
@@ -114,7 +115,7 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
 
 
 def causes(
-    scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = ()
+    scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = (), threads: int = 1
 ) -> tuple[Scene, list[Cause]]:
     """Return what could be wrong, the likeliest first, beside the physics that is likelier.
 
@@ -122,12 +123,17 @@ def causes(
         scene: the model.
         faults: of channels, each with what undoes it: they compete as well.
         repairs: what was mended in the logs.
+        threads: that find columns at once.
     """
     # Speeds that were measured, and right as they were, speak for the clock.
     derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
     special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
-    shapes = [shape for make in KINDS.values() for shape in make(scene)]
+    shapes = [
+        *itertools.chain.from_iterable(
+            in_turn(lambda make: [*make(scene)], KINDS.values(), threads)
+        )
+    ]
     found = first = _all(scene, shapes, faults, special)
     while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
         assert found[0].shape
@@ -598,6 +604,7 @@ def find_cause(
     repairs: Sequence[Fault] = (),
     least: float = LEAST,
     undone: bool = False,
+    threads: int = 1,
 ) -> Cause | None:
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
 
@@ -613,6 +620,7 @@ def find_cause(
         least: part of a joint's torque that matters.
         undone: whether what is named will be undone: then it need not be 15 % of what is left, as
             more is looked for behind it.
+        threads: that find columns at once.
     """
     rows = scene.rows
     train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
@@ -629,7 +637,7 @@ def find_cause(
         return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
-    scene, found = causes(scene, faults, repairs)
+    scene, found = causes(scene, faults, repairs, threads)
     found = _exactly(scene, found)
     best, alone = found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size

@@ -27,7 +27,7 @@ class Fault:
         log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
         fault: in words, with the value.
-        samples: how many it touches.
+        samples: how many it touches; 0 for whole columns.
         done: in words.
         values: of what was measured: name, value and standard deviation; GV of speeds that are
             (1 + GV) dq/dt, LV s late, and off by OV; limit of a torque that is cut off.
@@ -56,7 +56,8 @@ class Fault:
     @property
     def in_words(self) -> str:
         """The fault in one line."""
-        return f"{self.log}: {self.channel}: {self.fault}, {self.samples} samples: {self.done}"
+        samples = f", {self.samples} samples" if self.samples else ""
+        return f"{self.log}: {self.channel}: {self.fault}{samples}: {self.done}"
 
 
 def fault_of(

@@ -11,6 +11,7 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples, sampled
+from symgen.data.units import plausible_units
 from symgen.errors import LogError
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
@@ -19,7 +20,7 @@ from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
-from symgen.faults.samples import masked_faults, mended_speeds, repaired
+from symgen.faults.samples import masked_faults, masked_gaps, mended_speeds, repaired
 from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
 
@@ -53,13 +54,19 @@ def open_samples(
     if step > 0.5 / LOWEST:  # stamps between which a robot moves unseen
         raise LogError(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
-            f"{2 * LOWEST:g} Hz and more (where t is in milliseconds, divide it by 1000)"
+            f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
         )
-    samples = sampled(log, clock)
+    samples, gaps = masked_gaps(log, sampled(log, clock))
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
-    return without_beside(samples, robot), (*repairs, *masked_too)
+    return without_beside(samples, robot), (*repairs, *gaps, *masked_too)
+
+
+def _time_unit(step: float) -> str:
+    """Return the options that make a time step plausible."""
+    units = [f"--time-unit {unit}" for unit in plausible_units(step)]
+    return f", or {' or '.join(units)}" if units else ""
 
 
 def open_logs(

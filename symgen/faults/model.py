@@ -36,6 +36,7 @@ from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
 from symgen.faults.undo import exchanged, levelled, multiplied
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 Rows = Sequence[tuple[Equations, ...]]
@@ -271,14 +272,14 @@ def _exchanged(trial: Trial) -> Iterator[Fault]:
     for j, k in combinations(range(trial.n), 2):
         share, _ = trial.share(_turned(trial.rows, j, k), partial(_turned, trial.held_rows, j, k))
         if share < _EXCHANGED:
-            yield replace(_exchange(j, k, ("tau",)), share=share)
+            yield replace(_exchange(trial.evaluator.model.robot, j, k, ("tau",)), share=share)
 
 
-def _exchange(j: int, k: int, keys: Sequence[str]) -> Fault:
+def _exchange(robot: Robot, j: int, k: int, keys: Sequence[str]) -> Fault:
     """Return the fault that channels of two joints stand in each other's place."""
     channel = ", ".join(f"{key}{i + 1}" for i in (j, k) for key in keys)
     what = channel.replace(", ", " and ") if keys == ("tau",) else None
-    where = f"{what} stand" if what else f"{channel}: joints {j + 1} and {k + 1} stand"
+    where = f"{what} stand" if what else f"{channel}: {robot.listed([j, k])} stand"
     undo = partial(exchanged, j=j, k=k, keys=keys)
     return _fault("exchange", channel, f"{where} in each other's place", (j, k), 0.0, undo)
 
@@ -316,7 +317,7 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
     joints = evaluator.model.robot.movable
     for keys in (_MOTION, (*_MOTION, "tau")):
         for j, k in combinations(range(len(joints)), 2):
-            yield _exchange(j, k, keys)
+            yield _exchange(evaluator.model.robot, j, k, keys)
         for j in range(len(joints)):
             names = ", ".join(f"{key}{j + 1}" for key in keys)
             undo = partial(multiplied, joints=(j,), factor=-1.0, keys=keys)
@@ -416,8 +417,9 @@ def against_physics(trial: Trial) -> list[Fault]:
         _fault(
             "sign",
             f"tau{j + 1}",
-            f"tau{j + 1}, or q{j + 1} and qd{j + 1}: with this sign the friction of joint {j + 1} "
-            "would give energy and its inertia would be negative: change the sign",
+            f"tau{j + 1}, or q{j + 1} and qd{j + 1}: with this sign the friction of "
+            f"{trial.evaluator.model.robot.listed([j])} would give energy and its "
+            "inertia would be negative: change the sign",
             (j,),
             -1.0,
         )

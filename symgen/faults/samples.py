@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 
 from symgen import names
-from symgen.data.log import Log, rows
+from symgen.data.log import Log, long_runs, rows
 from symgen.data.mask import Bools, moving_joints, on_grid, rms, spans, touched
 from symgen.data.raw import FloatArray, Places, read_only
 from symgen.data.signals import (
@@ -112,6 +112,48 @@ def _channels(log: Log) -> Iterator[tuple[str, int, FloatArray]]:
         x = getattr(log, key)
         for j in range(0 if x is None else x.shape[1]):
             yield key, j, np.ascontiguousarray(x[:, j])
+
+
+def _converted(log: Log, *_: object) -> Iterator[Fault]:
+    """Say which columns the file has in another unit; reading has converted them."""
+    for columns, unit, done in log.converted:
+        yield Fault(log.name, columns, unit, 0, done, kind="converted")
+
+
+def _missing(log: Log, *_: object) -> Iterator[Fault]:
+    """Say which values the file lacks for a short time; reading has interpolated them."""
+    for key, j, lost in _lost(log):
+        short = int((lost & ~long_runs(lost)).sum())
+        if short:
+            yield fault_of(log.name, "missing", key, j, "empty cells", short, "interpolated")
+
+
+def _lost(log: Log) -> Iterator[tuple[str, int, Bools]]:
+    """Yield the channels of a log that lack values: key, joint, and where (N,)."""
+    if log.missing is not None:
+        for k, key in enumerate(("q", "qd", "tau")):
+            for j in map(int, np.flatnonzero(log.missing[:, :, k].any(axis=0))):
+                yield key, j, log.missing[:, j, k]
+
+
+def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
+    """Mask values that the file lacks for so long that no interpolation gives them.
+
+    Args:
+        log: the log that the samples came from, before it was resampled.
+        samples: the log on uniform steps.
+    """
+    found, everyone = list[Fault](), range(log.q.shape[1])
+    for key, j, lost in _lost(log):
+        long = long_runs(lost)
+        if long.any():
+            joints, done = ([j], "masked") if key == "tau" else (everyone, "masked, for all joints")
+            undo = partial(masked, at=on_grid(long, log.t, samples.t), joints=joints)
+            count = int(long.sum())
+            found.append(
+                fault_of(log.name, "gap", key, j, "empty cells in a row", count, done, undo)
+            )
+    return undo_faults(samples, found)
 
 
 def _repeated(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
@@ -426,6 +468,8 @@ def _disagreement(log: Log) -> Callable[[FloatArray], float]:
 
 #: What logs as they were recorded are searched for, in this order; each sees what is mended before.
 FINDERS: Mapping[str, Callable[[Log, Sequence[int], FloatArray], Iterator[Fault]]] = {
+    "converted": _converted,
+    "missing": _missing,
     "repeated": _repeated,
     "wrapped": _wrapped,
     "jumps": _jumping,

@@ -76,14 +76,18 @@ class Rows:
         parts = [log.compared_t for log in self.logs]
         return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
 
-    def along(self, state: State, together: int = CHANNELS) -> FloatArray:
+    def along(self, state: State, together: int = CHANNELS, *, smooth: bool = False) -> FloatArray:
         """Return values (k, ...) of q, qd, qdd in the comparison band, (K, ...).
 
         Args:
             state: gives them.
             together: states that are evaluated at once, about.
+            smooth: whether no sign of a speed is in them: then fewer states show them.
         """
-        parts = (log.unmasked.modelled(state, together) for log in self.logs)
+        parts = (
+            log.unmasked.modelled(state, together, log.smooth_stride if smooth else None)
+            for log in self.logs
+        )
         return np.concatenate([x for part in parts for _, x in part])
 
     def held(self, weight: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -193,8 +197,11 @@ class Scene:
 
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """Return the model's torque, (k, n)."""
-        W = np.asarray(self.rows.evaluator["torque_regressor"](q, qd, qdd))
-        return W[:, :, : len(self.X)] @ self.X
+        evaluator, X = self.rows.evaluator, self.X
+        if evaluator.has("inverse_dynamics"):  # a tenth of the time of the regressor
+            more = len(evaluator.model.base.parameters) - len(X)
+            return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, np.pad(X, (0, more))))
+        return np.asarray(evaluator["torque_regressor"](q, qd, qdd))[:, :, : len(X)] @ X
 
 
 def mean_friction_power(

@@ -88,18 +88,22 @@ class Shape:
         return told if abs(x) > self.least else ""
 
 
-def _numbered(scene: Scene, j: int) -> str:
-    return str(scene.rows.evaluator.model.robot.movable[j].number)
+_BRACES = str.maketrans("{}", "()")  # words of a shape are a format
+
+
+def _label(scene: Scene, j: int) -> str:
+    robot = scene.rows.evaluator.model.robot
+    return robot.label(robot.movable[j].number).translate(_BRACES)
 
 
 def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
-    """Return d tau / dx at 0 of a model that moves with x, (K, n)."""
+    """Return d tau / dx at 0 of a model that moves with x, (K, n); friction has no part in it."""
 
     def difference(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         low, high = (moved(h)(q, qd, qdd) for h in (-_STEP, _STEP))
         return np.asarray((high - low) / (2 * _STEP))
 
-    return scene.rows.along(difference)
+    return scene.rows.along(difference, smooth=True)
 
 
 def _zeros(scene: Scene) -> Iterator[Shape]:
@@ -112,13 +116,13 @@ def _zeros(scene: Scene) -> Iterator[Shape]:
         def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
             return lambda q, qd, qdd: scene.torque(q + h * unit, qd, qdd)
 
-        number = _numbered(scene, j)
+        label = _label(scene, j)
         yield Shape(
             "zero",
             (j,),
             everywhere(_slope(scene, moved)[:, :, None]),
-            f"the zero of joint {number} is off by about {{x:.2g}} degrees{{when}}: correct theta "
-            f"of joint {number}; symgen diagnose --effects zero_offset gives the value",
+            f"the zero of {label} is off by about {{x:.2g}} degrees{{when}}: correct theta "
+            f"of {label}; symgen diagnose --effects zero_offset gives the value",
             least=ZERO,
             within=(-_FAR, _FAR),
             shown=lambda x: abs(math.degrees(x)),
@@ -168,7 +172,7 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
             "ratio",
             (j,),
             everywhere(columns[:, :, None]),
-            f"{channel}: the gear ratio of joint {_numbered(scene, j)} is off by a factor "
+            f"{channel}: the gear ratio of {_label(scene, j)} is off by a factor "
             "{x:.3g} (positions times it, torque over it)",
             channel,
             least=FACTOR,
@@ -205,8 +209,8 @@ def _weights(scene: Scene) -> Iterator[Shape]:
                 "weight",
                 (j,),
                 {j: -weight[:, [j]]},
-                f"tau{j + 1} lacks about {{x:.2g}} % of the weight that joint "
-                f"{_numbered(scene, j)} holds: something else carries it (a spring, a "
+                f"tau{j + 1} lacks about {{x:.2g}} % of the weight that "
+                f"{_label(scene, j)} holds: something else carries it (a spring, a "
                 "counterweight, a controller's gravity compensation); symgen diagnose --effects "
                 "gravity_compensation",
                 least=FACTOR,
@@ -232,7 +236,8 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
             f"length {key}{number}",
             (),
             everywhere(_slope(scene, moved)[:, :, None]),
-            f"the length {key} of joint {number} is off by about {{x:.2g}} mm: correct it; symgen "
+            f"the length {key} of {model.robot.label(number).translate(_BRACES)} is off by "
+            f"about {{x:.2g}} mm: correct it; symgen "
             "diagnose --effects geometry_error gives the value",
             least=0.01 * length,
             within=(-_LONG * length, _LONG * length),
@@ -250,7 +255,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)
 
-    columns = scene.rows.along(loaded, BLOCK).reshape(*scene.rows.y.shape, -1)
+    columns = scene.rows.along(loaded, BLOCK, smooth=True).reshape(*scene.rows.y.shape, -1)
     words = (
         "another load is carried on the last link{when}: identify from logs with one load; symgen "
         "payload tells its mass"
@@ -263,7 +268,7 @@ def _frictions(scene: Scene) -> Iterator[Shape]:
     speeds = scene.rows.along(lambda _, qd, __: np.hstack([np.sign(qd), qd]))
     for j in range(scene.n):
         words = (
-            f"the friction of joint {_numbered(scene, j)} is another one{{when}}: a brake, or a "
+            f"the friction of {_label(scene, j)} is another one{{when}}: a brake, or a "
             "joint that warms up; identify from logs in one state"
         )
         columns = {j: speeds[:, [j, scene.n + j]]}

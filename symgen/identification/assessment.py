@@ -58,7 +58,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel, numbered
+from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -71,6 +71,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
@@ -188,16 +189,22 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     parameters = parameter_estimates(evaluator, X, std)
     faults = (
         *run.causes,
-        *hardly_moving(run.train, evaluator.model.robot.sigma),
+        *hardly_moving(run.train, evaluator.model.robot),
         *driving_friction(evaluator, run.train, X, solution.covariance),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
-    limits = _in_proportion(chosen.together)
+    limits = _in_proportion(chosen.together, evaluator.model.robot)
     uses = (
         prediction_use(
-            own, seen, elsewhere, faults, (*coarse, *seldom_moving(run.train)), run.worst
+            own,
+            seen,
+            elsewhere,
+            faults,
+            evaluator.model.robot,
+            (*coarse, *seldom_moving(run.train, evaluator.model.robot)),
+            run.worst,
         ),
         parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
         simulation_use(evaluator, run.train, X, parameters, limits),
@@ -333,10 +340,10 @@ def _notes(
     return tuple(filter(None, out))
 
 
-def _in_proportion(together: Sequence[Sequence[int]]) -> tuple[str, ...]:
+def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str, ...]:
     """Say for which motion a model holds whose joints moved in proportion."""
     return tuple(
-        f"this model holds only for motion in which movable joints {numbered(group)} move in "
+        f"this model holds only for motion in which {robot.listed(group)} move in "
         "proportion, as in the training logs"
         for group in together
     )
@@ -408,6 +415,7 @@ def prediction_use(
     held: TorqueFit,
     elsewhere: float,
     faults: Sequence[str],
+    robot: Robot,
     suspects: Sequence[str] = (),
     worst: float = 0.0,
 ) -> Use:
@@ -418,6 +426,7 @@ def prediction_use(
         held: of data that the estimate never saw.
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
+        robot: for the names of joints.
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
@@ -431,11 +440,12 @@ def prediction_use(
         )
     each = np.array(held.residual.per_joint)
     counts = held.size > _SHARE * held.size.sum()
-    bad = [f"{j + 1} ({percent(each[j])})" for j in np.flatnonzero((each > JOINT) & counts)]
+    bad = [
+        f"{robot.listed([int(j)])} ({percent(each[j])})"
+        for j in np.flatnonzero((each > JOINT) & counts)
+    ]
     if bad:
-        reasons.append(
-            f"the torque of held-out motion is unexplained at movable joints {', '.join(bad)}"
-        )
+        reasons.append(f"the torque of held-out motion is unexplained at {', '.join(bad)}")
     if said > RESIDUAL or bad:
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
@@ -556,9 +566,8 @@ def driving_friction(
     out = np.flatnonzero(power < -SIGNIFICANT * std)
     if not len(out):
         return ()
-    numbers = ", ".join(str(evaluator.model.robot.movable[j].number) for j in out)
     return (
-        f"friction would drive the robot at joint{'s' * (len(out) > 1)} {numbers}: the sign of "
+        f"friction would drive the robot at {evaluator.model.robot.listed(out)}: the sign of "
         "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
     )
 
@@ -659,20 +668,20 @@ def headline(
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
 
 
-def hardly_moving(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> tuple[str, ...]:
+def hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
     """Say which joints stay slower than 2 % of the fastest one of their kind in all logs.
 
     What is fitted there carries over to faster motions of these joints by chance only, whatever
     its standard deviation.
     """
-    moving = moving_joints([log.qd for log in logs], sigma)
+    moving = moving_joints([log.qd for log in logs], robot.sigma)
     size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
     return tuple(
-        f"movable joint {j + 1} hardly moves ({size[j]:.2g} "
+        f"{robot.listed([j])} hardly moves ({size[j]:.2g} "
         f"{'m' if kind == names.PRISMATIC else 'rad'} in all): its "
         "friction and inertia hold for no larger motion; move it too, or fix it in the robot "
         "(sigma = 2; symgen import --fix)"
-        for j, kind in enumerate(sigma)
+        for j, kind in enumerate(robot.sigma)
         if j not in moving
     )
 
@@ -844,6 +853,7 @@ def wrong_sign(
     if best is None or found[best] > _BETTER * left:
         return ()
     return (
-        f"joint {best} fits better with the other sign of its ratio in [drive]: the residual falls "
+        f"{robot.label(best)} fits better with the other sign of its ratio in [drive]: the "
+        "residual falls "
         f"from {100 * left:.2g} to {100 * found[best]:.2g} %",
     )

@@ -61,6 +61,7 @@ from symgen.identification.solving import (
     solve,
     system_of,
 )
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 _SHIFTS = 3  # of torques that are late
@@ -288,14 +289,16 @@ def choose_model(
     evaluator = run.evaluator
     still = find_standing(run.train)
     together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
-    fault = motion_fault(still, together)
+    fault = motion_fault(still, together, evaluator.model.robot)
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
-        chosen = ChosenModel(run, model, _enough(_equations(run, model, shares)), [], fault=fault)
+        chosen = ChosenModel(
+            run, model, _enough(run, _equations(run, model, shares)), [], fault=fault
+        )
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         with blame_motion(fault):
@@ -318,7 +321,7 @@ def choose_model(
             else part
             for k, part in enumerate(chosen.train)
         ],
-        held=_enough(held),
+        held=_enough(run, held),
     )
 
 
@@ -328,10 +331,10 @@ def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[
     return [equate(run.evaluator, log, model, weight) for log, weight in pairs]
 
 
-def _enough(logs: list[EquatedLog]) -> list[EquatedLog]:
+def _enough(run: Run, logs: list[EquatedLog]) -> list[EquatedLog]:
     """Return logs of which masks leave enough equations."""
     for part in logs:
-        require_left(part.log, part.equations)
+        require_left(part.log, part.equations, run.evaluator.model.robot)
     return logs
 
 
@@ -360,7 +363,7 @@ def _alternatives(
     for model in models:
         try:
             torque = model.name == _COMPARED.name
-            train = _enough(compared if torque else _equations(run, model, shares))
+            train = _enough(run, compared if torque else _equations(run, model, shares))
         except IdentificationError as error:
             lost[model.name] = error
             continue
@@ -481,26 +484,21 @@ def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], .
     return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)
 
 
-def motion_fault(still: Sequence[int], together: Sequence[Sequence[int]]) -> str:
+def motion_fault(still: Sequence[int], together: Sequence[Sequence[int]], robot: Robot) -> str:
     """Return in words why a motion cannot excite a model, or ''.
 
     Args:
         still: the joints that stand still in all logs.
         together: those whose speeds are proportional to each other.
+        robot: for the names of joints.
     """
     if still:
         return (
-            f"movable joints {', '.join(str(j + 1) for j in still)} do not move: move them too, or "
+            f"{robot.listed(still)} did not move: move them too, or "
             "fix them in the robot (sigma = 2; symgen import --fix)"
         )
     return "; ".join(
-        f"the speeds of movable joints {numbered(group)} are proportional to each other "
+        f"the speeds of {robot.listed(group)} are proportional to each other "
         "throughout; move the joints independently"
         for group in together
     )
-
-
-def numbered(joints: Sequence[int]) -> str:
-    """Return the numbers of some joints, as in "1, 2 and 4"."""
-    *before, last = (str(j + 1) for j in joints)
-    return f"{', '.join(before)} and {last}" if before else last

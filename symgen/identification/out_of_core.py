@@ -272,7 +272,7 @@ class Reduction:
             data = DataSet(robot, self.reading)
             for part in dict.fromkeys(chunk.part for chunk in chunks):
                 own, s = [c for c in chunks if c.part == part], part.stretch
-                yield from zip(own, data.logs(s.file, [c.rows for c in own], s.name), strict=True)
+                yield from zip(own, data.logs(s, [c.rows for c in own]), strict=True)
 
         return in_turn(one, read(), work.threads)
 
@@ -546,7 +546,7 @@ def _sample(
     for s, first, last in spans:
         piece = (first, last) != s.rows
         since = f" from {s.times[0] + (first - s.rows[0]) * s.step:.0f} s" if piece else ""
-        (log,) = data.logs(s.file, [(first, last)], s.name + since)
+        (log,) = data.logs(s, [(first, last)], s.name + since)
         samples, done = open_samples(log, data.robot, plain, clock=(s.times[0], s.step))
         repairs.extend(done)
         out.append(replace(samples, piece=piece))
@@ -649,7 +649,7 @@ class ChunkedLogs(OpenLogs):
             arrays = unpacked_arrays(self.folder.read(key))
             mended = [Fault(**told) for told in json.loads(str(arrays.pop(_REPAIRS)))]
             repairs += mended
-            clean.append(not mended)
+            clean.append(all(fault.kind == "converted" for fault in mended))
             for name in arrays:
                 if not name.endswith(_COUNTS):
                     number, j = map(int, name.split("."))

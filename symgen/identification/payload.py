@@ -45,7 +45,7 @@ from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, silent
-from symgen.errors import IdentificationError, ParameterError
+from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.equation_model import JUDGING
@@ -73,12 +73,14 @@ from symgen.identification.physical import (
     Cone,
     about_centre,
     minimise,
+    parameters_of,
     pseudo_inertia,
 )
 from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
+from symgen.robot.expressions import shortened
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Drive, Robot
+from symgen.robot.types import Drive, Frame, Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.schemas import BESIDE, OPTIONAL, read_result, result_file, to_json
 from symgen.views import Viewable
@@ -135,7 +137,7 @@ class Payload(Viewable):
 
     Attributes:
         robot: its name.
-        frame: number of the joint whose link carries the load, and in whose frame it is given.
+        frame: name of the frame of com and inertia; the number of `joint` for that of its link.
         mass: kg.
         com: centre of mass (3), m.
         inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
@@ -149,12 +151,14 @@ class Payload(Viewable):
         gains: of the drives, joint by joint, where the load calibrated them: torque over what the
             log makes of it.
         joints: number, unit and name of each movable joint; None in an older file.
+        joint: number of the joint whose link carries the load; None in an older file, whose frame
+            is that of this joint.
         traces: measured torque of the logs with the load, and that of the model, log by log: of
             the quantities WITHOUT and WITH the load.
     """
 
     robot: str
-    frame: int
+    frame: int | str
     mass: Quantity
     com: tuple[Quantity, Quantity, Quantity]
     inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
@@ -167,6 +171,7 @@ class Payload(Viewable):
     notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
     joints: Annotated[tuple[Joint, ...] | None, OPTIONAL] = None
+    joint: Annotated[int | None, OPTIONAL] = None
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
@@ -178,7 +183,13 @@ class Payload(Viewable):
     def link(self) -> str:
         """How results call the joint whose link carries the load."""
         labels = {joint.number: joint.label for joint in self.joints or ()}
-        return labels.get(self.frame, f"joint {self.frame}")
+        number = self.joint if isinstance(self.frame, str) else self.frame
+        return labels.get(number or 0, f"joint {number}")
+
+    @property
+    def frame_label(self) -> str:
+        """How results call the frame of the load."""
+        return self.frame if isinstance(self.frame, str) else self.link
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of payload.json."""
@@ -224,6 +235,19 @@ class LoadEstimate:
     s: FloatArray
     covariance: FloatArray
     null: FloatArray
+
+    def seen_from(self, frame: Frame) -> LoadEstimate:
+        """Return the load in another frame of the same link.
+
+            P' = A P A',  A = T^-1,  with the pseudo-inertia P of the load
+
+        Args:
+            frame: constant in the frame of the load.
+        """
+        A = np.linalg.inv(np.array(frame.transform))
+        T = np.array([parameters_of(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
+        null = np.linalg.qr((T * UNITS / UNITS[:, None]) @ self.null)[0]
+        return LoadEstimate(T @ self.s, T @ self.covariance @ T.T, null)
 
     def known(self) -> tuple[bool, ...]:
         """Say which of mass, centre and inertia about it are determined, as `LABELS` has them."""
@@ -342,6 +366,7 @@ class LoadProblem:
     V: FloatArray
     given: FloatArray
     free: Sequence[int]
+    robot: Robot
 
     def step(self, at: LoadFit, gains: bool = False) -> tuple[LoadFit, LinearSystem, Solution]:
         """Solve for changes of the load, of the free parameters, and of the gains where asked.
@@ -401,7 +426,8 @@ class LoadProblem:
         j = int(np.argmin(fit.k))
         if fit.k[j] <= 0:
             raise IdentificationError(
-                f"the gain of movable joint {j + 1} came out as {1 / fit.k[j]:.3g}; accepted: logs "
+                f"the gain of {self.robot.listed([j])} came out as {1 / fit.k[j]:.3g}; "
+                "accepted: logs "
                 "in which the load shows at every joint, and torques of the right sign"
             )
         return fit, solution
@@ -479,6 +505,7 @@ def payload(
     *,
     parameters: str | Path | None = None,
     without: Sequence[Source] | Source = (),
+    frame: str = "",
     mass: float | None = None,
     gain: float | None = None,
     calibrate: bool = False,
@@ -494,6 +521,8 @@ def payload(
         logs: recorded with the load.
         parameters: of the robot without it: estimate.json, or TOML with [parameters].
         without: logs without the load, best of the same motions; X is then taken from them.
+        frame: name of the frame in which the load is given, one of `Robot.frames` on its link; ""
+            for that of the joint.
         mass: of the load, kg, where it was weighed.
         gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
             by default that of [drive], where it states one.
@@ -537,6 +566,8 @@ def payload(
         )
     if gain is None and source.drive is not None and not calibrate:
         gain = source.drive.gain_uncertainty_percent
+    link = source.payload or source.movable[-1].number
+    seen_in = _frame_on(source, frame, link)
     progress("deriving and compiling the model")
     derived = derive(source, JUDGING)
     given = None if parameters is None else read_given(parameters, derived)
@@ -558,7 +589,6 @@ def payload(
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
     )
     progress(f"solving {sum(len(e.y) for e in (*with_load, *alone))} equations")
-    link = source.payload or source.movable[-1].number
     G = regrouping(derived)[:, link_columns(derived, link)]
     V = _directions(with_load, G, 10 if mass is None else 9)
     start = LoadFit(np.zeros(len(G)), np.zeros(V.shape[1]), np.ones(source.n))
@@ -571,7 +601,7 @@ def payload(
     else:
         how = "logs with and without the load, solved at once"
     known = np.array([*[0.0] * 9, mass or 0.0])
-    problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free)
+    problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free, source)
     fit, system, solution = problem.step(start)
     covariance = solution.covariance
     if spread is not None and not bare:
@@ -592,10 +622,12 @@ def payload(
     traces += _traces(with_load, WITH, whole, fit.k)
     r, what = len(fit.a), "of torque at standstill" if model == STATIC else "of torque"
     found = problem.estimate(fit, covariance[:r, :r])
+    found = found.seen_from(seen_in) if seen_in else found
     identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
     if "mass" not in identifiable:
         raise IdentificationError(
-            f"the logs do not determine the mass of a load on link {link}; accepted: logs in which "
+            f"the logs do not determine the mass of a load on {source.label(link)}; accepted: "
+            "logs in which "
             "it is turned against gravity, or --mass"
         )
     quantities, told = _quantities(found, identifiable, mass, (gain or 0.0) / 100)
@@ -603,10 +635,29 @@ def payload(
         _require_load(derived, problem, start, link, after, quantities[0] if mass is None else None)
     own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
-        source.name, link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable, gain,
+        source.name, frame or link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable,
+        gain,
         Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
-        notes + told, gains, joints_of(source), traces,
+        notes + told, gains, joints_of(source), link if frame else None, traces,
     )  # fmt: skip
+
+
+def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
+    """Return a frame on the link of the load; None without a name.
+
+    Raises:
+        RobotError: the robot has no such frame, or it is on another link.
+    """
+    if not name:
+        return None
+    found = robot.frame(name)
+    if found.joint != link:
+        own = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
+        raise RobotError(
+            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load on "
+            f"that of joint {link}; accepted: {own}"
+        )
+    return found
 
 
 def _require_load(
@@ -645,13 +696,16 @@ def _require_load(
     best = min(left, key=lambda number: left[number])
     if left[best] < _FITS * after:
         raise IdentificationError(
-            f"a load on another link fits better: link {best} leaves {100 * left[best]:.3g} % of "
-            f"the torque, link {link} {100 * after:.3g} %; accepted: joint = {best} in [payload] "
+            f"a load on another link fits better: {model.robot.label(best)} leaves "
+            f"{100 * left[best]:.3g} % of "
+            f"the torque, {model.robot.label(link)} {100 * after:.3g} %; accepted: joint = "
+            f"{best} in [payload] "
             "of the robot file"
         )
     if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
         raise IdentificationError(
-            f"the logs show no load on link {link}: its mass is {mass.value:.3g} kg with a "
+            f"the logs show no load on {model.robot.label(link)}: its mass is {mass.value:.3g} "
+            "kg with a "
             f"standard deviation of {mass.std:.2g} kg; accepted: logs recorded with the load"
         )
 

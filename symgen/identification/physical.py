@@ -1,15 +1,15 @@
-"""What link parameters must obey to exist, and the nearest that do: semidefinite programs.
+"""Physical consistency of parameters, and the nearest consistent ones, by semidefinite programs.
 
-Base parameters X = G s fix no more than combinations of the standard parameters s. They are
-realisable when some s gives them with every link a body of positive mass density, and friction and
-rotor inertia not negative:
+Base parameters X = G s determine only combinations of the standard parameters s. X is possible if
+some s gives it in which every link is a body of positive mass density, and friction and rotor
+inertia are not negative:
 
     G s = X,   [[S_j, m_j], [m_j', M_j]] positive definite for each link j,   IA, FS, FV >= 0
 
 (Sousa and Cortesao 2014; Traversaro, Brossette, Escande, Nori 2016; Wensing, Kim, Slotine 2018).
-Every base parameter is led by a standard parameter that no other contains: the rest are free
-variables, and X = G s holds to rounding. Units are a typical length and mass of the robot, in which
-the entries of a pseudo-inertia compare.
+Every base parameter has a leading standard parameter that no other one contains. The other standard
+parameters are free variables, and X = G s holds to rounding. The units are a typical length and
+mass of the robot, in which the entries of a pseudo-inertia have similar size.
 
 Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
 their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
@@ -21,9 +21,9 @@ Programs have a quadratic objective, affine equations, signs and semidefinite ma
 and are solved by Clarabel (Goulart and Chen 2024). Symmetric matrices are vectors: the upper
 triangle column by column, off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
 
-Torques in N mm or in kN m all fit as well, with parameters a thousand times too large or small. A
-joint's own inertia M_jj over the square of what the robot reaches from there is the mass that it
-moves like; a note says so where all joints move like tonnes, or none like more than a few coins.
+Torques in N mm or in kN m fit equally well, with parameters a thousand times too large or small.
+The inertia M_jj of a joint, divided by the square of the robot's reach from there, is an apparent
+mass. A note reports if it is tonnes for all joints, or a few grams for all.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
 
         S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
 
-    A body of positive mass density in some volume has a positive definite one, and the reverse.
+    A body of positive mass density has a positive definite one, and vice versa.
 
     Args:
         link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
@@ -72,7 +72,7 @@ def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
-    """Return the link behind every joint of the file, fixed ones included.
+    """Return the link of every joint of the file, including fixed ones.
 
     With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c'). A link whose
     parameters are all 0 is a frame without mass.
@@ -103,6 +103,12 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
             raise ParameterError(f"link {joint.number}: its mass is {mass:g}; accepted: above 0")
         out.append(Body(joint.number, mass, com, inertia))
     return tuple(out)
+
+
+def parameters_of(P: FloatArray) -> FloatArray:
+    """Return XX XY XZ YY YZ ZZ MX MY MZ M (10,) of a pseudo-inertia (4, 4)."""
+    J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+    return np.array([*J[np.triu_indices(3)], *P[:3, 3], P[3, 3]])
 
 
 def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
@@ -151,7 +157,7 @@ def minimise(
     Args:
         P: positive semidefinite (n, n).
         c: (n,).
-        cones: what y obeys.
+        cones: constraints on y.
 
     Raises:
         ParameterError: Clarabel finds no solution.
@@ -231,7 +237,7 @@ _DIAGONAL = ("XX", "YY", "ZZ", "M")
 
 
 class Feasibility:
-    """What the parameters of one robot must obey, in its own units: x = s / scale.
+    """Constraints on the parameters of a robot, in its own units: x = s / scale.
 
     Raises:
         ParameterError: X are not finite base parameters of this robot.
@@ -272,7 +278,7 @@ class Feasibility:
         self.at[self.heads] = self.X / self.scale[self.heads]
 
     def require(self, prior: Mapping[str, float]) -> None:
-        """Refuse a prior that does not hold finite standard parameters of this robot."""
+        """Refuse a prior without finite standard parameters of this robot."""
         for name, value in prior.items():
             if name not in self.names:
                 raise ParameterError(
@@ -285,7 +291,7 @@ class Feasibility:
                 )
 
     def fault(self) -> str:
-        """Return in words why no link parameters give X, or ''."""
+        """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
             f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
             for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
@@ -304,8 +310,8 @@ class Feasibility:
     def margin(self) -> tuple[float, FloatArray]:
         """The largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
 
-        X is realisable when it is positive. The second value is the share of each link in what
-        binds t: the trace of its dual matrix.
+        X is possible if it is positive. The second value is the share of each link in the binding
+        constraints of t: the trace of its dual matrix.
         """
         (t, _), blame = self._widest(self.onto, self.at, self.links)
         return t, blame
@@ -334,8 +340,9 @@ class Feasibility:
 
             minimise sum over links of tr(P0^-1 P) - log det(P0^-1 P)
 
-        with P0 the pseudo-inertia in the prior. A link that the prior does not have as a body of
-        positive mass is as small as it can be; one that has no mass there has none here.
+        with P0 the pseudo-inertia in the prior. If a link has no mass in the prior, it has none in
+        the result. Other links that are not bodies of positive mass in the prior become as small as
+        possible.
         """
         target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
         named = np.isin(self.names, list(prior))
@@ -392,7 +399,7 @@ class Feasibility:
             return widest
 
     def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
-        """Return the nearest base parameters that a robot can have, and how far they are."""
+        """Return the nearest base parameters that a robot can have, and their distance."""
         whiten = _whitening(covariance, len(self.X))
         n, p = len(self.names), len(self.X)
         onto = whiten @ self.G * self.scale
@@ -527,14 +534,14 @@ CAVEAT = (
 
 @dataclass(frozen=True, eq=False)
 class LinkParameters:
-    """Standard parameters of all links that could exist and give certain base parameters.
+    """Physically possible standard parameters of all links, for given base parameters.
 
     Attributes:
         values: every standard parameter by name, in the order of the model.
         X: the base parameters that they give, (p,).
-        sigmas: distance d of X from what was asked for, sqrt(d' C^-1 d); 0 where it is met.
-        bodies: mass, centre and inertia of the link behind each joint.
-        caveat: what these numbers are not.
+        sigmas: distance d of X from the requested one, sqrt(d' C^-1 d); 0 if they are equal.
+        bodies: mass, centre and inertia of the link of each joint.
+        caveat: the limits of these numbers, as a text.
     """
 
     values: Mapping[str, float]
@@ -551,7 +558,7 @@ def link_parameters(
     prior: Mapping[str, float] | None = None,
     nearest: FloatArray | None = None,
 ) -> LinkParameters:
-    """Find link parameters that could exist and give the base parameters X.
+    """Find physically possible link parameters that give the base parameters X.
 
     Of all such sets it returns the one whose links are closest to those of the prior, by the
     log-determinant divergence of their pseudo-inertias; without a prior, the smallest, in units of
@@ -560,15 +567,14 @@ def link_parameters(
     Args:
         model: from `derive`.
         X: base parameters (p,), for example `estimate.X`.
-        prior: standard parameters by name, from CAD for example. Those that it does not name are
-            kept small, with a thousandth of the weight.
-        nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, an X that no
-            robot can have gives way to the nearest one that a robot can have, and `sigmas` tells
-            how far that is.
+        prior: standard parameters by name, for example from CAD. The others are kept small, with a
+            thousandth of the weight.
+        nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, the function
+            replaces an impossible X by the nearest possible one, and `sigmas` is the distance.
 
     Raises:
-        ParameterError: no link parameters give X (the message says why), or X or the prior are not
-            this robot's.
+        ParameterError: no link parameters give X (the message has the reason), or X or the prior
+            do not belong to this robot.
     """
     problem = Feasibility(model, X)
     prior = prior or {}
@@ -591,7 +597,7 @@ def link_parameters(
 def nearest_consistent(
     model: Model, X: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the nearest base parameters that a robot can have, and how far they are.
+    """Return the nearest base parameters that a robot can have, and their distance.
 
         minimise (X - X0)' C^-1 (X - X0)
 
@@ -604,11 +610,10 @@ def nearest_consistent(
         covariance: C of X0, (p, p).
 
     Returns:
-        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)): 0 where X0 is possible.
+        The base parameters, and sqrt((X - X0)' C^-1 (X - X0)), which is 0 if X0 is possible.
 
     Raises:
-        ParameterError: the solver finds no solution, or what it finds is not
-            possible after all.
+        ParameterError: the solver finds no solution, or its solution is not possible.
     """
     problem = Feasibility(model, X)
     if not problem.fault():
@@ -621,7 +626,7 @@ def nearest_consistent(
 
 
 def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
-    """Say whether a robot could have these base parameters, and how far the nearest are.
+    """Return whether a robot can have these base parameters, and the distance to the nearest.
 
     Args:
         model: whose parameters they are.
@@ -650,7 +655,7 @@ def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consiste
 
 
 def _noise(p: int) -> float:
-    """Return the distance from p estimates to the truth that noise exceeds once in twenty.
+    """Return the distance of p estimates from the truth that noise exceeds in 5 % of cases.
 
     Fisher's approximation of the quantile of chi with p degrees of freedom.
     """
@@ -661,14 +666,14 @@ def _noise(p: int) -> float:
 class Consistent:
     """The most likely parameters with every link a body of positive mass (Sousa, Cortesao 2014).
 
-    Of all link parameters whose pseudo-inertias are positive definite, with friction and rotor
-    inertia not negative, those whose base parameters are nearest to another estimate in the metric
-    of its covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. With
-    equal residuals in all rows this is least squares under these constraints.
+    All pseudo-inertias are positive definite, and friction and rotor inertia are not negative. Of
+    these parameters, the method returns those nearest to a base estimate in the metric of its
+    covariance (Wensing, Kim, Slotine 2018): a semidefinite program, solved by Clarabel. If all rows
+    have equal residuals, this is constrained least squares.
 
     Attributes:
-        model: of the robot.
-        base: the estimate that it starts from.
+        model: model of the robot.
+        base: estimator of the base estimate.
     """
 
     model: Model
@@ -688,7 +693,7 @@ class Consistent:
         return self.bounded(self.base.solve(system), system.names)
 
     def bounded(self, free: Solution, names: tuple[str, ...]) -> Solution:
-        """Return the solution nearest to one without constraints; raises as `solve`."""
+        """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
             f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
@@ -713,7 +718,7 @@ _STATES = 200
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
-    """Say that a robot would be absurdly heavy or light; "" where it can be.
+    """Return a note if a robot would be absurdly heavy or light, else "".
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
@@ -736,7 +741,7 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
 
 
 def _reach(robot: Robot) -> FloatArray:
-    """Return what the robot reaches from each joint, m (1 for a slide), (n,)."""
+    """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
     lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
     out = [
         _BODY + sum(x for number, x in lengths.items() if number > joint.number)

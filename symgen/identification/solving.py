@@ -1,4 +1,4 @@
-"""From a system of equations to a solution, by the method that was asked for."""
+"""Solve a system of equations by the requested method."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ WEIGHED = ("wls", "ols")
 
 @dataclass(frozen=True)
 class Fit:
-    """How equations are solved.
+    """Options of a fit besides model and method.
 
     Attributes:
-        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from:
-            pulls methods wls and consistent towards its values (see `read_prior`).
-        weights: one a log, of its squared residuals; None: all alike. For wls and ols.
-        commanded: the commanded motion of each log, in their order, for the instruments of method
-            iv; by default they come from the encoders, where speeds were measured too.
-        forgetting: weight of the past for each new sample, of method recursive, in (0, 1]: some
-            1 / (1 - forgetting) samples are remembered, whatever the model and the window.
+        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from.
+            Methods wls and consistent are pulled towards its values (see `read_prior`).
+        weights: weight of the squared residuals of each log, for wls and ols; None for equal ones.
+        commanded: commanded motion of each log, as instruments of method iv. By default, the
+            instruments come from the encoders, if speeds were measured too.
+        forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. About
+            1 / (1 - forgetting) samples are remembered, for any model and window.
     """
 
     prior: str | Path | None = None
@@ -59,10 +59,10 @@ class Fit:
     forgetting: float = 1.0
 
     def shares(self, logs: int, method: str) -> Sequence[float]:
-        """Return one weight a log, or none.
+        """Return one weight for each log, or none.
 
         Raises:
-            IdentificationError: the method weighs no logs, or these are no weights of them.
+            IdentificationError: the method accepts no weights, or these are not valid.
         """
         weights = self.weights
         if weights is None:
@@ -79,10 +79,10 @@ class Fit:
         return weights
 
     def motions(self, logs: int, method: str) -> list[Source]:
-        """Return one commanded motion a log, or none.
+        """Return one commanded motion for each log, or none.
 
         Raises:
-            IdentificationError: the method takes none, or there are more or fewer than logs.
+            IdentificationError: the method uses none, or their number is not that of the logs.
         """
         motions = listed_logs(self.commanded)
         if motions and (method != "iv" or len(motions) != logs):
@@ -94,7 +94,7 @@ class Fit:
 
 
 ALL_METHODS = (*METHODS, Consistent.name, "recursive")
-#: Methods that need no more of the logs than sums over their parts.
+#: Methods that only need sums over parts of the logs.
 FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
@@ -122,7 +122,7 @@ def equate(
     weight: float = 1.0,
     kind: str = "train",
 ) -> EquatedLog:
-    """Return a log with the equations of a model, its squared residuals weighed.
+    """Return a log with the equations of a model and the weight of its squared residuals.
 
     Raises:
         IdentificationError: the window does not fit the log.
@@ -133,13 +133,13 @@ def equate(
 
 @dataclass(frozen=True, eq=False)
 class Method:
-    """The name of a method, and what it is given.
+    """A method with its options.
 
     Attributes:
         name: one of ALL_METHODS.
-        forgetting: of method recursive, in (0, 1].
-        prior: of methods wls and consistent.
-        given: the estimator itself, where the user made one.
+        forgetting: for method recursive, in (0, 1].
+        prior: for methods wls and consistent.
+        given: the estimator object, if the user passed one.
     """
 
     name: str
@@ -149,7 +149,7 @@ class Method:
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
-        """Return the method of a name, or of an estimator with settings of its own."""
+        """Return the method for a name or an estimator object."""
         if isinstance(method, (Wls, Ols)) and method in (Wls(), Ols()):
             method = method.name
         if isinstance(method, str):
@@ -175,22 +175,22 @@ class Method:
 
     @property
     def plain(self) -> bool:
-        """Whether it rests on least squares alone, which folds of chunks solve."""
+        """Whether it is plain least squares, which sums over chunks can solve."""
         return self.name in FOLDED and self.prior is None and self.given is None
 
     @property
     def is_wls(self) -> bool:
-        """Whether it is the least squares that models are chosen by."""
+        """Whether it is the least squares that chooses the model."""
         return self.name == Wls.name and self.plain
 
     @property
     def label(self) -> str:
-        """What an estimate calls it."""
+        """Name of the method in an estimate."""
         return self.name + (" with prior" if self.prior is not None else "")
 
     @property
     def excludes(self) -> str:
-        """What its standard deviations leave out."""
+        """The errors that its standard deviations do not include."""
         if self.name == "recursive":
             return NOISE_BIAS
         if self.name == Consistent.name:
@@ -198,7 +198,7 @@ class Method:
         return (self.prior or ESTIMATORS[self.name]).excludes
 
     def is_tested(self, log: FilteredLog) -> bool:
-        """Whether a log can tell that least squares is biased: speeds of their own sensors."""
+        """Whether a log can show a bias of least squares: it has measured speeds."""
         return self.name not in UNBIASED and log.band.velocity == "measured"
 
     def estimator(self, evaluator: Evaluator) -> Estimator:
@@ -229,12 +229,12 @@ def solve(
     Args:
         evaluator: the compiled model.
         train: the logs.
-        method: that solves them.
-        model: of the equations.
-        kept: places of the parameters that they determine; the others are 0. None for all.
+        method: method of the solution.
+        model: model of the equations.
+        kept: indices of the parameters that the logs determine; the others are 0. None for all.
 
     Raises:
-        IdentificationError: they do not determine the parameters, or the method cannot be used.
+        IdentificationError: the logs do not determine the parameters, or the method cannot be used.
     """
     system = system_of(evaluator, train)
     p = len(system.names)
@@ -257,17 +257,17 @@ def solve(
 def noise_columns(
     evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
 ) -> FloatArray:
-    """Return what noise of positions and speeds makes of the columns of a regressor, (K, p).
+    """Return the change of the regressor columns by noise of positions and speeds, (K, p).
 
         E = W(q + noise, qd + noise) - W(q, qd)
 
-    for one draw of white noise as large as that of the channels, whose sixth differences show it,
-    and at least as large as what rounding to their smallest step makes.
+    for one draw of white noise. Its size is that of the channels, estimated from sixth differences,
+    and at least that of rounding to their smallest step.
 
     Args:
         evaluator: the compiled model.
-        logs: in the band of the run.
-        model: of the equations.
+        logs: logs in the band of the run.
+        model: model of the equations.
     """
     draw, out = np.random.default_rng(SEED), []
     for log in logs:
@@ -287,19 +287,18 @@ def noise_columns(
 def settle_load(
     evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
 ) -> EquationModel:
-    """Return the model whose effects of the load take the torque of the X that it leads to.
+    """Return the torque model with the columns of effects of the load at the converged X.
 
-    Their columns hold the model's own torque: they are taken at the X of the round before, weighted
-    least squares first without and then with them, until X stays.
+    These columns depend on the torque of the model. Each round evaluates them at the X of the round
+    before, and solves weighted least squares, first without and then with them, until X converges.
 
     Args:
         evaluator: the compiled model.
         logs: the training logs in the band of the run.
-        model: of the torque model.
+        model: the torque model.
 
     Raises:
-        IdentificationError: another model, whose equations have no accelerations, or X does not
-            settle.
+        IdentificationError: it is another model, without accelerations, or X does not converge.
     """
     require_model(evaluator.model.robot, model.name)
     base = evaluator.model.base
@@ -320,9 +319,9 @@ def settle_load(
 def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
     """Return the weight of every row in a recursion that forgets, (K,) a log and joint.
 
-    Its squared residual weighs forgetting^k, with k the samples from the end of its window to the
-    last end of all: whatever the window, its overlap and the joints, 1 / (1 - forgetting) samples
-    are remembered. Time of which a mask leaves no equation is not counted.
+    The weight of its squared residual is forgetting^k, with k the samples from the end of its
+    window to the last end of all. About 1 / (1 - forgetting) samples are remembered, for any
+    window, overlap and number of joints. Masked time without equations does not count.
     """
     out: list[FloatArray] = []
     later = 0.0  # samples after this log
@@ -336,7 +335,7 @@ def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
 
 
 def convergence(train: Sequence[EquatedLog], names: tuple[str, ...]) -> Convergence:
-    """Return the least-squares estimate after every chunk of the data: triangles merged in time.
+    """Return the least-squares estimate after every chunk of data, from merged triangles.
 
     The equations of all joints of a log are taken together by their times.
     """
@@ -366,9 +365,9 @@ def moved_by_window(
     solution: Solution,
     kept: Sequence[int] | None = None,
 ) -> str:
-    """Return in words the parameters that other windows move by more than three std.
+    """Return a text with the parameters that other windows move by more than three std.
 
-    Half the window, twice and four times are tried, as far as the logs hold twenty of them.
+    symgen tries half, twice and four times the window, if the logs hold twenty of them.
     """
     known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
     if model.name == "torque" or not known:

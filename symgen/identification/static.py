@@ -289,7 +289,7 @@ def _judged(found: Standstill, label: str) -> Estimate:
         *_beyond_bounds(found),
         *(hidden if left > verdicts.RESIDUAL else ()),
         *_elsewhere(found, C),
-        *_turned(bounds),
+        *_turned(bounds, evaluator.model.robot),
     )
     prediction = Use("prediction", reasons)
     uses = (prediction, use, Use("simulation", ("standstill shows no inertia",)))
@@ -343,7 +343,8 @@ def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
     beyond = np.sum(error > value + _NORMAL * np.sqrt(spread + std**2), axis=0).tolist()
     rows, movable = len(error), evaluator.model.robot.movable
     return tuple(
-        f"joint {joint.number}: {count} of {rows} torques held out lie outside the friction "
+        f"{evaluator.model.robot.label(joint.number)}: {count} of {rows} torques held out lie "
+        "outside the friction "
         f"bound of {bound:.3g}: the model misses something of position"
         for joint, count, bound in zip(movable, beyond, value, strict=True)
         if bdtrc(count - 1, rows, _OUTSIDE) < _LEVEL / len(value)
@@ -356,24 +357,24 @@ def _elsewhere(found: Standstill, C: FloatArray) -> tuple[str, ...]:
     (mixed,) = verdicts.mixed_states(q)
     W = pose_columns(found.evaluator, mixed, np.zeros_like(mixed))
     spread = np.sqrt(np.einsum("kja,ab,kjb->j", W, C, W) / len(W))
-    pairs = zip(found.evaluator.model.robot.movable, spread, found.bounds.value, strict=True)
-    bad = [str(joint.number) for joint, error, bound in pairs if error > max(bound, 0.0)]
-    if not bad:
+    bad = np.flatnonzero(spread > np.maximum(found.bounds.value, 0.0))
+    if not len(bad):
         return ()
     return (
         f"the poses do not carry their parameters: poses elsewhere in the same range would have "
-        f"larger errors than friction leaves at joints {', '.join(bad)}; record more, farther "
+        f"larger errors than friction leaves at {found.evaluator.model.robot.listed(bad)}; "
+        "record more, farther "
         "apart",
     )
 
 
-def _turned(bounds: FrictionBounds) -> tuple[str, ...]:
+def _turned(bounds: FrictionBounds, robot: Robot) -> tuple[str, ...]:
     against = (bounds.toward < -verdicts.SIGNIFICANT * bounds.toward_std) & (bounds.toward_std > 0)
     if not against.any():
         return ()
-    numbers = ", ".join(str(j + 1) for j in np.flatnonzero(against))
     return (
-        f"friction helps the last motion at movable joints {numbers}: the sign of tau, or of qd, "
+        f"friction helps the last motion at {robot.listed(np.flatnonzero(against))}: the sign "
+        "of tau, or of qd, "
         "is the other way",
     )
 

@@ -1,4 +1,4 @@
-"""identify: from a robot and its logs to an estimate with a verdict.
+"""identify: estimate parameters from a robot and its logs, with a verdict.
 
 open logs -> choose band -> undo delay -> equations -> choose model -> solve -> assess
 """
@@ -75,31 +75,33 @@ def identify(
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
-    Logs that are a data set (a pattern, a folder, a URL), or for which workers are given, or
-    Parquet and NPZ files of many samples for least squares, are read chunk by chunk, see
+    symgen reads data sets (a pattern, a folder, a URL) chunk by chunk, and also large Parquet and
+    NPZ files for least squares, and all logs if `workers` is set. See
     `symgen.identification.out_of_core`.
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
-        logs: paths of logs, or logs, to identify from.
-        validation: logs to judge by; without any, the last fifth of each log is held out.
-        model: "energy", the model of Gautier and Khalil; "momentum", n equations a window;
-            "torque", with filtered accelerations; or "auto", all three, of which the one is taken
-            that leaves the smallest torque error on folds of the training logs left out of its fit;
-            or "static": rows are still poses, see `symgen.identification.static`.
-        method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint weighed
-            by its own residual), "ols", "huber", "tls", "iv", "ridge", "essential"; "consistent"
-            (parameters that a robot can have); or "recursive" (least squares that may forget).
+        logs: training logs, or their paths.
+        validation: held-out logs for the verdict; without any, the last fifth of each log is held
+            out.
+        model: "energy", the model of Gautier and Khalil; "momentum", with n equations for each
+            window; "torque", with filtered accelerations; "auto", which fits all three and keeps
+            the one with the smallest torque error on held-out folds of the training logs; or
+            "static", in which each row is a pose at rest (`symgen.identification.static`).
+        method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
+            weight from its own residual), "ols", "huber", "tls", "iv", "ridge", "essential",
+            "consistent" (parameters that a robot can have), or "recursive" (least squares with
+            forgetting).
         window: length of the sliding windows of energy and momentum, s.
-        cutoff: of the zero-phase filter of positions and speeds, Hz; by default the one with the
-            smallest torque error on folds of the training logs left out of the fit.
-        fit: a prior, weights of logs, commanded motions, forgetting.
-        reading: how logs are read, and what of them is left out of the equations.
-        workers: who reads and folds chunks, and where what is finished is kept.
-        progress: is told what is being done.
+        cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
+            the smallest torque error on held-out folds of the training logs.
+        fit: prior, weights of logs, commanded motions, forgetting.
+        reading: columns, span and masks of the logs.
+        workers: processes or scheduler that read chunks, and the folder of an unfinished run.
+        progress: called with a text about the current step.
 
     Returns:
-        The estimate, with precision, residuals on data that it never saw, and a verdict.
+        The estimate, with standard deviations, residuals on held-out data, and a verdict.
 
     Raises:
         LogError: a log cannot be read or does not belong to the robot.
@@ -147,10 +149,10 @@ def identify(
 def _possible(
     opened: LogsInMemory | ChunkedLogs, chosen: ChosenModel, by: Method, found: Outcome
 ) -> tuple[Method, Outcome]:
-    """Return parameters that a robot can have, where least squares surely are none.
+    """Return the nearest possible parameters if those of least squares are surely impossible.
 
-    They are taken unless they leave more of the held-out torque of a joint, by what matters: then
-    an effect is missing, and least squares stays.
+    The exception: they raise the held-out torque error of a joint by an amount that matters. Then
+    an effect is missing, and the least-squares solution stays.
     """
     evaluator, logs = chosen.run.evaluator, chosen.run.train
     if not by.is_wls or evaluator.model.robot.loaded or chosen.columns is not None:
@@ -181,7 +183,7 @@ def _possible(
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
-    """Return the models that are tried; effects of the load leave the torque model alone."""
+    """Return the models to try; with effects of the load, only the torque model."""
     tried = tuple(NEEDED) if model == AUTO else (model,)
     if model == AUTO and robot.loaded:
         tried = ("torque",)
@@ -191,7 +193,7 @@ def _equation_models(
 
 
 def _whole(robot: Robot, method: Method, asked: Fit) -> str:
-    """Return what of a fit needs all samples in memory, or ''."""
+    """Return the option that needs all samples in memory, or ''."""
     needed = {
         "weights": asked.weights,
         "prior": asked.prior,
@@ -207,7 +209,7 @@ class LogsInMemory(OpenLogs):
     """Logs that are in memory as a whole."""
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
-        """Solve the equations of the chosen model; plain least squares is known from the choice."""
+        """Solve the equations of the chosen model, reusing the least squares of the choice."""
         run = chosen.run
         rows = sum(e.rows for p in chosen.train for e in p.equations)
         names = run.evaluator.model.base.names
@@ -229,7 +231,7 @@ def _open_in_memory(
     reading: Reading | None,
     progress: Say,
 ) -> Iterator[LogsInMemory]:
-    """Read and mend every log; without a validation log, hold out the end of each."""
+    """Read and repair every log; without a validation log, hold out the end of each."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
     require_other_data(train, held)
     given = bool(held)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
+from symgen.codegen.derivations import Derivations
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
@@ -202,19 +203,19 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
 
 def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]:
     """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
-    model = derive(diagnosis.extended, "all")
-    tree = generate(model)
+    extended = diagnosis.extended
+    package = Derivations.of(extended).package(lambda: generate(derive(extended, "all")).files)
     motion, moved = None, None
     try:
-        motion = replayed(diagnosis, model)
+        motion = replayed(diagnosis)
         moved = motion.to_json()
     except SymgenError as error:
         note = f"no motion under the measured torques: {error}"
         diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
     files = {
         _PAGE: page(content(diagnosis, motion)).encode(),
-        "robot.toml": robot_toml(diagnosis.extended).encode(),
-        **{f"generated/{path}": data for path, data in tree.files.items()},
+        "robot.toml": robot_toml(extended).encode(),
+        **{f"generated/{path}": data for path, data in package.items()},
     }
     values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
     if values:

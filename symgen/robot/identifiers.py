@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import unicodedata
+from collections.abc import Iterable
 
 MAX_NAME = 64
+_ENDING = 48  # letters of a name in C
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 # Headers of C that a generated NAME.h would hide.
 _HEADERS = frozenset(
@@ -51,8 +54,36 @@ def is_coefficient_name(name: str) -> bool:
     return is_geometry_name(name) and _COEFFICIENT.fullmatch(name) is not None and name not in _API
 
 
+def c_identifiers(names: Iterable[str], empty: str) -> list[str]:
+    """Return an ending of a C identifier for each name: letters, digits and underscores.
+
+    A name that another one has already taken gets a number: a_b, a_b_2.
+
+    Args:
+        names: any texts.
+        empty: the ending of a name without letters and digits.
+    """
+    out: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9]+", "_", _ascii(name)).strip("_")[:_ENDING] or empty
+        numbered = itertools.chain([plain], (f"{plain}_{k}" for k in itertools.count(2)))
+        own = next(ending for ending in numbered if ending not in taken)
+        taken.add(own)
+        out.append(own)
+    return out
+
+
+def c_comment(name: str) -> str:
+    """Return a name as text for a comment of C, which cannot end the comment."""
+    return re.sub(r"[^A-Za-z0-9 ._,:+()-]", "_", _ascii(name))[:_ENDING]
+
+
+def _ascii(text: str) -> str:
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+
+
 def robot_name(text: str) -> str:
     """Return the nearest valid robot name: ur5-e becomes ur5_e."""
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    name = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_")[: MAX_NAME - 6]
+    name = re.sub(r"[^A-Za-z0-9]+", "_", _ascii(text)).strip("_")[: MAX_NAME - 6]
     return name if is_robot_name(name) else f"robot_{name}".rstrip("_")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from symgen.errors import RobotError, told_by
 from symgen.robot.expressions import shortened
+from symgen.robot.identifiers import MAX_NAME, is_robot_name, robot_name
 from symgen.robot.types import Robot
 
 #: File ending -> module of `symgen.robot.formats` that reads it.
@@ -30,6 +31,21 @@ class Imported:
     parameters: tuple[tuple[str, float], ...]
     notes: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+
+
+def with_name(found: Imported, name: str) -> Imported:
+    """Return an imported robot with another name.
+
+    Raises:
+        RobotError: the name is no C identifier, or hides a header of C.
+    """
+    if not is_robot_name(name):
+        raise RobotError(
+            f"--name {shortened(name)}: accepted: a C identifier of at most {MAX_NAME} characters "
+            f"that is no word and no header of C, such as {robot_name(name)}"
+        )
+    notes = tuple(n for n in found.notes if not n.endswith(f" is called {found.robot.name}"))
+    return replace(found, robot=replace(found.robot, name=name), notes=notes)
 
 
 def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:

@@ -158,6 +158,13 @@ class PayloadTable(_Table):
     joint: Annotated[StrictInt, Field(ge=1)]
 
 
+class FrameTable(_Table):
+    name: Annotated[Title, Field(min_length=1)]
+    joint: Annotated[StrictInt, Field(ge=0)]
+    xyz: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    rpy: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+
+
 class LoopTable(_Table):
     cut: tuple[StrictInt, StrictInt]
 
@@ -202,6 +209,7 @@ class RobotFile(_Table):
     drive: DriveTable | None = None
     effect: list[EffectTable] = []
     loop: list[LoopTable] = []
+    frame: list[FrameTable] = []
 
 
 _TABLES: dict[str, type[BaseModel]] = {
@@ -212,6 +220,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "limits": LimitsTable,
     "drive": DriveTable,
     "loop": LoopTable,
+    "frame": FrameTable,
     "effect": EffectTable,
 }
 # Error type of pydantic -> message for the author of the file.

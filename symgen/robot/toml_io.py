@@ -47,6 +47,7 @@ from symgen.robot.types import (
     OF_JOINTS,
     Coupling,
     Drive,
+    Frame,
     Joint,
     Limits,
     Loop,
@@ -55,7 +56,7 @@ from symgen.robot.types import (
 )
 
 if TYPE_CHECKING:
-    from symgen.robot.schema import EffectTable, JointTable, RobotFile
+    from symgen.robot.schema import EffectTable, FrameTable, JointTable, RobotFile
 
 _MAX_DENOMINATOR = 10_000
 _FOLLOWS = (
@@ -141,6 +142,23 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         return _Reader(where).robot(validated(data))
 
 
+def _frames(tables: Sequence[FrameTable], joints: int) -> tuple[Frame, ...]:
+    """Return the frames of a file.
+
+    Raises:
+        RobotError: two have one name, or there is no such joint.
+    """
+    known: set[str] = set()
+    for table in tables:
+        with located(f"frame {shortened(table.name)!r}"):
+            if table.name in known:
+                raise RobotError("the name stands twice; accepted: each name once")
+            if table.joint > joints:
+                raise RobotError(f"there is no joint {table.joint}; accepted: 0 to {joints}")
+        known.add(table.name)
+    return tuple(Frame(**vars(table)) for table in tables)
+
+
 class _Reader:
     """Builds a Robot from a validated file; `where` names the file in warnings."""
 
@@ -193,6 +211,7 @@ class _Reader:
             sought=tuple(sought),
             on_logs=tuple(on_logs),
             drive=self.drive(file, len(movable)),
+            frames=_frames(file.frame, len(joints)),
         )
         require_closed(robot)
         return robot

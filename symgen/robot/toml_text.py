@@ -40,6 +40,7 @@ def robot_toml(robot: Robot) -> str:
     for known in robot.on_logs:
         about = {"name": known.name, "joints": (known.joint,), "values": dict(known.values)}
         tables.append(("[[effect]]", about))
+    tables += [("[[frame]]", vars(frame)) for frame in robot.frames]
     if robot.limits is not None:
         tables.append(("[limits]", vars(robot.limits) | {"boxes": robot.limits.boxes or None}))
     if robot.drive is not None:

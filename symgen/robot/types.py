@@ -11,7 +11,9 @@ parallelogram, has no variable: q_j = sum of c_jk q_k + constant.
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -39,6 +41,7 @@ OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
+_ROUNDING = 1e-15  # of the sine and cosine of a right angle
 #: Largest number of joints in a file.
 MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another; it amplifies rounding errors.
@@ -132,6 +135,38 @@ class Loop:
 
     first: int
     second: int
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame on a link, such as a flange or a tool: constant in the frame of its joint.
+
+    Attributes:
+        name: of the link in a file of another format.
+        joint: number of the joint that moves the link; 0 for the base.
+        xyz: origin in the frame of the joint, m.
+        rpy: roll, pitch and yaw, rad, as in a URDF: Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
+    """
+
+    name: str
+    joint: int
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def transform(self) -> tuple[tuple[float, ...], ...]:
+        """The (4, 4) transform of points from this frame to that of the joint."""
+        (cr, cp, cy), (sr, s, sy) = (tuple(map(f, self.rpy)) for f in (math.cos, math.sin))
+        turn = (
+            (cy * cp, cy * s * sr - sy * cr, cy * s * cr + sy * sr),
+            (sy * cp, sy * s * sr + cy * cr, sy * s * cr - cy * sr),
+            (-s, cp * sr, cp * cr),
+        )
+        rows = (
+            (*(x if abs(x) > _ROUNDING else 0.0 for x in row), at)
+            for row, at in zip(turn, self.xyz, strict=True)
+        )
+        return (*rows, (0.0, 0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -235,6 +270,7 @@ class Robot:
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with any has no model.
         on_logs: effects that symgen subtracts from logs; they are not part of the model.
+        frames: frames of links in a file of another format.
     """
 
     name: str
@@ -249,6 +285,7 @@ class Robot:
     sought: tuple[Sought, ...] = ()
     drive: Drive | None = None
     on_logs: tuple[LogEffect, ...] = ()
+    frames: tuple[Frame, ...] = ()
 
     def __repr__(self) -> str:
         """Return the name and the number of movable joints."""
@@ -285,6 +322,29 @@ class Robot:
     def labels(self) -> dict[int, str]:
         """How results call the movable joints, by number."""
         return {j.number: names.joint_label(j.number, j.name) for j in self.movable}
+
+    def frame(self, name: str) -> Frame:
+        """Return the frame with this name.
+
+        Raises:
+            RobotError: there is no such frame.
+        """
+        for frame in self.frames:
+            if frame.name == name:
+                return frame
+        known = ", ".join(expressions.shortened(f.name) for f in self.frames[:24])
+        raise RobotError(
+            f"robot {self.name!r}: there is no frame {expressions.shortened(name)!r}; accepted: "
+            f"{known or 'frames of an imported URDF or MJCF, or [[frame]] of the robot file'}"
+        )
+
+    def label(self, number: int) -> str:
+        """Return how messages call a joint: by its name in the file, and by its number."""
+        return names.joint_label(number, self.joint(number).name)
+
+    def listed(self, places: Iterable[int]) -> str:
+        """Return movable joints for a message, by their places in q: "elbow (2) and joint 3"."""
+        return names.joints_in_words([self.movable[j].number for j in places], self.labels)
 
     @property
     def joint_names(self) -> list[str]:

@@ -26,26 +26,30 @@ _LENGTHS = ("d", "r", "b")
 _UNPROVED = Proof(0, (), (), 0, 0, 0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Variation:
     """The torque of a robot's links, without friction and rotors, for any lengths and gravity."""
 
     robot: Robot
 
-    @property
+    @cached_property
+    def _plain(self) -> Robot:
+        return self.robot.with_values()
+
+    @cached_property
     def lengths(self) -> tuple[tuple[int, str], ...]:
         """Number of the joint and key of every length that is not zero, as ("d", "r", "b")."""
         return tuple(
             (joint.number, key)
-            for joint in self.robot.with_values().joints
+            for joint in self._plain.joints
             for key in _LENGTHS
             if getattr(joint, key) != 0
         )
 
-    @property
+    @cached_property
     def gravity(self) -> FloatArray:
         """Gravity in frame 0, (3,), m/s2."""
-        return np.array([float(g) for g in self.robot.with_values().gravity])
+        return np.array([float(g) for g in self._plain.gravity])
 
     def torque(
         self,
@@ -86,12 +90,12 @@ class Variation:
 
     @cached_property
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
-        joints = self.robot.with_values().joints
+        joints = self._plain.joints
         return {_symbol(j, key): getattr(joints[j - 1], key) for j, key in self.lengths}
 
     @cached_property
     def _tape(self) -> Tape:
-        plain = self.robot.with_values()
+        plain = self._plain
         free = set(self.lengths)
         joints = tuple(
             replace(

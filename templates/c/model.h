@@ -2,6 +2,9 @@
  *
  * Joints n = {{ n }}, base parameters p = {{ p }}, of which the first {{ inertial }} are inertial.
  * Joint variables in file order: {{ joints }}.
+{% for variable, text in named %}
+ *   {{ variable }}: {{ text }}
+{% endfor %}
  * Units: rad, m, s, kg, N; tau in N m for a revolute joint, N for a prismatic one.
  * All functions are re-entrant and allocate nothing.
 {% if dtype == "double" %}
@@ -26,6 +29,15 @@ extern "C" {
 #endif
 
 {% include "guards.h" %}
+{% if places %}
+
+/* Place of each joint in q, qd, qdd and tau. */
+enum {
+{% for ending, place in places %}
+    {{ name }}_JOINT_{{ ending }} = {{ place }}{{ "" if loop.last else "," }}
+{% endfor %}
+};
+{% endif %}
 {% if geometry %}
 
 /* Named lengths and angles of the robot file. */

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import symgen
 from symgen.data.log import make_log, read_log
+from symgen.data.raw import Reading
 from symgen.errors import LogError
 
 T = np.arange(12) * 0.01
@@ -83,7 +85,6 @@ CSV_CASES = {
     "no t": (GOOD.replace("t,", "clock,", 1), ["no column t", "clock, q1"]),
     "no q": (GOOD.replace("q", "p"), ["no column q1", "p1"]),
     "no tau": (GOOD.replace("tau", "moment"), ["no column tau1", "moment1"]),
-    "semicolons": (GOOD.replace(",", ";"), ["no column t", "t;q1"]),
     "currents": (GOOD.replace("tau", "i"), ["torque columns", "torque_constant", "[drive]"]),
     "gap in q": (GOOD.replace("q2", "q3"), ["q1, q3", "without gaps"]),
     "gap in tau": (GOOD.replace("tau1", "tau3"), ["tau2, tau3", "without gaps"]),
@@ -99,12 +100,10 @@ CSV_CASES = {
     "decimal comma": (line(3, "0,03,1,2,2,1"), ["sample 3", "6 values for 5 columns"]),
     "cut off": (GOOD[:-4], ["sample 11", "4 values for 5 columns"]),
     "short row": (line(4, "0.04,1"), ["sample 4", "2 values for 5 columns"]),
-    "nan": (line(7, "0.07,1,nan,2,1"), ["column q2", "sample 7", "0.07 s", "finite"]),
-    "empty cell": (line(7, "0.07,1,2,,1"), ["column tau1", "sample 7", "empty cell"]),
     "inf": (line(7, "0.07,1,2,2,-inf"), ["column tau2", "sample 7", "-inf"]),
     "overflow": (line(7, "0.07,1e999,2,2,1"), ["column q1", "sample 7", "inf"]),
     "nan in t": (line(7, "nan,1,2,2,1"), ["column t", "sample 7"]),
-    "empty column": (GOOD.replace(",1\n", ",\n"), ["column tau2", "sample 0"]),
+    "empty column": (GOOD.replace(",1\n", ",\n"), ["column tau2", "12 of 12 cells"]),
     "t repeats": (line(7, "0.06,1,2,2,1"), ["column t", "sample 7", "0.06 s", "increasing"]),
     "t goes back": (line(7, "0.01,1,2,2,1"), ["column t", "sample 7", "0.06 s"]),
     "quoted newline": (GOOD.replace("t,", '"a\nb",', 1), ["no column t"]),
@@ -132,6 +131,88 @@ def test_a_wrong_number_of_joints_says_both_numbers(csv_of, log, robot):
     refused(csv_of(GOOD), words, sigma=(0,) * robot)
 
 
+# --- Units and separators ----------------------------------------------------
+
+
+def moving(names: str = "t,q1,qd1,tau1", q: float = 1.0, qd: float = 1.0, t: float = 1.0) -> str:
+    """Return a log of a joint that moves, in other units."""
+    at = 0.01 * np.arange(60)
+    columns = (t * at, q * np.sin(3 * at), 3 * qd * np.cos(3 * at), np.cos(2 * at))
+    rows = (",".join(f"{x:.9g}" for x in row) for row in zip(*columns, strict=True))
+    return "\n".join([names, *rows]) + "\n"
+
+
+DEG = 180 / np.pi
+#: Text of a file, options, and what the one line names: the column of the file, and what to type.
+UNSURE = {
+    "decimal commas between commas": (
+        moving().replace(".", ","), {}, ["sample 1", "decimals had commas", "--separator ';'"],
+    ),
+    "two decimal marks": (
+        moving().replace(",", ";").replace("0.14", "0,14"), {}, ["0,14", "one decimal mark"],
+    ),
+    "two separators": ("t;q1,tau1\n" + "0;1,2\n" * 20, {}, ["commas or semicolons", "--separator"]),
+    "degrees by header alone": (
+        moving("t,q1 [deg],x,tau1"), {}, ["'q1 [deg]'", "--unit q=deg", "--unit q=rad"],
+    ),
+    "degrees by slope alone": (
+        moving(q=DEG / 2, qd=0.5), {}, ["column 'q1' may be in deg", "57.3 times", "--unit q=deg"],
+    ),
+    "speeds in degrees by slope alone": (
+        moving(qd=DEG), {}, ["column 'qd1' may be in deg/s", "--unit qd=deg/s"],
+    ),
+    "degrees by range alone": (moving("t,q1,x,tau1", q=60.0), {}, ["'q1'", "--unit q=deg"]),
+    "headers against the slope": (
+        moving("t,q1 [deg],qd1 [rad/s],tau1"), {}, ["'q1 [deg]'", "'qd1 [rad/s]'", "--unit q=deg"],
+    ),
+    "an unknown unit": (moving("t,q1 [grad],qd1,tau1"), {}, ["'grad'", "rad, deg", "--unit q=rad"]),
+    "a unit of something else": (
+        moving("t,q1,qd1,tau1 [deg]"), {}, ["'tau1 [deg]'", "torque", "--unit tau=Nm"],
+    ),
+    "torques by header alone": (
+        moving("t,q1,qd1,tau1_mNm"), {}, ["'tau1_mNm'", "--unit tau=mNm", "--unit tau=Nm"],
+    ),
+    "time against its rate": (
+        moving("time_ms,q1,qd1,tau1"), {}, ["'time_ms' (t)", "100 Hz in s", "--time-unit s"],
+    ),
+    "a unit of no column": (moving(), {"unit": {"temp": "K"}}, ["--unit temp", "q, qd, tau"]),
+    "no such unit": (moving(), {"unit": {"q": "miles"}}, ["--unit q=miles", "rad, deg"]),
+    "a unit that the option makes wrong": (
+        moving(), {"unit": {"q": "deg", "qd": "rad/s"}}, ["looks like", "--unit q"],
+    ),
+    "no such separator": (moving(), {"separator": "|"}, ["no column t", "t,q1,qd1,tau1"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", UNSURE)
+def test_what_a_file_leaves_open_is_refused_with_what_to_type(csv_of, case):
+    text, options, words = UNSURE[case]
+    refused(csv_of(text), *words, sigma=(0,), reading=Reading(**options))
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e2, "ms"), (1e5, "us"), (1e8, "ns")])
+def test_a_rate_that_no_recorder_has_names_the_option(csv_of, factor, unit):
+    robot = symgen.parse_robot('[robot]\nname = "p"\ngravity = [0.0, 0.0, -9.81]\n[[joint]]\n')
+    path = csv_of(moving(t=10 * factor))
+    with pytest.raises(LogError, match=rf"--time-unit {unit}"):
+        symgen.identify(robot, path)
+    assert read_log(path, reading=Reading(time_unit=unit)).t[1] == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        ({"unit": {"x": "deg"}}, "--unit x=deg"),
+        ({"unit": {"": "mm"}}, "--unit mm"),
+        ({"time_unit": "min"}, "--time-unit min"),
+        ({"separator": "::"}, "--separator '::'"),
+    ],
+)
+def test_an_option_that_means_nothing_is_refused(option, says):
+    with pytest.raises(LogError, match=f"{says}.*accepted"):
+        Reading(**option)
+
+
 # --- Parquet -------------------------------------------------------------------------------------
 
 
@@ -148,10 +229,9 @@ def parquet(path: Path, **changes: object) -> Path:
     ("changes", "words"),
     [
         ({"q1": ["a"] * 12}, ["column q1", "string"]),
-        ({"t": np.arange(12).astype("datetime64[s]")}, ["column t", "timestamp"]),
+        ({"t": np.arange(12).astype("datetime64[D]")}, ["column t", "date32"]),
         ({"q1": [[1.0, 2.0]] * 12}, ["column q1", "list"]),
-        ({"tau1": [None] + [1.0] * 11}, ["column tau1", "sample 0"]),
-        ({"tau1": [1] * 11 + [None]}, ["column tau1", "sample 11"]),
+        ({"tau1": [None] * 3 + [1.0] * 9}, ["column tau1", "3 of 12 cells"]),
         ({" t": T}, ["column t", "2 times"]),
         ({"q3": T}, ["q1, q3"]),
     ],
@@ -204,7 +284,7 @@ def test_a_damaged_parquet_file_is_refused(tmp_path, damage):
         ({"q": Q > 0}, ["q holds bool"]),
         ({"tau": Q.astype(str)}, ["tau holds <U"]),
         ({"q": Q.astype(object)}, ["Python objects"]),
-        ({"qd": np.where(Q[3, 1] == Q, np.nan, Q)}, ["column qd2", "sample 3", "0.03 s"]),
+        ({"qd": np.where(Q[3, 1] == Q, np.inf, Q)}, ["column qd2", "sample 3", "0.03 s"]),
         ({"t": T[::-1]}, ["column t", "sample 1"]),
     ],
 )

@@ -52,7 +52,7 @@ def accepted(folder: Path, name: str, content: Any) -> bool:
 
 @pytest.mark.parametrize(
     "kind", ["estimate-1", "estimate-2", "diagnosis-1", "diagnosis-1-effect", "payload-1",
-             "prediction-2"],
+             "payload-1-frame", "prediction-2"],
 )  # fmt: skip
 def test_no_text_of_a_result_is_markup_of_its_page(kind: str, tmp_path: Path) -> None:
     """One of all places that are alike; all that are not refused stand in one page."""

@@ -41,6 +41,11 @@ rotor_inertia = false
 TRUE = np.array([0.8, 1.1, 0.3, 2.0, 0.7])
 
 
+ELBOW = symgen.parse_robot(
+    '[robot]\nname = "r"\n[[joint]]\n[[joint]]\nname = "elbow"\nd = 1\nalpha = 1.0\n'
+)
+
+
 def moved(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two seconds of motion, two of rest, again and again: position, and whether it rests."""
     phase, count = np.mod(t, 4.0), np.floor(t / 4.0)
@@ -166,10 +171,10 @@ def test_a_joint_that_moves_in_few_of_the_samples_is_said():
         symgen.make_log("seldom", T, np.column_stack([q, late]), np.zeros((len(T), 2)))
     )
     band = Band(250.0, 30.0, 4.0, "measured", find_rests([seldom], (0, 0)))
-    (said,) = seldom_moving([filter_log(seldom, band)])
-    assert said.startswith("seldom: movable joints 2 move in at most ")
-    assert seldom_moving([filter_log(seldom, Band(250.0, 30.0, 4.0, "measured"))]) == ()
-    assert seldom_moving([filter_log(log(1.0), Band(250.0, 30.0, 4.0, "measured"))]) == ()
+    (said,) = seldom_moving([filter_log(seldom, band)], ELBOW)
+    assert said.startswith("seldom: elbow (2) moved in at most ")
+    assert seldom_moving([filter_log(seldom, Band(250.0, 30.0, 4.0, "measured"))], ELBOW) == ()
+    assert seldom_moving([filter_log(log(1.0), Band(250.0, 30.0, 4.0, "measured"))], ELBOW) == ()
 
 
 def test_the_share_of_rests_is_that_of_the_joint_that_rests_most() -> None:
@@ -186,10 +191,10 @@ def test_the_share_of_rests_is_that_of_the_joint_that_rests_most() -> None:
 def test_what_a_mask_leaves_too_little_of_is_named_by_log_and_joint() -> None:
     few = Equations("log, joint 2", np.ones((3, 2)), np.ones(3), np.arange(3.0), 1, 1)
     log = prepare(make_log("log", 0.01 * np.arange(40), *np.ones((2, 40, 2))))
-    require_left(log, [few])
+    require_left(log, [few], ELBOW)
     masked = replace(log, mask=Mask(np.zeros((40, 2), bool), np.zeros(40, bool)))
-    with pytest.raises(LogError, match="log: --mask leaves 3 equations of joint 2; accepted"):
-        require_left(masked, [few])
+    with pytest.raises(LogError, match=r"log: --mask leaves 3 equations of elbow \(2\); accepted"):
+        require_left(masked, [few], ELBOW)
 
 
 def test_equations_are_named_by_joint_and_a_cutoff_that_filters_nothing_is_said() -> None:

@@ -186,7 +186,7 @@ BAD = {
     "twice the joint": (spoiled(5, name=["elbow", "elbow"]), ["named twice"]),
     "stamps of zero": ([s._replace(stamp=0) for s in states()], ["header.stamp"]),
     "two of one time": ([*states(), states(tau=TAU + 1)[3]], ["two messages of", "differ"]),
-    "NaN": (spoiled(5, position=[np.nan, 1]), ["column q1, sample 5", "nan"]),
+    "infinite": (spoiled(5, position=[np.inf, 1]), ["column q1, sample 5", "inf"]),
     "too few": (states()[:9], ["9 samples"]),
 }  # fmt: skip
 

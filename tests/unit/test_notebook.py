@@ -150,9 +150,7 @@ def test_an_estimate_shows_its_verdict_and_values() -> None:
     head, *rows = Cells(panel).rows
     assert head[0] == "joint"
     assert rows == [["all joints", "", "", "2.00 %", "2.00 %"]]
-    with pytest.raises(
-        symgen.ParameterError, match="no figure 'no such figure'; accepted: Precision"
-    ):
+    with pytest.raises(symgen.ParameterError, match="no figure 'such'; accepted: Precision"):
         estimate.plot("such")
 
 

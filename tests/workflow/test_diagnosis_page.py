@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, clipped, visit
+from browser import BROWSER, HOSTILE, Page, clipped, sheets, visit
 from plotly.offline import get_plotlyjs
 from support_diagnose import whole_gap
 
@@ -292,6 +292,7 @@ def test_the_page_is_no_larger_than_it_was() -> None:
 def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: Path) -> None:
     html = diagnosis_page(synthetic(), moved())
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
+    assert sheets(html, tmp_path) <= 2
 
 
 def test_hostile_names_add_no_element() -> None:

@@ -338,8 +338,9 @@ def test_the_command_writes_a_csv_for_each_run_and_what_is_known(
     options = [*SHORT, "--runs", "2", "--kind", "fourier,bspline", "--into", into]
     code, out, errors = run_cli(monkeypatch, capsys, "excite", "planar2r", *options)
     assert (code, errors) == (0, [])
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.json", "run_1.csv", "run_2.csv"]
-    assert "condition number (scaled), momentum" in out
+    files = ["run.html", "run.json", "run_1.csv", "run_2.csv"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == files
+    assert "condition number, momentum model" in out
     content = json.loads((tmp_path / "run.json").read_text())
     assert content["schema"] == "symgen.trajectory/1"
     # Nothing is overwritten.

@@ -61,7 +61,7 @@ def robot() -> symgen.Robot:
 
 @pytest.mark.parametrize("speeds", [True, False])
 def test_a_joint_that_moves_by_noise_alone_is_said_to_stand_still(robot, speeds) -> None:
-    with pytest.raises(symgen.IdentificationError, match=r"joints 2 do not move: .*--fix"):
+    with pytest.raises(symgen.IdentificationError, match=r"joint 2 did not move: .*--fix"):
         symgen.identify(robot, log("still", 0.0, 1, speeds))
 
 

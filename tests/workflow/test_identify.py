@@ -250,7 +250,7 @@ class TestRealLogs:
         prediction = next(use for use in estimate.uses if use.name == "prediction")
         assert prediction.reasons == estimate.reasons
         # its wrist is coupled, which this robot file does not say
-        (reason,) = [r for r in estimate.reasons if "unexplained at movable joints" in r]
+        (reason,) = [r for r in estimate.reasons if "is unexplained at joint" in r]
         joints = [int(j) for j in re.findall(r"(\d) \(", reason)]
         assert joints == [5, 6]
 
@@ -326,7 +326,7 @@ class TestRefusals:
         still = np.column_stack([log.q[:, 0], np.zeros(len(log.t))])
         speed = np.column_stack([log.qd[:, 0], np.zeros(len(log.t))])
         bad = symgen.make_log("still", log.t, still, log.tau, speed)
-        with pytest.raises(symgen.IdentificationError, match="do not move"):
+        with pytest.raises(symgen.IdentificationError, match="did not move"):
             symgen.identify("planar2r", bad)
 
     def test_a_log_of_another_robot(self) -> None:

@@ -70,7 +70,7 @@ def test_what_moves_in_proportion_predicts_and_what_is_not_determined_is_named(n
     # Noise of 1 % of the torque, in a comparison band that lets a part of it pass; sign(qd) at
     # reversals of filtered speeds is the rest.
     assert found.torque_validation.relative < 0.03
-    assert "only for motion in which movable joints 1 and 2 move in proportion" in found.headline
+    assert "only for motion in which joints 1 and 2 move in proportion" in found.headline
     assert not use(found, "simulation").ok
     assert not set(HIDDEN) & set(use(found, "parameters").known)
     assert ", ".join(HIDDEN) in " ".join(use(found, "parameters").reasons)
@@ -116,7 +116,7 @@ def test_chunks_give_the_same_and_the_command_says_it(command, tmp_path: Path) -
         "--workers", "1", "--into", tmp_path / "out",
     )  # fmt: skip
     assert code == 0, out + err
-    assert "movable joints 1 and 2 move in proportion" in out
+    assert "joints 1 and 2 move in proportion" in out
     content = json.loads((tmp_path / "out" / "estimate.json").read_text())
     assert [p["name"] for p in content["parameters"] if p["std"] is None] == HIDDEN
     assert [p["value"] for p in content["parameters"]] == pytest.approx(memory.X, rel=1e-9)

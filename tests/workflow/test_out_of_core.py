@@ -302,9 +302,9 @@ def test_refusals_say_what_is_accepted(logs: Path, tmp_path: Path) -> None:
     broken.write_bytes(b"PAR1 and nothing else")
     refused("broken.parquet: is not a readable Parquet file", broken, workers=symgen.Workers(1))
     bad = motion(1000)
-    bad["q2"][777] = np.nan
+    bad["q2"][777] = np.inf
     refused(
-        r"bad.parquet: rows .*: column q2, sample .* \(t = 7.77 s\): nan",
+        r"bad.parquet: rows .*: column q2, sample .* \(t = 7.77 s\): inf",
         parquet(tmp_path / "bad.parquet", bad), workers=symgen.Workers(1), cutoff=5.0,
     )  # fmt: skip
     backwards = motion(1000)
@@ -326,7 +326,7 @@ def test_stretches_are_found_batch_by_batch(tmp_path: Path, monkeypatch) -> None
     assert found[1].times == pytest.approx((11.4, 11.99))
     assert listed_files([tmp_path]) == [str(path)]
     spans = [(600, 660), (650, 1000)]
-    whole = DataSet(robot()).logs(str(path), spans, "x")
+    whole = DataSet(robot()).logs(DataSet(robot()).stretches(str(path))[0], spans, "x")
     for (first, last), log in zip(spans, whole, strict=True):
         assert np.array_equal(log.q[:, 1], columns["q2"][first:last])
         assert np.array_equal(log.t, columns["t"][first:last])

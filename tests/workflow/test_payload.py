@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import math
 import os
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from browser import Page
 
 import symgen
-from symgen.identification.payload import LABELS
+from symgen.identification.payload import LABELS, read_payload
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
@@ -125,6 +127,33 @@ def test_a_simulated_load_is_found(robot, parameters, way) -> None:
     assert found.frame == N
     assert found.residual.after < 0.5 * found.residual.before
     assert np.linalg.eigvalsh(_pseudo(values))[0] > 0
+
+
+def test_a_load_is_given_in_a_frame_of_its_link(robot, parameters, tmp_path) -> None:
+    tool = symgen.Frame("tool0", N, (0.05, -0.02, 0.1), (0.3, -0.5, 1.1))
+    other = symgen.Frame("elbow", 3)
+    framed = replace(symgen.read_robot(robot), frames=(tool, other))
+    log, asked = recorded(24, True), {"parameters": parameters}
+    own, found = (symgen.payload(framed, log, frame=f, **asked) for f in ("", "tool0"))
+    T = np.array(tool.transform)
+    R, at = T[:3, :3], T[:3, 3]
+    (values, _), (there, std) = quantities(own), quantities(found)
+    np.testing.assert_allclose(there[1:4], R.T @ (values[1:4] - at), rtol=1e-9, atol=1e-12)
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = values[4:]
+    J = R.T @ (J + np.triu(J, 1).T) @ R
+    np.testing.assert_allclose(there[4:], J[np.triu_indices(3)], rtol=1e-8, atol=1e-12)
+    true = np.array([*(R.T @ (COM - at)), *(R.T @ INERTIA @ R)[np.triu_indices(3)]])
+    assert (np.abs(there[1:] - true) < 4 * std[1:]).all()
+    content = found.to_json()
+    assert (content["frame"], content["joint"], own.to_json()["frame"]) == ("tool0", N, N)
+    symgen.write(found, tmp_path / "load")
+    assert read_payload(tmp_path / "load").frame == "tool0"
+    assert "the frame of tool0." in (tmp_path / "load/report.html").read_text()
+    for name, says in (("flange", "no frame 'flange'; accepted: tool0, elbow"),
+                       ("elbow", "on the link of joint 3")):  # fmt: skip
+        with pytest.raises(symgen.RobotError, match=says):
+            symgen.payload(framed, log, frame=name, **asked)
 
 
 def _pseudo(values: np.ndarray) -> np.ndarray:
@@ -262,13 +291,15 @@ def test_the_command_writes_the_contract(robot, parameters, tmp_path, command) -
     assert content["frame"] == N
     assert content["gain_uncertainty_percent"] == 2
     assert content["residual"]["after"] < content["residual"]["before"]
-    page = (into / "report.html").read_text()
-    assert "Payload of arm" in page
-    assert "http" not in page.replace("http-equiv", "")
+    html = (into / "report.html").read_text("utf-8")
+    page = Page(html)
+    assert "Payload of arm" in page.text
+    assert len(page.figures) == 1
+    assert not any("src" in attrs for _, attrs in page.tags)
     again = tmp_path / "again.html"
     code, reported, _ = command("report", into, "--into", again)
     assert code == 0
-    assert again.read_text() == page
+    assert again.read_text("utf-8") == html
     assert reported.splitlines()[:-1] == out.splitlines()[:-1]  # but for what was written
     del content["inertia"][0]
     (into / "payload.json").write_text(json.dumps(content))

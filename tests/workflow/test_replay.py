@@ -64,7 +64,7 @@ def pushed(d: float, mass: float, end: float = 3.0) -> Diagnosis:
 def test_a_missed_constant_force_moves_as_the_linear_equation_says() -> None:
     d, mass = 1.5, 4.0
     found = pushed(d, mass)
-    moved = replayed(found, derive(found.extended, "all"))
+    moved = replayed(found)
     t = moved.t - moved.t[0]
     step = -d / (mass * W**2) * (1 - (1 + W * t) * np.exp(-W * t))
     assert moved.units == ("m",)
@@ -159,7 +159,7 @@ def test_the_window_is_where_the_gap_in_units_of_each_torque_is_largest() -> Non
 def test_what_cannot_be_shown_is_refused_in_one_line(changes, words) -> None:
     found = replace(pushed(1.5, 4.0), **changes)
     with pytest.raises(SymgenError, match=words) as caught:
-        replayed(found, derive(found.extended, "all"))
+        replayed(found)
     assert "\n" not in str(caught.value)
 
 
@@ -167,10 +167,10 @@ def test_friction_that_drives_and_a_motion_too_stiff_are_refused(monkeypatch) ->
     found = pushed(1.5, 4.0)
     driving = replace(found, declared=slider('"coulomb"'), values=(4.0, -1.0))
     with pytest.raises(SymgenError, match="the model before: FS1 = -1"):
-        replayed(driving, derive(found.extended, KERNELS))
+        replayed(driving)
     monkeypatch.setattr(replay, "_MOST", 100)
     with pytest.raises(SymgenError, match="the model before: it is too stiff"):
-        replayed(found, derive(found.extended, KERNELS))
+        replayed(found)
 
 
 def test_files_without_a_motion_are_whole_and_a_note_says_why() -> None:

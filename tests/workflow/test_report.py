@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, clipped, visit
+from browser import BROWSER, HOSTILE, Page, clipped, sheets, visit
 from plotly.offline import get_plotlyjs
 
 import symgen
@@ -389,6 +389,7 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
     )
     html = result_page(estimate, symgen.read_robot("panda"))
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
+    assert sheets(html, tmp_path) <= 2
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

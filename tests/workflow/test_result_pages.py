@@ -96,21 +96,21 @@ def plan() -> symgen.experiment.plan.Plan:
 
 
 def test_a_prediction_says_the_error_of_each_joint_in_its_unit_and_in_percent() -> None:
-    text = " ".join(Page(result_page(prediction())).text.split())
+    text = Page(result_page(prediction())).text
     assert "Torque error: 20.0 %" in text
     assert "It is largest on wrist_2_joint (7): 50.0 %" in text
     _, measured = torques(0)
     rms = np.sqrt(np.mean(measured[:, 6] ** 2))
-    assert f"wrist_2_joint (7) {rms:#.3g} N m {0.5 * rms:#.3g} N m 50.0 %" in text
+    assert f"wrist_2_joint (7){rms:#.3g} N m{0.5 * rms:#.3g} N m50.0 %" in text
 
 
 def test_a_payload_says_the_load_and_the_torque_with_and_without_it(tmp_path) -> None:
-    text = " ".join(Page(result_page(load())).text.split())
+    text = Page(result_page(load())).text
     assert "the link of wrist_2_joint (7)" in text
     assert "Mass: 2.00 kg, standard deviation 0.0100 kg" in text
     _, measured = torques(1)
     rms = np.sqrt(np.mean(measured[:, 3] ** 2))
-    shown = f"elbow_joint (4) {0.2 * rms:#.3g} N m, 20.0 % {0.01 * rms:#.3g} N m, 1.00 %"
+    shown = f"elbow_joint (4){0.2 * rms:#.3g} N m, 20.0 %{0.01 * rms:#.3g} N m, 1.00 %"
     assert shown in text
     # The folder holds what the page is drawn from.
     symgen.write(load(), tmp_path / "load")

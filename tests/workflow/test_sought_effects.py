@@ -218,7 +218,7 @@ nonlinear = {{ p = [0.4, 2.5], s = [0.1, 0.3], h = "L1/4" }}
     log: Any = SimpleNamespace(t=np.arange(50) * 0.1, q=q, qd=qd, qdd=qdd)
     chosen = list(candidates(robot, None, ["odd"]))[17]  # type: ignore[arg-type]
     p, w = chosen.constants["p"], chosen.constants["s"]
-    ours = chosen.columns(log, Torques(0 * q, 0 * q, 0 * q, np.zeros((2, 10))))[1]
+    ours = chosen.columns(log, Torques(0 * q, 0 * q, 0 * q, np.zeros((2, 10)), np.zeros_like))[1]
     by_hand = -np.stack(
         [
             np.tanh(qd[:, 1] / 0.07) * np.abs(qd[:, 0]) ** p * 0.5,

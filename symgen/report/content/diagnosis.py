@@ -36,21 +36,19 @@ from symgen.report.plots import diagnosis as diagnosis_plots
 
 _LEFT = "Measured minus modelled torque in the motion's band, on data the search never saw."
 _EFFECTS = (
-    "An effect is a torque on the joint. Values come from the logs, identified with all other "
-    "parameters; a constant without std was searched."
+    "An effect is a torque on the joint. symgen fits its values together with all other "
+    "parameters. Constants without std come from a search."
 )
-_OVER = (
-    ", and on top of it what the found effects changed. Where black covers blue nothing is left."
-)
-_AGAINST = ", against speed and position: a shape in it is what no effect explains."
+_OVER = ", over speed and position. The torque of the named effects is drawn over it."
+_AGAINST = ", over speed and position. A pattern is a torque that no effect explains."
 _SHAPES = (
-    "The curve is a spline fitted to the training logs, with a band of two std; the declared "
-    "friction of the joint is part of it. The dashed line is what the named effects give in its "
-    "place. Nothing is added to the robot for the curve."
+    "The curve is a spline fitted to the training logs, with a band of two std. It contains the "
+    "declared friction of the joint. The dashed line is the torque of the named effects. symgen "
+    "does not add the curve to the robot."
 )
 _MENDED = (
-    "Around the place where the repair changed the channel most, the largest change first; a line "
-    "that is missing is masked."
+    "Each repaired channel around its largest change, the largest one first. Masked samples are "
+    "missing from the line."
 )
 
 
@@ -68,15 +66,15 @@ def _banner(d: Diagnosis) -> Banner:
     gaps = (("gap before", d.before), ("gap after", d.after), ("noise floor", d.floor))
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
-    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects), facts)
+    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects, d.extended), facts)
 
 
 def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     tied = [e for e in d.effects if e.indistinguishable_from]
-    alikes = [(placed(e), alike(e), e.separate) for e in tied]
-    rejected = [(r.name, on_joints(r.joints), r.reason) for r in d.rejected]
+    alikes = [(placed(e, d.extended), alike(e, d.extended), e.separate) for e in tied]
+    rejected = [(r.name, on_joints(r.joints, d.extended), r.reason) for r in d.rejected]
     found = [(p.name, *_value(p), p.unit) for p in d.parameters]
-    shapes = tuple(map(shape, d.free_functions or ()))
+    shapes = tuple(shape(f, d.extended) for f in d.free_functions or ())
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
         Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
@@ -91,7 +89,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             (*shapes, _SHAPES) if shapes else (),
             figure=partial(diagnosis_plots.free_functions, d),
         ),
-        _advice_section(d, {*map(tie, tied), *shapes}),
+        _advice_section(d, {*(tie(e, d.extended) for e in tied), *shapes}),
     )
     details = (
         Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
@@ -142,22 +140,22 @@ def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
         )
     if any(effect.declared for effect in diagnosis.effects):
         out.append(
-            "symgen identify robot.toml LOG --into result, with the robot.toml beside this page, "
-            "which declares what was found."
+            "symgen identify robot.toml LOG --into result, with the robot.toml next to this page, "
+            "which declares the named effects."
         )
     return tuple(out)
 
 
 def _gap_section(diagnosis: Diagnosis) -> Section:
     text = (
-        "RMS of measured minus modelled torque over RMS of measured torque, in the band of the "
-        "motion. The noise floor is what noise of torque, position and speed alone leaves there."
+        "The gap is the torque error: RMS of measured minus modelled torque, over the RMS of the "
+        "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
     done = work(diagnosis.curves)
     if done is not None:
         text += (
-            f" As energy, over windows of {done.window_s:g} s, the model leaves "
-            f"{percent(done.before)} of the work before and {percent(done.after)} after."
+            f" The energy residual over windows of {done.window_s:g} s is {percent(done.before)} "
+            f"of the work before, and {percent(done.after)} after."
         )
     figure = partial(diagnosis_plots.gaps, diagnosis)
     return Section("Gap", (text,), _gap_table(diagnosis), figure, told=())
@@ -165,12 +163,12 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
 
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     text = (
-        f"Simulated minus measured position where the gap before is largest, on {motion.log}: each "
-        "model is moved by the measured torques, and a feedback of 1 Hz holds it to the measured "
-        "motion, so that what a model misses shows as a distance."
+        f"Simulated minus measured position on {motion.log}, where the gap before is largest. The "
+        "measured torques move each model, and a feedback of 1 Hz keeps it near the measured "
+        "motion. The remaining distance shows the error of the model."
     )
     if motion.left_out:
-        text += f" No part in it has what robot.toml does not hold: {', '.join(motion.left_out)}."
+        text += f" It lacks effects that robot.toml does not hold: {', '.join(motion.left_out)}."
     pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
     labels = diagnosis.extended.labels
     rows = [(labels[j], number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]

@@ -36,21 +36,21 @@ if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
 _SPECTRUM = {
-    "energy": "A window of length T passes white noise with notches at multiples of 1/T. A peak "
-    "beside them is motion that the model does not explain.",
+    "energy": "The spectrum of white noise has notches at multiples of 1/T, for windows of length "
+    "T. A peak is motion that the model does not explain.",
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
-_LOGS = "The list above the plot chooses the log; validation stands on a tinted ground."
+_LOGS = "Choose a log above the plot. Validation logs have a tinted background."
 _BALANCE = (
-    "Measured work of the drives since the start of the log; by the model it became kinetic and "
-    "potential energy, which come back, and friction, which does not. A rest that grows steadily "
-    "is a loss or an offset that the model misses."
+    "Work of the drives since the start of the log. The model divides it into kinetic and "
+    "potential energy, and losses to friction. A residual that grows steadily is a loss or an "
+    "offset that the model lacks."
 )
 _CONVERGENCE = (
-    "Each estimate over its final value, as data come in: a line that still moves at the end needs "
-    f"more data. At first the {plots.COURSES} are drawn that moved most in the second half, weak "
-    "ones apart; a click on the legend shows others."
+    "Each estimate relative to its final value, over the time of the data used. If a line still "
+    f"moves at the end, record more data. The plot shows the {plots.COURSES} known parameters that "
+    "moved most in the second half; click on the legend to show others."
 )
 _TORQUES = (
     "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
@@ -68,17 +68,17 @@ _MODELS = (
     "error on folds of the training logs that the fit did not use."
 )
 _DIFFERENCES = (
-    "Parameters that another model estimates otherwise than the chosen one, beyond chance. They "
-    "point to an effect that the robot file does not declare."
+    "Parameters for which another model gives a significantly different value. They indicate an "
+    "effect that the robot file does not declare."
 )
 _VALUES = (
-    "Each value over the estimate's own, with 2 std to either side: 1 is the estimate. Weak "
-    "parameters are pale, and their bars may leave the plot; a value of zero is left out."
+    "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
+    "pale, and their bars can be longer than the plot. Values of zero are left out."
 )
 _WHITENESS = (
-    "Residuals are taken so far apart that they share no window and nothing that a filter spreads; "
-    "the band holds 95 % of the correlations of a white residual, of whatever changing size. A "
-    f"residual counts as not white where p is below {LEVEL:g}."
+    "The test uses residuals that share no window and no memory of a filter. The band contains "
+    "95 % of the correlations of a white residual, also if its size changes with the motion. A "
+    f"residual is not white if p is below {LEVEL:g}."
 )
 #: Correlation from which two parameters are named as hardly told apart by the data.
 TIED = 0.9

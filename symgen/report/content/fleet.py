@@ -37,7 +37,7 @@ def fleet_content(found: Fleet) -> Content:
     )
     says = tuple(f"{f.robot}: {f.says} since {f.since}" for f in (*found.changes, *found.outliers))
     facts = (("changes", str(len(found.changes))), ("outliers", str(len(found.outliers))))
-    banner = Banner("good", "steady", "No robot changed, and none stands out.", facts=facts)
+    banner = Banner("good", "steady", "No robot changed, and there are no outliers.", facts=facts)
     if says:
         banner = Banner("warn", "changed", "", says, facts)
     days = [
@@ -45,8 +45,8 @@ def fleet_content(found: Fleet) -> Content:
         for e in found.estimates
     ]
     changes = "Since when, with p corrected for all that was looked at."
-    outliers = "Robots that were others from their first day on."
-    trends = "What moved, day by day; the band is two standard deviations."
+    outliers = "Robots that differ from the fleet from their first day on."
+    trends = "Parameters that moved, for each day; the band is two standard deviations."
     errors = partial(_errors, found, robots)
     sections = (
         Section("Changes", (changes,), _findings(found.changes), told=()),

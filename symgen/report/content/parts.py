@@ -118,8 +118,8 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:
     """Return what was mended in the logs."""
-    rows = [(r.log, r.channel, r.fault, str(r.samples), r.done) for r in repairs]
-    text = "Mended before anything else was looked for."
+    rows = [(r.log, r.channel, r.fault, str(r.samples or "all"), r.done) for r in repairs]
+    text = "symgen repaired these faults before all other steps."
     table = Table(("log", "channel", "fault", "samples", "what was done"), rows)
     return Section("Repairs", (text,), table)
 

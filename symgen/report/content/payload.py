@@ -46,7 +46,7 @@ def payload_content(found: Payload) -> Content:
     table = Table(("", "value", "std", "unit"), rows)
     text = f"Method: {found.method}."
     sections = (
-        Section("Load", (_LOAD.format(found.link), text), table, told=()),
+        Section("Load", (_LOAD.format(found.frame_label), text), table, told=()),
         Section("Torque error by joint", (_ERROR,), _errors(found), told=()),
         Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
         repairs_section(found.repairs),

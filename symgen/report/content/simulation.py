@@ -33,7 +33,7 @@ def simulation_content(found: SimulationComparison) -> Content:
     text = (
         f"{found.windows} windows of {', '.join(found.logs)}. Each begins in the measured state "
         f"and {moved}. The error is the RMS of simulated minus measured position, over the RMS of "
-        "the way that the joints went; ± is its standard deviation over the windows.",
+        "the distance that the joints moved; ± is its standard deviation over the windows.",
     )
     sections = (
         Section("Position error over the horizon", text, Table(header, rows), told=()),
@@ -46,7 +46,7 @@ def simulation_content(found: SimulationComparison) -> Content:
     )  # fmt: skip
     best = min(found.files, key=lambda f: f.horizons[-1].position_error)
     left = percent(best.horizons[-1].position_error)
-    said = f"{best.file}: position error of {left} of the way after {last:g} s"
+    said = f"Position error of {best.file} after {last:g} s: {left} of the distance moved"
     others = [
         f"{f.file} {percent(f.horizons[-1].position_error)}" for f in found.files if f is not best
     ]

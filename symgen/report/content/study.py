@@ -40,9 +40,9 @@ def study_content(found: Study) -> Content:
     s, best = found.settings, found.best
     target, title = f"{s.target_percent:g} %", f"Study of {found.robot}"
     lead = (
-        f"What logs of these motions and sensors tell of {found.robot}: {s.runs} simulated runs of "
-        f"{duration(s.seconds)}, each identified by {len(found.results)} ways and compared with "
-        "the parameters that it was made of.",
+        f"Accuracy of the parameters of {found.robot}, from {s.runs} simulated runs of "
+        f"{duration(s.seconds)}. Each run is identified with {len(found.results)} combinations of "
+        "model and method, and compared with the true parameters.",
     )
     if best is None or best.torque_error is None:
         banner = Banner("bad", "not determined", "No run determines the parameters.", found.notes)
@@ -53,29 +53,29 @@ def study_content(found: Study) -> Content:
     )
     banner = Banner("plain", best.name, f"{answer(found, best)}.", facts=facts)
     ways = (
-        "Torque error: along a motion without noise that no run had. At once, in the end: "
-        f"parameters within {target} after {duration(s.seconds)}, and after any time; never: those "
-        "whose bias alone is larger. Coverage: how often the interval of 95 % held the truth, mean "
-        "over the parameters."
+        "The torque error is that on a motion without noise that no run has. The next columns "
+        f"count the parameters within {target} of the true value: after {duration(s.seconds)}, "
+        "after any time, and never, because the bias alone is larger. Coverage is how often the "
+        "95 % interval contains the true value, mean over the parameters."
     )
     parameters = (
-        "Bias and std over the true value; std says: what the estimates say of their own std. "
-        f"Record: until the parameter is within {target}, since std falls as the square root of "
-        f"the time.{_falls(found, best)}"
+        "Bias and std are relative to the true value. Stated std is the mean that the estimates "
+        f"state. Record is the time until the parameter is within {target}, if std falls as "
+        f"1 / √time.{_falls(found, best)}"
     )
     sections = (
         Section(
             "Models and methods",
             (ways,),
             Table(HEADER, overview(found)),
-            told=(f"at once, in the end, never: parameters within {target}",),
+            told=(f"parameters within {target} of the true value",),
         ),
         *_chart(found, best),
         Section(
             f"Parameters: {best.name}",
             (parameters,),
             Table(COLUMNS, precision_rows(best)),
-            told=("bias and std over the true value",),
+            told=("bias and std are relative to the true value",),
         ),
         *_lengths(found),
         _settings(found),
@@ -87,10 +87,10 @@ def study_content(found: Study) -> Content:
 def _falls(found: Study, best: Tried) -> str:
     """Say what was measured of std at other lengths."""
     pairs = zip(found.settings.lengths, best.std_ratio_by_length, strict=False)
-    told = [f"{ratio:.2f} recorded {m} times ({m**-0.5:.2f})" for m, ratio in pairs if m > 1]
+    told = [f"{ratio:.2f} for {m} times ({m**-0.5:.2f})" for m, ratio in pairs if m > 1]
     if not told:
         return ""
-    return f" Measured, with what is expected: of the std recorded once {', '.join(told)} is left."
+    return f" Measured std of longer recordings over that of one (expected): {', '.join(told)}."
 
 
 def _chart(found: Study, best: Tried) -> list[Section]:
@@ -100,9 +100,9 @@ def _chart(found: Study, best: Tried) -> list[Section]:
     if not known:
         return []
     text = (
-        f"Of the known parameters the {len(known)} that take longest: root mean square error over "
-        "the value, bias and std together. Dots are simulated, lines follow std / √time, the "
-        f"dashed one is {s.target_percent:g} %."
+        f"The {len(known)} known parameters that take longest. The error is the root mean square "
+        "of bias and std, relative to the value. Dots are simulated. Lines follow std / √time. The "
+        f"dashed line is {s.target_percent:g} %."
     )
     return [Section("How long to record", (text,), figure=partial(_courses, found, known))]
 

@@ -163,8 +163,9 @@ def free_functions(diagnosis: Diagnosis) -> Figure | None:
             if f.law:
                 series["named law"] = np.array(f.law[k])
             at = "".join(f", {name} = {f.at[k]:.3g} {unit}" for name, unit in more)
-            label, xlabel = f"joint {f.joint}, {torque}", ", ".join(first)
-            title = f"joint {f.joint}: {first[0]}{at}"
+            joint = diagnosis.extended.label(f.joint)
+            label, xlabel = f"{joint}, {torque}", ", ".join(first)
+            title = f"{joint}: {first[0]}{at}"
             panels.append(Panel(title, x, series, label, band=(y - wide, y + wide), xlabel=xlabel))
     return line_grid(panels, title="Free functions", columns=1) if panels else None
 

@@ -21,7 +21,7 @@ from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import EARTH, MAX_RATIO, Joint, Limits, Robot, Typed, joint_variable
+from symgen.robot.types import EARTH, MAX_RATIO, Frame, Joint, Limits, Robot, Typed, joint_variable
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
@@ -49,6 +49,7 @@ class UrdfJoint(Typed):
         damping, friction: viscous and Coulomb friction.
         armature: inertia of the rotor on the joint side.
         mimic: name of the joint that it follows, multiplier and offset.
+        floats: whether it is free in the file. Such a joint is fixed here, below the root alone.
     """
 
     name: str
@@ -63,6 +64,7 @@ class UrdfJoint(Typed):
     friction: float = 0.0
     armature: float = 0.0
     mimic: tuple[str, sp.Rational, sp.Rational] | None = None
+    floats: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,12 @@ class Chain:
         self.table: dict[str, dict[str, sp.Expr]] = {}
         for name in self.order:
             self._place(urdf.joints[name])
+        for joint in urdf.joints.values():
+            if joint.floats:
+                self.notes.append(
+                    f"joint {shortened(joint.name)!r} is free in the file: the base "
+                    f"{shortened(joint.child)!r} is fixed, as symgen models arms on a fixed base"
+                )
         if self.snapped:
             shown = first_of(list(self.snapped), 4)
             self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}")
@@ -217,9 +225,18 @@ class Chain:
         if name != self.urdf.name:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
         robot = Robot(
-            name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints)
-        )
+            name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
+            frames=tuple(self._frame(link) for link in self.urdf.links if link != self.urdf.root),
+        )  # fmt: skip
         return Imported(robot, tuple(self._parameters()), tuple(self.notes))
+
+    def _frame(self, link: str) -> Frame:
+        """Return the frame of a link, constant in that of the joint that moves it."""
+        carrier = self.carrier[link]
+        pose = dh.inverse(self.frame[carrier]) @ self.link[link]
+        x, y, z = map(exact_numbers.number, pose[:3, 3])
+        roll, pitch, yaw = map(exact_numbers.number, dh.turned_by(pose[:3, :3]))
+        return Frame(link, self.number.get(carrier, 0), (x, y, z), (roll, pitch, yaw))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
         carrier = self.carrier[joint.parent]

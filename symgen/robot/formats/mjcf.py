@@ -288,6 +288,10 @@ class _Tree:
         R = _matrix(m.body_quat[b])
         at = np.array(m.body_pos[b]) - self.shift[parent]
         first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
+        floats = (
+            bool(count) and int(m.jnt_type[first]) == 0
+        )  # MuJoCo has them on bodies of the world
+        count = 0 if floats else count
         before, xyz, rpy = parent, at, _triple(turned_by(R))
         previous = np.zeros(3)
         for k in range(first, first + count):
@@ -301,7 +305,9 @@ class _Tree:
                 self._links[link] = None
             before, rpy, previous = link, ORIGIN, anchor
         if count == 0:
-            joint = UrdfJoint(f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy)
+            joint = UrdfJoint(
+                f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy, floats=floats
+            )
             self._joints[joint.name] = joint
         self.shift[name] = previous
         self._links[name] = self._inertial(b, previous)

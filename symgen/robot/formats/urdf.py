@@ -118,7 +118,16 @@ def _tree(root: Element) -> Urdf:
                 joints[name] = replace(joints[name], armature=_reflected(motor))
     if len(joints) > MAX_JOINTS:
         raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
-    return Urdf(root.attributes.get("name", ""), _root(links, joints), links, joints)
+    base = _root(links, joints)
+    above = {joint.child: joint for joint in joints.values()}
+    for joint in joints.values():
+        at = joint.parent
+        while at in above and above[at].fixed:
+            at = above[at].parent
+        if joint.floats and at != base:
+            with located(f"joint {shortened(joint.name)!r}"):
+                raise RobotError(f"type 'floating' on a moving link; accepted: {', '.join(KINDS)}")
+    return Urdf(root.attributes.get("name", ""), base, links, joints)
 
 
 def _reflected(motor: Element) -> float:
@@ -195,6 +204,9 @@ def _link(element: Element) -> Inertial | None:
 
 def _joint(element: Element) -> UrdfJoint:
     kind = element.attributes.get("type", "")
+    floats = kind == "floating"
+    if floats:  # `_tree` refuses it on a moving link
+        kind = "fixed"
     if kind not in KINDS:
         found = f"type {shortened(kind)!r}" if kind else "no type"
         raise RobotError(f"{found}; accepted: {', '.join(KINDS)}")
@@ -217,7 +229,7 @@ def _joint(element: Element) -> UrdfJoint:
             raise RobotError(f"{key} is {value:g}; accepted: 0 or more")
     return UrdfJoint(
         element.attributes["name"], KINDS[kind], parent, child, xyz, rpy, axis, limit, **loss,
-        mimic=_mimic(element.first("mimic")),
+        mimic=_mimic(element.first("mimic")), floats=floats,
     )  # fmt: skip
 
 

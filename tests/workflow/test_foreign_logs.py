@@ -1,0 +1,231 @@
+"""Logs as recorders write them: other separators, units and dates, and cells that are empty.
+
+The oracle is the same log in SI units, written with commas and decimal points.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support_streams import motion, parquet, robot
+
+import symgen
+from symgen.data.log import read_log
+from symgen.data.raw import Reading
+from symgen.errors import LogError
+
+COLUMNS = motion(1500, 3)
+DEG = 180 / np.pi
+SI = {name: [f"{x:.12g}" for x in values] for name, values in COLUMNS.items()}
+START = np.datetime64("2024-03-31T00:59:58.000000000")  # clocks change in Europe 2 s later
+STAMPS = START + (np.arange(1500) * 10_000_000).astype("timedelta64[ns]")
+NANOSECONDS = 1_711_846_798_000_000_123 + 10_000_000 * np.arange(1500)
+
+
+def written(
+    path: Path, columns: dict[str, list[str]], separator=",", comma=False, end="\n", trailing=False
+) -> Path:
+    """Write columns of texts as a recorder would."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, delimiter=separator, lineterminator=end)
+    writer.writerow([*columns, *[""] * trailing])
+    for row in zip(*columns.values(), strict=True):
+        cells = [cell.replace(".", ",") if comma else cell for cell in row]
+        writer.writerow([*cells, *[""] * trailing])
+    path.write_bytes(text.getvalue().encode())
+    return path
+
+
+def renamed(names: dict[str, str], **values: object) -> dict[str, list[str]]:
+    """Return the log with other headers, and other values under the old ones."""
+    told = {
+        name: x if isinstance(x, list) else [f"{v:.17g}" for v in x]
+        for name, x in (SI | values).items()
+    }
+    return {names.get(name, name): told[name] for name in SI}
+
+
+def times(name: str, factor: float) -> dict[str, object]:
+    return {k: COLUMNS[k] * factor for k in SI if k.startswith(name) and k[len(name) :].isdigit()}
+
+
+DEGREES = {"q1": "q1 [deg]", "q2": "q2_deg", "qd1": "qd1 (deg/s)", "qd2": "qd2_deg_s"}
+INTEGERS = [str(k) for k in NANOSECONDS]
+#: Headers and values, how the file is written, and channels that are in `repairs`.
+CASES = {
+    "semicolons and decimal commas": ({}, {}, {"separator": ";", "comma": True}, []),
+    "tabs": ({}, {}, {"separator": "\t"}, []),
+    "tabs, commas, Windows": ({}, {}, {"separator": "\t", "comma": True, "end": "\r\n"}, []),
+    "quoted decimal commas": ({}, {}, {"comma": True}, []),
+    "trailing separators": ({}, {}, {"separator": ";", "trailing": True}, []),
+    "milliseconds": ({"t": "time (ms)"}, {"t": 1e3 * COLUMNS["t"]}, {}, ["time (ms)"]),
+    "microseconds": ({"t": "t_us"}, {"t": np.round(1e6 * COLUMNS["t"])}, {}, ["t_us"]),
+    "nanoseconds since 1970": ({"t": "stamp"}, {"t": INTEGERS}, {}, ["stamp"]),
+    "dates": ({"t": "time"}, {"t": [str(s) for s in STAMPS]}, {}, ["time"]),
+    "dates with a zone": (
+        {"t": "time"}, {"t": [f"{s}+02:00" for s in STAMPS]}, {"separator": ";"}, ["time"],
+    ),
+    "degrees": (
+        DEGREES, times("q", DEG) | times("qd", DEG), {},
+        ["q1 [deg], q2_deg", "qd1 (deg/s), qd2_deg_s"],
+    ),
+    "degrees, and rad/s": (
+        {"q1": "q1 [deg]", "q2": "q2 [deg]"}, times("q", DEG), {}, ["q1 [deg], q2 [deg]"],
+    ),
+    "one joint in degrees": (
+        {"q2": "q2_deg"}, {"q2": COLUMNS["q2"] * DEG}, {}, ["q2_deg"],
+    ),
+    "speeds in rpm": (
+        {"qd1": "qd1 [rpm]", "qd2": "qd2 [rpm]"}, times("qd", 30 / np.pi), {},
+        ["qd1 [rpm], qd2 [rpm]"],
+    ),
+    "degrees by speeds and limits": ({}, times("q", DEG), {}, ["q1, q2"]),
+}  # fmt: skip
+LIMITED = replace(robot(), limits=symgen.Limits(position=((-2.0, 2.0),) * 2, torque=(20.0, 20.0)))
+
+
+def read(path: Path, **options: str) -> symgen.Log:
+    return read_log(path, sigma=(0, 0), limits=LIMITED.limits, reading=Reading(**options))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_log_of_a_recorder_is_the_log_in_si(tmp_path, case):
+    names, values, form, channels = CASES[case]
+    found = read(written(tmp_path / "log.csv", renamed(names, **values), **form))
+    same = read(written(tmp_path / "si.csv", SI))
+    np.testing.assert_allclose(found.t - found.t[0], same.t, atol=1e-9)
+    for key in ("q", "qd", "tau"):
+        np.testing.assert_allclose(getattr(found, key), getattr(same, key), rtol=1e-11, atol=1e-11)
+    assert [columns for columns, _, _ in found.converted] == channels
+    assert same.converted == ()
+
+
+def test_a_file_of_excel_is_read(tmp_path):
+    path = written(tmp_path / "log.csv", SI, separator=";", comma=True, end="\r\n")
+    path.write_bytes(b"\xef\xbb\xbfsep=;\r\n" + path.read_bytes())
+    np.testing.assert_array_equal(read(path).q, read(written(tmp_path / "si.csv", SI)).q)
+
+
+def test_torques_in_millinewtons_need_limits_or_the_option(tmp_path):
+    names = {"tau1": "tau1 [mNm]", "tau2": "tau2 [mNm]"}
+    path = written(tmp_path / "log.csv", renamed(names, **times("tau", 1e3)))
+    same = read(written(tmp_path / "si.csv", SI))
+    np.testing.assert_allclose(read(path).tau, same.tau, rtol=1e-11)
+    with pytest.raises(LogError, match=r"'tau1 \[mNm\]'.*--unit tau=mNm"):
+        read_log(path, sigma=(0, 0))
+    found = read_log(path, sigma=(0, 0), reading=Reading(unit={"tau": "mNm"}))
+    np.testing.assert_allclose(found.tau, same.tau, rtol=1e-11)
+
+
+def test_the_column_in_si_is_preferred(tmp_path):
+    columns = renamed({}) | {f"{k}_deg": SI["tau1"] for k in ("q1", "q2")}
+    columns |= {"t_ms": SI["tau1"]}
+    assert read(written(tmp_path / "log.csv", columns)).converted == ()
+    columns = renamed({"q1": "q1 [rad]", "q2": "q2 [rad]"}) | {
+        f"{k} [deg]": SI["tau1"] for k in ("q1", "q2")
+    }
+    found = read(written(tmp_path / "log.csv", columns))
+    np.testing.assert_allclose(found.q[:, 0], COLUMNS["q1"], rtol=1e-11)
+    assert found.converted == ()
+
+
+def test_limits_that_nothing_keeps_and_outliers_are_no_units(tmp_path):
+    spoiled = COLUMNS["qd1"].copy()
+    spoiled[[200, 700]] = 900.0
+    path = written(tmp_path / "log.csv", renamed({}, qd1=spoiled))
+    low = symgen.Limits(position=((-2.0, 2.0),) * 2, velocity=(0.01, 0.01))
+    log = read_log(path, sigma=(0, 0), limits=low)
+    assert log.converted == ()
+    assert log.qd.max() == 900.0
+    one = symgen.Limits(position=((-2.0, 2.0),), velocity=(3.0,), torque=(20.0,))
+    with pytest.raises(LogError, match="the log has 2 joints, the robot has 1"):
+        read_log(path, sigma=(0,), limits=one)
+
+
+def test_a_joint_that_turns_far_is_read_with_the_option(tmp_path):
+    turns = {"q1": 60.0 * COLUMNS["t"], "qd1": np.full(1500, 60.0)}
+    path = written(tmp_path / "log.csv", renamed({}, **turns))
+    with pytest.raises(LogError, match=r"'q1' and column 'qd1' may be in deg.*--unit q=rad"):
+        read_log(path, sigma=(0, 0))
+    log = read_log(path, sigma=(0, 0), reading=Reading(unit={"": "rad"}))
+    assert np.ptp(log.q[:, 0]) == pytest.approx(60 * 14.99)
+
+
+def test_a_slide_in_millimetres_is_in_metres(tmp_path):
+    names = {"q2": "q2 [mm]", "qd2": "qd2 [mm/s]"}
+    values = {"q2": COLUMNS["q2"] * 1e3, "qd2": COLUMNS["qd2"] * 1e3}
+    found = read_log(written(tmp_path / "log.csv", renamed(names, **values)), sigma=(0, 1))
+    np.testing.assert_allclose(found.q, np.column_stack([COLUMNS["q1"], COLUMNS["q2"]]), rtol=1e-11)
+    assert [done for _, _, done in found.converted] == ["converted to m", "converted to m/s"]
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "npz"])
+def test_stamps_keep_every_nanosecond(tmp_path, suffix):
+    jitter = NANOSECONDS + np.random.default_rng(0).integers(-200, 200, 1500)
+    path = tmp_path / f"log.{suffix}"
+    if suffix == "csv":
+        written(path, renamed({}, t=[str(k) for k in jitter]))
+    elif suffix == "parquet":
+        parquet(path, COLUMNS | {"t": jitter})
+    else:
+        pairs = {k: np.column_stack([COLUMNS[f"{k}1"], COLUMNS[f"{k}2"]]) for k in ("q", "tau")}
+        np.savez(path, t=jitter, **pairs)
+    np.testing.assert_allclose(read(path).t, (jitter - jitter[0]) * 1e-9, atol=1e-15)
+
+
+def without(columns: dict[str, list[str]], cells: dict[str, list[int]]) -> dict[str, list[str]]:
+    return {k: ["" if i in cells.get(k, ()) else x for i, x in enumerate(v)]
+            for k, v in columns.items()}  # fmt: skip
+
+
+EMPTY = {"q1": [100, 101, 700], "tau2": [300, *range(900, 1000)], "qd2": [*range(1200, 1240)]}
+
+
+def test_cells_that_are_empty_are_interpolated_or_masked_and_counted(tmp_path):
+    full = symgen.identify(robot(), written(tmp_path / "si.csv", SI), model="momentum")
+    path = written(tmp_path / "log.csv", without(SI, EMPTY))
+    found = symgen.identify(robot(), path, model="momentum")
+    told = [(f.channel, f.fault, f.samples, f.done) for f in found.repairs]
+    assert told == [
+        ("q1", "empty cells", 3, "interpolated"),
+        ("tau2", "empty cells", 1, "interpolated"),
+        ("qd2", "empty cells in a row", 40, "masked, for all joints"),
+        ("tau2", "empty cells in a row", 100, "masked"),
+    ]
+    std = np.array([p.std for p in full.parameters])
+    assert (np.abs(found.X - full.X) < std).all()
+
+
+def test_a_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
+    names = DEGREES | {"t": "time"}
+    values = times("q", DEG) | times("qd", DEG) | {"t": [str(s) for s in STAMPS]}
+    path = written(tmp_path / "log.csv", renamed(names, **values), separator=";")
+    found = symgen.identify(robot(), path)
+    si = written(tmp_path / "si.csv", renamed({}, **COLUMNS))
+    same = symgen.identify(robot(), si)
+    assert pytest.approx(same.X, rel=1e-9) == found.X
+    assert [f.channel for f in found.repairs] == ["time", *CASES["degrees"][3]]
+    assert same.repairs == ()
+
+
+def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
+    columns = motion(5000, 1)
+    values = {k: x * DEG if k in DEGREES else x for k, x in columns.items()}
+    values["t"] = NANOSECONDS[0] + 10_000_000 * np.arange(5000)
+    for folder, table in (
+        ("si", columns),
+        ("log", {DEGREES.get(k, k): x for k, x in values.items()}),
+    ):
+        (tmp_path / folder).mkdir()
+        parquet(tmp_path / folder / "a.parquet", table)
+    same, found = (
+        symgen.identify(robot(), str(tmp_path / folder), model="momentum")
+        for folder in ("si", "log")
+    )
+    assert pytest.approx(same.X, rel=1e-9) == found.X
+    assert [*dict.fromkeys(f.channel for f in found.repairs)] == ["t", *CASES["degrees"][3]]
