@@ -9,7 +9,8 @@ among all: killed, and by which test, or survived. `--again` shows a mutant to o
 copied into a folder of its own.
 Libraries are imported once, and every mutant runs in a fork of that process. All tests run once
 without a change, and which lines each one reaches is noted: a mutant is shown to the tests that
-reach it, the quickest first, up to the first that fails.
+reach it, the quickest first, up to the first that fails. Of the group "project", all of symgen/, a
+mutant is shown to the quick tests of its folder, which stand in FOLDERS.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import traceback
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -73,6 +75,24 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
         ["symgen/estimation/predictive_score.py"], ["tests/unit/test_predictive_score.py"]
     ),
 }  # fmt: skip
+#: The whole project: each mutant is shown to the quick tests of its folder alone.
+WHOLE = "project"
+#: Folder: tests that docs/contributing.md names for it, those that take about a minute at most.
+FOLDERS = {
+    "robot": ["unit/test_par.py", "robustness/test_bad_robots.py"],
+    "data": ["unit/test_log.py", "unit/test_recorders.py", "unit/test_mask.py"],
+    "symbolic": ["unit/test_tape.py", "reference/test_base_parameters.py"],
+    "codegen": ["unit/test_derivations.py", "unit/test_parts.py", "generated"],
+    "runtime": ["unit/test_evaluator.py", "unit/test_panels.py", "unit/test_build.py"],
+    "estimation": ["reference/test_estimators.py", "workflow/test_uses.py"],
+    "identification": ["reference/test_estimators.py", "workflow/test_uses.py"],
+    "faults": ["unit/test_repairs.py", "unit/test_speeds.py", "workflow/test_causes.py"],
+    "diagnosis": ["workflow/test_diagnose_cli.py"],
+    "experiment": ["unit/test_trajectory.py", "workflow/test_simulate.py"],
+    "report": ["reference/test_schemas.py", "workflow/test_report.py"],
+    "cli": ["unit/test_again.py", "robustness/test_bad_cli.py"],
+}
+_ELSEWHERE = ["reference/test_schemas.py", "robustness/test_folders.py"]
 
 _OTHER: dict[type[ast.AST], type[ast.AST]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
@@ -166,8 +186,10 @@ def nodes_of(tree: ast.Module) -> list[ast.AST]:
 
 def places(group: str) -> list[tuple[str, int]]:
     """Return every place of a group that can be changed: a file, and the number of a node in it."""
+    every = sorted((PROJECT / "symgen").rglob("[a-z]*.py"))
+    whole = [p.relative_to(PROJECT).as_posix() for p in every]
     out = []
-    for file in GROUPS[group][0]:
+    for file in whole if group == WHOLE else GROUPS[group][0]:
         nodes = nodes_of(ast.parse((PROJECT / file).read_text("utf-8")))
         out += [(file, k) for k, node in enumerate(nodes) if changed(node)]
     return out
@@ -374,6 +396,27 @@ def tried(group: str, chosen: Sequence[int]) -> Iterator[Mutant]:
             yield found
 
 
+def tried_by_folder(chosen: Sequence[int]) -> Iterator[Mutant]:
+    """Yield the mutants of some places of the whole project, shown to the tests of their folder.
+
+    Raises:
+        AssertionError: the tests fail without any change.
+    """
+    every, sound = places(WHOLE), set[tuple[str, ...]]()
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Copy(Path(folder).resolve())
+        for place in chosen:
+            found, text = mutant(place, *every[place])
+            tests = [f"tests/{t}" for t in FOLDERS.get(found.file.split("/")[1], _ELSEWHERE)]
+            if tuple(tests) not in sound:
+                run = partial(_tested, copy.folder, tests, _First(), unchanged=True)
+                failed = _in_fork(run, 3600.0)
+                assert failed == _PASSED, f"without any change: {failed}"
+                sound.add(tuple(tests))
+            found.killed_by = copy.failing(found, text, tests, 60 * SECONDS)
+            yield found
+
+
 def again(killed: Sequence[tuple[str, str, str]]) -> Iterator[Mutant]:
     """Yield mutants, each a group, a place and the one test that it is shown to.
 
@@ -395,7 +438,7 @@ def again(killed: Sequence[tuple[str, str, str]]) -> Iterator[Mutant]:
 def main() -> None:
     """Try the mutants that the command line asks for."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("group", choices=GROUPS, nargs="?")
+    parser.add_argument("group", choices=[*GROUPS, WHOLE], nargs="?")
     parser.add_argument("count", type=int, nargs="?", default=0)
     parser.add_argument("--seed", default="1")
     parser.add_argument("--at", type=int, nargs="*", default=())
@@ -414,7 +457,7 @@ def main() -> None:
         draw = random.Random(f"{asked.group} {asked.seed}")
         # In any order, so that those that were tried when somebody stops it are a sample, too.
         chosen = asked.at or draw.sample(range(len(places(asked.group))), asked.count)
-        found = tried(asked.group, chosen)
+        found = tried_by_folder(chosen) if asked.group == WHOLE else tried(asked.group, chosen)
     for m in found:
         print(json.dumps(asdict(m)), flush=True)
 

@@ -137,7 +137,7 @@ def identify(
     sound = all(use.ok for use in estimate.uses if use.name == "simulation")
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif not (trusted and sound):
+    elif model != "static" and not (trusted and sound and estimate.unexplained is None):
         click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
     if trusted and estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")

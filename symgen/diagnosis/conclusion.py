@@ -26,7 +26,6 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
-from symgen.diagnosis.floor import at_rest, noise_floor
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import may_be_noise
@@ -46,6 +45,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
+from symgen.estimation.floor import at_rest, noise_floor, quiet
 from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
@@ -56,8 +56,6 @@ from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Gap of a joint over its noise floor, and over what matters, from which something is missing.
-_LOUD, _VISIBLE = 3.0, 2.0
 _EXPLAINED = 0.15  # the largest gap that is called explained
 _REPEATED = 0.9  # largest probability of what data that repeat one motion show
 _REPEAT = (
@@ -194,12 +192,16 @@ def conclude(
             f"{noise:.3g} %: by this it is judged, as friction at rest can be anything up to its "
             "limits",
         )
-    quiet = _quiet(moving.after, moving.floor, least)
-    verdict = _verdict(accepted, moving.after, quiet)
+    nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
+    verdict = _verdict(accepted, moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
-    stuck = [robot.movable[j].number for j in np.flatnonzero(gaps.held > _VISIBLE * least)]
+    stuck = [
+        j.number
+        for j, x in zip(robot.movable, gaps.held, strict=True)
+        if not quiet([x], [0.0], least)
+    ]
     holding = (held_at_rest(stuck, robot),) if stuck else ()
     shapes: tuple[FreeFunction, ...] = ()
     if misfit is not None and not baseline.given:
@@ -224,7 +226,7 @@ def conclude(
         advice=(
             *holding,
             *(shape(f, robot) for f in shapes),
-            *_advice(found, robot, verdict, quiet),
+            *_advice(found, robot, verdict, nothing),
         ),
         notes=notes,
         extended=with_values(model.robot, found),
@@ -594,12 +596,6 @@ def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
     if not accepted:
         return "consistent" if quiet else "unexplained"
     return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
-
-
-def _quiet(gap: Gap, floor: Gap, least: float) -> bool:
-    """Whether no joint has a gap that is visible: above the noise, and twice what matters."""
-    pairs = zip(gap.per_joint, floor.per_joint, strict=True)
-    return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
 def _advice(

@@ -18,9 +18,9 @@ import numpy as np
 from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-from symgen.diagnosis.floor import passband
 from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.floor import passband
 from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray

@@ -295,6 +295,11 @@ class PredictiveScore:
         """(n, folds) sums of squares that fits to the other folds leave of each fold."""
         return np.asarray(self._squares(self._base[:-1]) * self.sigma[:, None] ** 2)
 
+    @property
+    def apart(self) -> FloatArray:
+        """(folds, p) what the fit without each fold adds to X."""
+        return np.asarray(self._base[:-1] / self._norms)
+
     @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""

@@ -22,6 +22,7 @@ from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
@@ -39,8 +40,6 @@ _CLEARER = 0.85
 _SURE = math.log(9.0)
 #: Prior odds of one fault against physics that a model lacks, which most robots have.
 _RARE = math.log(1000.0)
-#: Of a joint's torque: an error above that is what a cause has to explain.
-JOINT = 0.6
 TILT = math.radians(1.0)  # that bases have without being wrong
 _TIMES = tuple(k / 6 for k in range(1, 6))  # of a log, at which something may begin
 _NEAR = 8  # likeliest causes that are tried again beside each set of physics
@@ -60,6 +59,7 @@ _FEW = 2  # causes beside the likeliest that are named with it
 _EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
 _STEPPED = 1e-4  # of a factor: its inverse is the largest
 _SHARE = 4.0  # of the torque that a motion asks for: a clock that runs half as fast
+_SIGMAS = 3.0  # standard deviations that are sure
 _AT_END = 0.99  # of a range: what fits best is beyond
 
 
@@ -135,9 +135,9 @@ def causes(
         )
     ]
     found = first = _all(scene, shapes, faults, special)
-    while found and found[0].physics and len(scene.physics) < _MOST * scene.n:
-        assert found[0].shape
-        scene = replace(scene, physics=(*scene.physics, found[0].shape.columns))
+    # Free misfit names nothing, and hides what could be added: it competes at the end.
+    while (best := _lawful(found)) and len(scene.physics) < _MOST * scene.n:
+        scene = replace(scene, physics=(*scene.physics, best.columns))
         # Others change little with it: the first of them tell whether one is likelier.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
@@ -152,6 +152,12 @@ def causes(
         [f for f in faults if f.kind in likely],
         {kind: find for kind, find in special.items() if kind in likely},
     )
+
+
+def _lawful(found: Sequence[Cause]) -> Shape | None:
+    """Return the physics that is likelier than all but free misfit, if it is physics."""
+    best = next((c.shape for c in found if c.shape is None or not c.shape.free), None)
+    return best if best is not None and best.physics else None
 
 
 def _all(
@@ -201,7 +207,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
     whole = np.concatenate([c.ravel() for c in columns.values()])
     if not np.isfinite(whole).all() or not whole.any():
         return None
-    fit = scene.score.beside(columns)
+    fit = scene.score.beside(columns, shape.size)
     x = float(fit.coefficients[0])
     if not shape.within[0] < x < shape.within[1]:
         return None
@@ -386,6 +392,38 @@ def _computed(scene: Scene) -> Cause | None:
         "tau looks like a controller's command, or another model's torque: it has no noise, and no "
         "joint has friction; log the measured torque or the motor current (where the robot has "
         "no friction, declare friction = [])"
+    )
+    return Cause("command", (), says, math.inf, rows.size)
+
+
+def _lacks_friction(scene: Scene) -> Cause | None:
+    """Return that the torques are a command of which Coulomb friction was left out.
+
+    Every drive has some, that jumps where its joint turns. Asked where something is surely wrong
+    that nothing explains. With c the friction over the torque of a joint, and their mean over the
+    joints, weighed by precision, the mean is below what matters by 3 std, and no c is larger than
+    in every robot, to either side. Deviations are those of fits without each fold of motion.
+    """
+    rows = scene.rows
+    base, movable = rows.evaluator.model.base, rows.evaluator.model.robot.movable
+    joints = moving_joints([log.qd for log in rows.logs], rows.evaluator.model.robot.sigma)
+    names_of = {p.name: k for k, p in enumerate(base.parameters)}
+    found = {j: names_of.get(f"FS{movable[j].number}") for j in joints}
+    if not found or None in found.values():
+        return None
+    columns = [k for k in found.values() if k is not None]
+    size = rows.size[list(found)]
+    apart = scene.score.apart[:, columns] / size
+    std = np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean(axis=0)) ** 2, axis=0))
+    share, precision = scene.X[columns] / size, 1 / np.maximum(std, 1e-300) ** 2
+    mean = float(share @ precision / precision.sum())
+    most = mean + _SIGMAS / math.sqrt(precision.sum())
+    if most > LEAST or (np.abs(share) > np.maximum(_SIGMAS * std, FACTOR)).any():
+        return None
+    says = (
+        "tau looks like a controller's command: no joint has Coulomb friction, and what is left is "
+        "no noise; log the measured torque or the motor current (where the drives have "
+        "none, leave coulomb out of friction)"
     )
     return Cause("command", (), says, math.inf, rows.size)
 
@@ -609,9 +647,10 @@ def find_cause(
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
 
     A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
-    on by what matters and by 15 % of what is left, the error of every joint that is above 60 %
-    among them; is larger than in every robot, and is nine times as probable as physics without a
-    name. Of up to three causes that the data do not tell apart all are named.
+    on by what matters and by 15 % of what is left, the error of every joint that is unexplained
+    among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as
+    probable as physics without a name. Of up to three causes that the data do not tell apart all
+    are named.
 
     Args:
         scene: the model on the logs in the band of the run.
@@ -637,14 +676,24 @@ def find_cause(
         return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
-    scene, found = causes(scene, faults, repairs, threads)
-    found = _exactly(scene, found)
-    best, alone = found[0], scene.score.alone.left
+    beside, found = causes(scene, faults, repairs, threads)
+    found = _exactly(beside, found)
+    if cause := _sure(beside, found, least, undone):
+        return cause
+    return _lacks_friction(scene) if beside.physics or found[0].kind else None
+
+
+def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
+    """Return the first of some causes, the likeliest first, where it is sure; see `find_cause`."""
+    rows, best, alone = scene.rows, found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
     clear = (fell >= least) & (best.left <= part**2 * alone)
-    lost = np.sqrt(alone) / rows.size > JOINT
-    if best.physics or not clear.any() or not best.says or not clear[lost].all():
+    if best.physics or not clear.any() or not best.says:
+        return None
+    noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
+    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)[1]
+    if part < 1.0 and not clear[lost].all():
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None

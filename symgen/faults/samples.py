@@ -286,7 +286,9 @@ def _outstanding(x: FloatArray, together: int, others: int) -> Places:
     if 2 * np.count_nonzero(size >= 2 * largest / (_JUMP * NORMAL)) > len(size):
         return none
     digit = least_step(x)
-    scatter = NORMAL * float(np.median(size))
+    _, lengths = runs(x)
+    moves = np.repeat(lengths < _STUCK, lengths)[1:-1]  # a channel that is stuck has no scatter
+    scatter = NORMAL * float(np.median(size[moves])) if moves.any() else 0.0
     least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
     if least == 0.0 or largest <= least / 2:
         return none

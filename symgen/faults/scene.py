@@ -195,6 +195,11 @@ class Scene:
         """(p,) least-squares parameters of the model, all logs together."""
         return self.fitted(self.blocks(self.rows.W, self.rows.weight))[0]
 
+    @property
+    def whole(self) -> FloatArray:
+        """(p,) the same, 0.0 for what is not linear in it."""
+        return np.pad(self.X, (0, len(self.rows.evaluator.model.base.parameters) - len(self.X)))
+
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """Return the model's torque, (k, n)."""
         evaluator, X = self.rows.evaluator, self.X

@@ -26,6 +26,7 @@ from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import LACKS
 from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.values import FloatArray
 from symgen.faults.scene import Scene
@@ -44,7 +45,9 @@ _STEP = 1e-4  # rad or part, of differences
 _PHYSICS = "physics"
 #: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
 _LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
-LAWS = len(_LAWS) + 1
+LAWS = len(_LAWS) + 2
+#: Free misfit: cosines and sines of so many random directions of the state, over so many spreads.
+_WAVES, _LENGTHS, _SEED = 16, (0.5, 2.0), 1988
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +66,7 @@ class Shape:
         changes: whether it may begin within a log.
         always: whether it may be there all the time.
         undo: of the coefficient: gives a log without it; None where no log can be mended.
+        size: RMS of the torque that each column is expected to have, N m or N.
     """
 
     kind: str
@@ -76,11 +80,17 @@ class Shape:
     changes: bool = False
     always: bool = True
     undo: Callable[[float], Undo] | None = None
+    size: float = math.inf
 
     @property
     def physics(self) -> bool:
         """Whether it is physics without a name."""
         return self.kind == _PHYSICS
+
+    @property
+    def free(self) -> bool:
+        """Whether it is physics of any shape."""
+        return math.isfinite(self.size)
 
     def says(self, x: float, when: str = "") -> str:
         """Return what a coefficient would say; "" where it is no larger than in every robot."""
@@ -224,8 +234,7 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
     model, v = scene.rows.evaluator.model, scene.rows.variation
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
-    X = np.pad(scene.X, (0, len(model.base.parameters) - len(scene.X)))
-    links = link_values(model.robot, model.base, X)
+    links = link_values(model.robot, model.base, scene.whole)
     for number, key in v.lengths:
 
         def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
@@ -289,7 +298,8 @@ def _offsets(scene: Scene) -> Iterator[Shape]:
 def _rivals(scene: Scene) -> Iterator[Shape]:
     """Yield physics of one joint that a model may lack.
 
-    Its friction, load, position and inertia, and what the motion of other joints does to it.
+    Its friction, load, position and inertia, what the motion of other joints does to it, and any
+    smooth function of positions and speeds.
     """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
@@ -310,6 +320,23 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j
         yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
+    waves = _waves(scene)
+    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(_WAVES)):
+        yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
+
+
+def _waves(scene: Scene) -> FloatArray:
+    """Return random waves of positions and speeds of all joints, (K, 2 _WAVES)."""
+    logs, n, rng = scene.rows.logs, scene.n, np.random.default_rng(_SEED)
+    state = np.hstack([np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd")])
+    middle, spread = state.mean(axis=0), np.maximum(state.std(axis=0), 1e-300)
+    ways = rng.normal(size=(2 * n, _WAVES)) / np.sqrt(n) / rng.uniform(*_LENGTHS, _WAVES)
+
+    def wave(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
+        angle = (np.hstack([q, qd]) - middle) / spread @ ways
+        return np.hstack([np.cos(angle), np.sin(angle)])
+
+    return scene.rows.along(wave)
 
 
 #: What is tried beside a model.

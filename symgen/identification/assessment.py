@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -33,6 +33,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import noise_fit, quiet, unexplained_from
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
@@ -42,7 +43,6 @@ from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
-from symgen.faults.causes import JOINT
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
 from symgen.faults.scene import mean_friction_power
@@ -79,8 +79,6 @@ _PLENTY = 10  # independent equations for each parameter
 _AT_ONCE = 8192  # samples whose energies are evaluated together
 _LOUD = 0.03  # relative residual above which signs are tried
 _BETTER = 0.5  # of the residual that another sign has to leave at most
-#: Largest torque error on held-out motion that counts as explained, of all joints; of one: JOINT.
-RESIDUAL = 0.25
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
 #: Error of torque on other motions in the same range, as the covariance of X has it, over what is
@@ -98,7 +96,6 @@ WINDOWS = 3.0
 SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
-_SHARE = 1e-4  # of the squared torque of all joints that one needs to count
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
@@ -194,12 +191,16 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
+    noise = noise_fit(evaluator, run.held, X)
+    floor = _noise_of(noise.residual, moving := _in_motion(seen).residual)
+    unexplained = _beyond(moving, floor)
     elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
     limits = _in_proportion(chosen.together, evaluator.model.robot)
     uses = (
         prediction_use(
             own,
             seen,
+            floor,
             elsewhere,
             faults,
             evaluator.model.robot,
@@ -255,8 +256,10 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             uses,
             len(parameters),
             (seen.residual.relative, own.residual.relative),
-            (*limits, *seen.told_apart),
+            (*limits, *seen.told_apart, *_told_of(unexplained, floor)),
         ),
+        noise_floor=floor,
+        unexplained=unexplained,
     )
 
 
@@ -413,6 +416,7 @@ def _settings(method: Method) -> list[tuple[str, str]]:
 def prediction_use(
     train: TorqueFit,
     held: TorqueFit,
+    noise: Residual,
     elsewhere: float,
     faults: Sequence[str],
     robot: Robot,
@@ -424,6 +428,7 @@ def prediction_use(
     Args:
         train: torques of the training logs.
         held: of data that the estimate never saw.
+        noise: what noise alone leaves of it.
         elsewhere: torque error on other motions in the same range, from `error_elsewhere`.
         faults: of the logs that matter and could not be mended.
         robot: for the names of joints.
@@ -431,22 +436,11 @@ def prediction_use(
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
-    train, held = (f.in_motion if f.in_motion.size.any() else f for f in (train, held))
+    train, held = _in_motion(train), _in_motion(held)
     said, own = held.residual.relative, train.residual.relative
-    if said > RESIDUAL:
-        reasons.append(
-            f"the model leaves {percent(said)} of the torque of held-out motion unexplained"
-            f"{'' if faults else ', cause unknown'}"
-        )
-    each = np.array(held.residual.per_joint)
-    counts = held.size > _SHARE * held.size.sum()
-    bad = [
-        f"{robot.listed([int(j)])} ({percent(each[j])})"
-        for j in np.flatnonzero((each > JOINT) & counts)
-    ]
-    if bad:
-        reasons.append(f"the torque of held-out motion is unexplained at {', '.join(bad)}")
-    if said > RESIDUAL or bad:
+    unexplained = tuple(_unexplained(held, noise, robot, not faults))
+    reasons += unexplained
+    if unexplained:
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
@@ -466,6 +460,68 @@ def prediction_use(
             f"one, {_FARTHER}"
         )
     return Use("prediction", tuple(reasons))
+
+
+def _in_motion(fit: TorqueFit) -> TorqueFit:
+    """Return the fit of joints that move, where any does."""
+    return fit.in_motion if fit.in_motion.size.any() else fit
+
+
+def _noise_of(noise: Residual, left: Residual) -> Residual:
+    """Return what noise leaves: in the band no more than is left, as it is not always white."""
+    each = map(min, noise.per_joint or (), left.per_joint or ())
+    return Residual(min(noise.relative, left.relative), tuple(each))
+
+
+def _beyond(held: Residual, noise: Residual) -> float | None:
+    """Return the part of a torque that noise does not explain; None where no joint shows any."""
+    if quiet(held.per_joint or (), noise.per_joint or (), LEAST):
+        return None
+    return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
+
+
+def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) -> Iterator[str]:
+    """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
+
+    Args:
+        held: of joints in motion.
+        noise: what it alone leaves of them.
+        robot: for the names of joints.
+        unknown: whether no cause is known.
+    """
+    said, each, floor = (
+        held.residual.relative,
+        *(np.array(r.per_joint) for r in (held.residual, noise)),
+    )
+    whole, level = unexplained_from(noise)
+    counts = held.size > LEAST**2 * held.size.sum()
+    lost = np.flatnonzero(counts & (each > level))
+    cause = ", cause unknown" if unknown else ""
+    if said > whole:
+        yield (
+            f"the model leaves {percent(said)} of the torque of held-out motion unexplained, "
+            f"noise alone {percent(noise.relative)}{cause}"
+        )
+    if len(lost):
+        told = ", ".join(
+            f"{robot.listed([int(j)])} ({percent(each[j])}; noise {percent(floor[j])})"
+            for j in lost
+        )
+        yield f"the torque of held-out motion is unexplained at {told}{cause}"
+    drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
+    if len(drowned):
+        told = ", ".join(f"tau{j + 1} ({percent(floor[j])})" for j in drowned)
+        yield f"noise is too large a part of {told}: no model of it can be judged"
+
+
+def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
+    """Say how much of the torque nothing explains, beside what noise leaves."""
+    if unexplained is None:
+        return ()
+    return (
+        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise leaves "
+        f"{percent(noise.relative)}): symgen diagnose looks for it",
+    )
 
 
 def error_elsewhere(
@@ -650,7 +706,7 @@ def headline(
         uses: prediction, parameters and simulation, as judged.
         count: number of parameters.
         errors: of torque on held-out motion and on the training logs.
-        rests: what is said of joints at rest.
+        rests: what else is said of an estimate that is good for prediction.
     """
     prediction, parameters, simulation = uses
     held, own = map(percent, errors)

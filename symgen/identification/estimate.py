@@ -200,6 +200,10 @@ class Estimate(Viewable):
         validation: the same on data that the estimate never saw.
         torque_train: residual in torque of the same parameters, per joint.
         torque_validation: the same on the validation data.
+        noise_floor: what noise alone leaves of the torque of the validation data, of joints in
+            motion; None where it is not known.
+        unexplained: part of that torque that neither the model nor noise explains; None where no
+            joint's error is visible beside its noise.
         cutoff_hz: of the zero-phase filter, None where none was used.
         window_s: length of the energy windows, s.
         verdict: "trusted" or "doubtful".
@@ -230,6 +234,8 @@ class Estimate(Viewable):
     validation: Annotated[Residual, at("residual.validation")]
     torque_train: Annotated[Residual | None, at("torque_residual.train")] = None
     torque_validation: Annotated[Residual | None, at("torque_residual.validation")] = None
+    noise_floor: Annotated[Residual | None, OPTIONAL] = None
+    unexplained: Annotated[float | None, OPTIONAL] = None
     cutoff_hz: float | None
     window_s: float | None
     verdict: str

@@ -138,6 +138,7 @@ _FEWEST = 3
 _NORMAL = 1.96
 #: Of the torques held out this share may lie outside the bounds; more, by chance, at this level.
 _OUTSIDE, _LEVEL = 0.05, 0.01
+_TO_FRICTION = 0.25  # of the torque held out: what the model misses may hide in so much
 _EXCLUDES = (
     "what the model misses of position, which is taken for friction; friction bounds hold where it "
     "is as likely anywhere within them"
@@ -287,7 +288,7 @@ def _judged(found: Standstill, label: str) -> Estimate:
     )
     reasons = (
         *_beyond_bounds(found),
-        *(hidden if left > verdicts.RESIDUAL else ()),
+        *(hidden if left > _TO_FRICTION else ()),
         *_elsewhere(found, C),
         *_turned(bounds, evaluator.model.robot),
     )

@@ -91,3 +91,34 @@ def test_a_doubtful_estimate_of_one_model_says_the_command_for_all(tmp_path, com
     tried = [line for line in out.splitlines() if line.startswith("try: ")]
     assert tried
     assert all(line.startswith("try: symgen diagnose ") for line in tried)
+
+
+def test_what_is_unexplained_comes_with_the_command_and_the_options_of_the_call(
+    tmp_path, command
+) -> None:
+    import numpy as np
+    from oracles import planar2r
+
+    asked = ["identify", tmp_path / "arm.toml"]
+    asked[1].write_text(planar2r.robot_toml("arm", 'friction = ["viscous"]'))
+    for name, seed in (("train", 3), ("test", 4)):
+        rng = np.random.default_rng(seed)
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        X = np.array([3.7, 0.8, 1.2, 0.3])
+        tau = np.array(
+            [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
+        )
+        tau = tau + 0.05 * tau.std(axis=0) * np.cos(3 * q[:, ::-1] + qd)
+        table = np.column_stack([t, q, qd, tau])
+        header = "t,q1,q2,qd1,qd2,tau1,tau2"
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=header, comments="")
+    asked += [tmp_path / "train.csv", "--validation", tmp_path / "test.csv"]
+    into = tmp_path / "out"
+    code, out, err = command(*asked, "--model", "torque", "--until", "60", "--into", into)
+    assert code == 0, out + err
+    assert "of the torque is unexplained, cause unknown" in " ".join(out.split())
+    (line,) = [line for line in out.splitlines() if line.startswith("try: symgen diagnose")]
+    words = shlex.split(line.removeprefix("try: symgen diagnose"))
+    assert words[:2] == [str(x) for x in asked[1:3]]
+    assert words[words.index("--validation") + 1] == str(asked[-1])
+    assert words[words.index("--until") + 1] == "60.0"

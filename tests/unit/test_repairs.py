@@ -220,8 +220,30 @@ def test_a_torque_that_is_stuck_for_most_of_the_log_is_named_and_not_masked() ->
     assert ("tau1", "stuck") in named
 
 
+@pytest.mark.parametrize("end", [4900, 7000])
+def test_noise_of_a_torque_that_is_stuck_for_half_of_the_log_is_no_jump(end: int) -> None:
+    for seed in range(8):
+        tau = _motion(seed)[2][:, 0]
+        tau[1000:end] = tau[1000]
+        assert jumps(tau).tolist() == []
+        tau[[500, 7500]] += 4 * tau.std()
+        assert jumps(tau).tolist() == [500, 7500]
+
+
 def test_a_position_that_steps_is_named() -> None:
     q, qd, tau = _motion(4)
     q[5000:] += 0.5
     samples, _ = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
     assert ("q1", "step") in [(f.channel, f.kind) for f in unmended_faults(samples, (REVOLUTE,))]
+
+
+@pytest.mark.parametrize(("apart", "steps"), [(3, 1), (8, 2)])
+def test_steps_of_a_position_are_two_where_more_than_five_samples_are_between(
+    apart: int, steps: int
+) -> None:
+    q, qd, tau = _motion(4)
+    q[5000:] += 0.5
+    q[5000 + apart :] += 0.5
+    samples, _ = open_samples(_log(q, qd, tau), symgen.parse_robot(ARM))
+    found = [f for f in unmended_faults(samples, (REVOLUTE,)) if f.kind == "step"]
+    assert [(f.channel, f.samples) for f in found] == [("q1", steps)]

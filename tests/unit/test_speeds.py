@@ -85,3 +85,13 @@ def test_a_speed_that_is_another_one_is_replaced() -> None:
     assert (repair.channel, repair.kind) == ("qd2", "unrelated")
     inside = slice(100, -100)
     np.testing.assert_allclose(samples.qd[inside, 1], _speed(T)[inside, 1], atol=1e-2)
+
+
+@pytest.mark.parametrize(("hz", "seen"), [(15.0, True), (40.0, False)])
+def test_speeds_are_judged_below_five_comparison_bands(hz: float, seen: bool) -> None:
+    ripple = 2.0 * W * np.sin(2 * np.pi * hz * T)[:, None]
+    samples, repairs = _mended(_speed(T) + ripple)
+    assert [r.kind for r in repairs] == (["unrelated"] * 3 if seen else [])
+    inside = slice(100, -100)
+    left = samples.qd - _speed(T) - (0 if seen else 1) * ripple
+    np.testing.assert_allclose(left[inside], 0, atol=1e-3)

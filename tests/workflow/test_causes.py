@@ -58,6 +58,13 @@ def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
     assert not row["wrong"]
 
 
+def test_a_command_without_coulomb_friction_is_named_whatever_else_is_in_it() -> None:
+    row = spoiled_study.attempt("planar2r-31", "commanded", 8)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
+    assert row["named"]
+
+
 def test_a_sound_log_is_not_blamed() -> None:
     row = spoiled_study.attempt("elbow3r-21", "clean", 0)
     assert row["verdict"] == "trusted", row["says"]

@@ -15,6 +15,8 @@ STOP = 0.054  # s
 SCALE = np.array([20.0, 5.0])  # N m s/rad: that of the joints' torques over their speeds, about
 ROBOT = planar2r.robot_toml("rubbing", 'friction = ["viscous"]\nrotor_inertia = false')
 
+RUBBING = ROBOT.replace('["viscous"]', '["coulomb", "viscous"]')
+
 
 def log(seed: int, viscous: float, noise: float = 1e-3, name: str = "log") -> symgen.Log:
     """A motion with viscous friction of about a share of each joint's torque."""
@@ -114,6 +116,7 @@ def test_torques_without_friction_and_noise_are_a_command() -> None:
     [
         pytest.param(0.0, 1e-3, 1e-4, ROBOT, id="a robot without friction, measured"),
         pytest.param(0.05, 0.0, 1e-4, ROBOT, id="torques that hold friction"),
+        pytest.param(0.05, 1e-3, 1e-4, RUBBING, id="drives without Coulomb friction"),
         pytest.param(0.0, 0.0, 0.0, ROBOT, id="a simulation without instruments"),
         pytest.param(
             0.0, 0.0, 1e-4, ROBOT.replace('["viscous"]', "[]"), id="a file without friction"
@@ -126,6 +129,42 @@ def test_what_may_have_been_measured_is_no_command(
     parsed, logs = commands(viscous, noise, encoder, robot)
     found = symgen.identify(parsed, logs[:1], validation=logs[1:])
     assert found.verdict == "trusted", found.reasons
+
+
+def lacking(part: float, noise: float = 1e-3) -> symgen.Estimate:
+    """What is identified where the model lacks a part of the torque of joint 2."""
+    logs = []
+    for seed in (3, 4):
+        own = log(seed, 0.1, 0.0, f"log {seed}")
+        tau, size = own.tau.copy(), own.tau.std(axis=0)
+        tau[:, 1] += part * size[1] * np.sqrt(2) * np.cos(3 * own.q[:, 0] + own.qd[:, 1])
+        tau[:, 1] += noise * size[1] * np.random.default_rng(seed).normal(size=len(tau))
+        logs.append(replace(own, tau=tau))
+    return symgen.identify(symgen.parse_robot(ROBOT, "r.toml"), logs[0], validation=logs[1])
+
+
+def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on() -> None:
+    little, much = lacking(0.06), lacking(0.3)
+    assert little.verdict == "trusted", little.reasons
+    assert little.unexplained is not None
+    assert little.unexplained < 0.05
+    assert "of the torque is unexplained, cause unknown (noise leaves" in little.headline
+    assert much.verdict == "doubtful"
+    assert any("unexplained at joint 2 (" in reason for reason in much.reasons)
+    assert "joint 1 (" not in next(r for r in much.reasons if "unexplained at" in r)
+
+
+def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:
+    loud = lacking(0.0, 0.5)
+    assert loud.verdict == "trusted", loud.reasons
+    assert loud.unexplained is None
+    assert loud.noise_floor is not None
+    assert loud.torque_validation is not None
+    told = loud.noise_floor.per_joint, loud.torque_validation.per_joint
+    floor, error = (r[1] for r in told if r)
+    assert floor == pytest.approx(error, rel=0.25)
+    drowned = lacking(0.0, 10.0)
+    assert any("noise is too large a part of tau2" in reason for reason in drowned.reasons)
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:

@@ -177,13 +177,15 @@ def _error_section(e: Estimate) -> Section:
     if torques and held.per_joint:
         measured = np.concatenate([t.measured for t in torques])
         sizes = errors_in_units(e.joints, measured, held.per_joint)
-    each = zip(held.per_joint or (), own.per_joint or (), strict=False)
+    told = [held, own] if e.noise_floor is None else [held, e.noise_floor, own]
+    each = zip(*(r.per_joint or () for r in told), strict=False)
     rows = [
-        (joint.label, *size, *map(percent, both))
-        for joint, size, both in zip(e.joints, sizes, each, strict=False)
+        (joint.label, *size, *map(percent, shares))
+        for joint, size, shares in zip(e.joints, sizes, each, strict=False)
     ]
-    rows.append(("all joints", "", "", percent(held.relative), percent(own.relative)))
-    header = ("joint", "RMS torque", "RMS error", "held-out data", "training logs")
+    rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
+    header = ("joint", "RMS torque", "RMS error", "held-out data",
+              *(() if e.noise_floor is None else ("noise alone",)), "training logs")  # fmt: skip
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
