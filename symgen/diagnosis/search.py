@@ -49,7 +49,6 @@ _PART = 0.3  # of an effect's largest column, from which the sign of another one
 _FINE = 8  # best effects of which constants between the grid's are tried
 _PAIRED = 7  # best effects of which pairs on a joint are tried
 _MOST = 12  # effects in all
-_SHOWN = 12
 #: What stands for a time only; shortest and longest part of a log, and how many are tried.
 CONTACT = "external_contact"
 _TIMES = (0.01, 0.2, 12)
@@ -65,7 +64,7 @@ class Selection:
 
     Attributes:
         accepted: in the order of their share in closing the gap.
-        rejected: the best of the others, with the reason.
+        rejected: the others, the likeliest first, with the reason.
         tried: number of candidates.
     """
 
@@ -147,8 +146,8 @@ class Search:
         found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
-        rejected = [s for s in options if s.candidate.key not in taken][:_SHOWN]
-        return Selection(tuple(found), tuple(self._reasoned(s) for s in rejected), len(self.pool))
+        rejected = (self._reasoned(s) for s in options if s.candidate.key not in taken)
+        return Selection(tuple(found), tuple(rejected), len(self.pool))
 
     def _merged(self, found: list[Score]) -> list[Score]:
         """Return the effects with one expression a joint."""

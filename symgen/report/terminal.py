@@ -50,7 +50,8 @@ def table(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
 
 def _room() -> int | None:
     """Return how many letters a line of the terminal has; None for a file or a pipe."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    shown = sys.stdout is not None and sys.stdout.isatty()  # None: closed by the shell
+    return shutil.get_terminal_size().columns if shown else None
 
 
 def _widths(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[int] | None:

@@ -174,7 +174,7 @@ def test_rows_repeat_where_that_is_more_than_five_times_chance_and_three(both, f
 
 
 def test_stamps_in_milliseconds_are_refused_with_the_way_out() -> None:
-    with pytest.raises(symgen.LogError, match="divide it by 1000"):
+    with pytest.raises(symgen.LogError, match="--time-unit ms"):
         open_samples(_log(*_motion(5), t=1e3 * T), symgen.parse_robot(ARM))
 
 
