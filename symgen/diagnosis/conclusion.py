@@ -27,10 +27,11 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
-from symgen.diagnosis.messages import noisy, shape, tie
+from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import may_be_noise
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
+from symgen.diagnosis.rests import beyond_friction
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
@@ -189,13 +190,20 @@ def conclude(
         notes = (
             *notes,
             f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
-            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything",
+            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything up to its "
+            "limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
     verdict = _verdict(accepted, moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
+    stuck = [
+        j.number
+        for j, x in zip(robot.movable, gaps.held, strict=True)
+        if not quiet([x], [0.0], least)
+    ]
+    holding = (held_at_rest(stuck, robot),) if stuck else ()
     shapes: tuple[FreeFunction, ...] = ()
     if misfit is not None and not baseline.given:
         known = (*accepted, *suspected)
@@ -216,7 +224,11 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, nothing)),
+        advice=(
+            *holding,
+            *(shape(f, robot) for f in shapes),
+            *_advice(found, robot, verdict, nothing),
+        ),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -463,11 +475,16 @@ class _Judged(NamedTuple):
 
 
 class _Gaps(NamedTuple):
-    """Gaps on the held-out data: of all rows, and where friction at rest has no say."""
+    """Gaps on the held-out data: of all rows, and where friction at rest has no say.
+
+    What is beyond static friction at rest counts in both; `held` is that part of each joint's
+    torque.
+    """
 
     all: _Judged
     moving: _Judged
     curves: tuple[Curves, ...]
+    held: FloatArray
 
 
 def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
@@ -482,7 +499,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
     curves, variance, rests = [], np.zeros(n), np.zeros(n)
-    count, moved = np.zeros(n), np.zeros(n)
+    count, moved, beyond = np.zeros(n), np.zeros(n), np.zeros((2, n))
+    declared_torque = partial(torque_at, declared, baseline.X)
     for log in baseline.held:
         torques = baseline.torques_along(log, X, model.evaluator, inside)
         whole, at = torques.model, p
@@ -490,7 +508,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
             columns = dense(c.columns(log, torques), log.tau.shape)
             whole = whole + columns @ model.X[at : at + c.size]
             at += c.size
-        before = after = modelled(log, partial(torque_at, declared, baseline.X))
+        before = after = modelled(log, declared_torque)
         if model.accepted:
             after = before + compared(log, whole - model_torque(declared, baseline.X, log))
         measured, free = log.unmasked.measured, log.clear[log.kept]
@@ -502,13 +520,21 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
         noise = noise_floor(log, log.tau - whole, after_torque, others)
-        still = at_rest(log, held, measured - after, partial(torque_at, model.evaluator, X))
+        extended_torque = partial(torque_at, model.evaluator, X)
+        still = at_rest(log, held, measured - after, extended_torque)
+        beyond[0] += beyond_friction(log, measured - before, declared_torque)
+        beyond[1] += beyond_friction(log, measured - after, extended_torque)
         count, moved = count + free.sum(axis=0), moved + (free & ~held).sum(axis=0)
         share = len(free) / instants
         variance, rests = variance + share * noise**2, rests + share * still**2
     told = _judged(was, now, (variance + rests) * np.maximum(count, 1))
-    moving = _judged(was.in_motion, now.in_motion, variance * np.maximum(moved, 1))
-    return _Gaps(told, moving, tuple(curves))
+    fits = [
+        replace(x.in_motion, error=x.in_motion.error + more)
+        for x, more in zip((was, now), beyond, strict=True)
+    ]
+    moving = _judged(fits[0], fits[1], variance * np.maximum(moved, 1))
+    held = np.sqrt(beyond[1] / np.maximum(fits[1].size, 1e-300))
+    return _Gaps(told, moving, tuple(curves), held)
 
 
 def _judged(was: TorqueFit, now: TorqueFit, noise: FloatArray) -> _Judged:

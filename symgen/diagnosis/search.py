@@ -180,7 +180,7 @@ class Search:
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
         system = self.baseline.beside(accepted)
         keys = frozenset(s.candidate.key for s in accepted)
-        score = self.baseline.score(system, self.misfit)
+        score = self.baseline.score(system, self.misfit, accepted)
         names = frozenset(name for name, _ in keys)
         return _Stage(system, score, self.baseline.seen(system), names, keys)
 

@@ -4,7 +4,6 @@
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
     length of the geometry           d tau / d length
-    a torque that is late            - d tau_j / dt
     weight that something carries    - tau_j at rest
     a load on the last link          tau of its mass and its moments
     friction of a joint              sign(qd_j), qd_j
@@ -193,23 +192,6 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
         )
 
 
-def _lates(scene: Scene) -> Iterator[Shape]:
-    """Yield torques of one joint that come late, or through a slow filter; nothing is early."""
-    rate = np.concatenate(
-        [log.unmasked.compared(np.gradient(log.tau, log.step, axis=0)) for log in scene.rows.logs]
-    )
-    for j in range(scene.n if scene.n > 1 else 0):
-        yield Shape(
-            "late",
-            (j,),
-            {j: -rate[:, [j]]},
-            f"tau{j + 1} is about {{x:.2g}} ms late against the other joints, or passes a slow "
-            "filter",
-            within=(0.0, math.inf),
-            shown=lambda x: 1e3 * x,
-        )
-
-
 def _filtered(scene: Scene) -> Iterator[Shape]:
     """Yield torques that all pass a slow filter of T s: T^2/2 d2 tau / dt2, its delay undone."""
     rate = [np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
@@ -362,7 +344,6 @@ KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "zero": _zeros,
     "gain": _gains,
     "ratio": _ratios,
-    "late": _lates,
     "filter": _filtered,
     "weight": _weights,
     "length": _lengths,

@@ -21,6 +21,7 @@ from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
+from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
@@ -173,6 +174,22 @@ def undo_delay(run: Run) -> Run:
         repairs, delay = (*run.repairs, told), run.delay + late.value
         run = replace(run, train=train, held=held, repairs=repairs, delay=delay)
     return replace(run, faults=tuple(f for f in faults if f.kind != "delay"))
+
+
+def filter_in_time(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
+    """Filter the logs in their band, and shift torques that are late; arguments as before.
+
+    Where these were late by more than a kept row, no model has told the band: it is chosen again.
+    """
+    run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
+    if abs(run.delay) * run.band.comparison_hz * PER_PERIOD <= 1:
+        return run
+    train, held = ([log.samples for log in group] for group in (run.train, run.held))
+    shifted = OpenLogs(
+        opened.evaluator, train, held, (), opened.given, opened.progress, opened.threads
+    )
+    again = filter_in_band(shifted, cutoff, own_speeds=own_speeds)
+    return replace(again, repairs=run.repairs, faults=run.faults, delay=run.delay)
 
 
 def name_cause(run: Run) -> Run:
