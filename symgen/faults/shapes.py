@@ -25,6 +25,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.decimation import BLOCK
+from symgen.estimation.features import WAVES, features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import LACKS
 from symgen.estimation.predictive_score import Columns, everywhere
@@ -46,8 +47,6 @@ _PHYSICS = "physics"
 #: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
 _LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
 LAWS = len(_LAWS) + 2
-#: Free misfit: cosines and sines of so many random directions of the state, over so many spreads.
-_WAVES, _LENGTHS, _SEED = 16, (0.5, 2.0), 1988
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,23 +319,10 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j
         yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
-    waves = _waves(scene)
-    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(_WAVES)):
+    known = features_of(scene.rows.logs, scene.rows.evaluator.model.robot.sigma)
+    waves = scene.rows.along(lambda q, qd, _: known(q, qd))
+    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(2 * WAVES)):
         yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
-
-
-def _waves(scene: Scene) -> FloatArray:
-    """Return random waves of positions and speeds of all joints, (K, 2 _WAVES)."""
-    logs, n, rng = scene.rows.logs, scene.n, np.random.default_rng(_SEED)
-    state = np.hstack([np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd")])
-    middle, spread = state.mean(axis=0), np.maximum(state.std(axis=0), 1e-300)
-    ways = rng.normal(size=(2 * n, _WAVES)) / np.sqrt(n) / rng.uniform(*_LENGTHS, _WAVES)
-
-    def wave(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
-        angle = (np.hstack([q, qd]) - middle) / spread @ ways
-        return np.hstack([np.cos(angle), np.sin(angle)])
-
-    return scene.rows.along(wave)
 
 
 #: What is tried beside a model.
