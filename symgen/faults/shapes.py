@@ -192,21 +192,27 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
 
 
 def _filtered(scene: Scene) -> Iterator[Shape]:
-    """Yield torques that all pass a slow filter of T s: T^2/2 d2 tau / dt2, its delay undone."""
-    rate = [np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
-    bent = [
-        log.unmasked.compared(np.gradient(x, log.step, axis=0))
-        for log, x in zip(scene.rows.logs, rate, strict=True)
-    ]
-    yield Shape(
-        "filter",
-        (),
-        everywhere(np.concatenate(bent)[:, :, None]),
-        "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
-        least=_SLOW**2 / 2,
-        within=(0.0, math.inf),
-        shown=lambda x: 1e3 * math.sqrt(2 * x),
-    )
+    """Yield torques that all pass a slow filter of T s: T d tau / dt, of first order.
+
+    Where the delay of a filter is undone, T^2/2 d2 tau / dt2 is left.
+    """
+    rate = [-np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
+    bent = [-np.gradient(x, log.step, axis=0) for log, x in zip(scene.rows.logs, rate, strict=True)]
+    for order, slopes in enumerate((rate, bent), 1):
+        parts = [log.unmasked.compared(x) for log, x in zip(scene.rows.logs, slopes, strict=True)]
+        yield Shape(
+            "filter",
+            (),
+            everywhere(np.concatenate(parts)[:, :, None]),
+            "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
+            least=_SLOW**order / order,
+            within=(0.0, math.inf),
+            shown=partial(_filter_ms, order),
+        )
+
+
+def _filter_ms(order: int, x: float) -> float:
+    return float(1e3 * (order * x) ** (1 / order))
 
 
 def _weights(scene: Scene) -> Iterator[Shape]:
