@@ -4,23 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
 from symgen.diagnosis.effects import Score, Seen, Torques
+from symgen.diagnosis.rests import RestingLogs, resting_logs, static_friction
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
     estimated,
     fitted_system,
     given_system,
     model_torque,
+    modelled,
     torque_at,
 )
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import PredictiveScore, motion_folds
+from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, motion_folds
+from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.identification.out_of_core import load_model
 from symgen.identification.parameters import regrouping
@@ -104,8 +107,16 @@ class Baseline:
         return regrouping(model)[:, own]
 
     def seen(self, found: WhitenedSystem) -> Seen:
-        """Return what candidates show on the training logs beside what is found, see `torques`."""
-        return Seen(self.base.logs, self.torques(found))
+        """Return what candidates show on the training logs beside what is found, see `torques`.
+
+        A joint that stands has no speed.
+        """
+        return Seen(self.halted, self.torques(found))
+
+    @property
+    def halted(self) -> tuple[FilteredLog, ...]:
+        """The training logs, without speed of joints that stand."""
+        return self.base.logs if self._resting is None else self._resting.halted
 
     def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
         """Return the system of the declared model on some logs."""
@@ -123,16 +134,59 @@ class Baseline:
         """Return the system of the model with the columns of some effects."""
         return self.base.with_columns(s.columns for s in accepted)
 
-    def score(self, found: WhitenedSystem, misfit: float) -> PredictiveScore:
+    def score(
+        self, found: WhitenedSystem, misfit: float, accepted: Sequence[Score] | None = None
+    ) -> PredictiveScore:
         """Return what predicts the rows of a system: candidates beside it compete by it.
 
         Args:
             found: the system with the columns of what was accepted so far.
             misfit: part of a joint's torque that no model is righter than.
+            accepted: that; None where rests have no say.
         """
         left = found.y - found.W @ found.X
         size = misfit * self.base.size
-        return PredictiveScore(found.W, left, found.moves, found.sigma, self._folds, size)
+        rests = None if accepted is None else self._rests(found, accepted)
+        return PredictiveScore(found.W, left, found.moves, found.sigma, self._folds, size, rests)
+
+    @cached_property
+    def _resting(self) -> RestingLogs | None:
+        return resting_logs(self.base.logs)
+
+    @cached_property
+    def _still(self) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
+        """The model at rests: regressor (R, p), torque (R,), and torque (K, n) creeping."""
+        resting = self._resting
+        assert resting is not None
+        X = np.pad(self.X, (0, len(self.evaluator.model.base.parameters) - len(self.X)))
+        model = partial(torque_at, self.evaluator, X)
+        torques = [np.concatenate([modelled(s, model) for s in x]) for x in resting.creeping]
+        if self.given:
+            known = np.concatenate([modelled(s, model) for s in resting.halted])
+            y = np.concatenate([s.unmasked.measured for s in resting.logs]) - known
+            return np.zeros((len(resting.joint), 0)), resting.means(y), torques
+        W = np.concatenate([torque_rows(self.evaluator, s.unmasked, X) for s in resting.halted])
+        return resting.means(W), resting.means(self.base.y), torques
+
+    def _rests(self, found: WhitenedSystem, accepted: Sequence[Score]) -> Rests | None:
+        """Return what rests say beside what is found; None where the fit is made of them."""
+        resting = self._resting
+        if resting is None or np.any(resting.means(found.moves)):
+            return None
+        W, y, creeping = self._still
+        at = [W]
+        if accepted:
+            torques, shape = self.torques(found), found.y.shape
+            chosen, coefficients = [s.candidate for s in accepted], self.coefficients(found)
+            columns, *slow = (
+                np.concatenate([dense(c, shape) for c in Seen(logs, torques).each(chosen)], axis=2)
+                for logs in (resting.halted, *resting.creeping)
+            )
+            at.append(resting.means(columns))
+            creeping = [t + c @ coefficients for t, c in zip(creeping, slow, strict=True)]
+        whole = np.concatenate(at, axis=1)
+        limit = static_friction(resting, creeping)
+        return Rests(resting.joint, resting.rows, whole, y - whole @ found.X, limit)
 
     @cached_property
     def _folds(self) -> NDArray[np.intp]:

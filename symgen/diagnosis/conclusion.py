@@ -27,10 +27,11 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
-from symgen.diagnosis.messages import noisy, shape, tie
+from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import may_be_noise
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
+from symgen.diagnosis.rests import beyond_friction
 from symgen.diagnosis.search import MEASURING, Selection
 from symgen.diagnosis.whitened_system import (
     WhitenedSystem,
@@ -44,6 +45,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
+from symgen.estimation.features import features_of
 from symgen.estimation.floor import at_rest, noise_floor, quiet
 from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
@@ -188,13 +190,20 @@ def conclude(
         notes = (
             *notes,
             f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
-            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything",
+            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything up to its "
+            "limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
     verdict = _verdict(accepted, moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
+    stuck = [
+        j.number
+        for j, x in zip(robot.movable, gaps.held, strict=True)
+        if not quiet([x], [0.0], least)
+    ]
+    holding = (held_at_rest(stuck, robot),) if stuck else ()
     shapes: tuple[FreeFunction, ...] = ()
     if misfit is not None and not baseline.given:
         known = (*accepted, *suspected)
@@ -215,7 +224,11 @@ def conclude(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
         ),
-        advice=(*(shape(f, robot) for f in shapes), *_advice(found, robot, verdict, nothing)),
+        advice=(
+            *holding,
+            *(shape(f, robot) for f in shapes),
+            *_advice(found, robot, verdict, nothing),
+        ),
         notes=notes,
         extended=with_values(model.robot, found),
         joints=tuple(j.number for j in robot.movable),
@@ -282,7 +295,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     names = () if baseline.given else evaluator.model.base.names
     system = system.with_columns(seen(s.candidate) for s in corrected)
     extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    solution = _solved((*names, *extra), system)
+    solution = _solved((*names, *extra), system, baseline.robot.sigma)
     std = solution.std
     along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
     if along:
@@ -291,7 +304,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
-            std = _solved((*names, *extra, *constants), system.with_columns(along)).std
+            std = _solved((*names, *extra, *constants), system.with_columns(along), robot.sigma).std
         except IdentificationError:  # the logs do not determine the constants
             std = np.concatenate([std, np.full(count, np.nan)])
     return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)
@@ -322,7 +335,7 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
     system = baseline.beside(accepted)
     try:
-        solution = _solved((*names, *extra), system)
+        solution = _solved((*names, *extra), system, baseline.robot.sigma)
         X, std = solution.X, solution.std
     except IdentificationError:
         X = estimated(system).X
@@ -462,11 +475,16 @@ class _Judged(NamedTuple):
 
 
 class _Gaps(NamedTuple):
-    """Gaps on the held-out data: of all rows, and where friction at rest has no say."""
+    """Gaps on the held-out data: of all rows, and where friction at rest has no say.
+
+    What is beyond static friction at rest counts in both; `held` is that part of each joint's
+    torque.
+    """
 
     all: _Judged
     moving: _Judged
     curves: tuple[Curves, ...]
+    held: FloatArray
 
 
 def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
@@ -481,7 +499,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
     curves, variance, rests = [], np.zeros(n), np.zeros(n)
-    count, moved = np.zeros(n), np.zeros(n)
+    count, moved, beyond = np.zeros(n), np.zeros(n), np.zeros((2, n))
+    declared_torque = partial(torque_at, declared, baseline.X)
     for log in baseline.held:
         torques = baseline.torques_along(log, X, model.evaluator, inside)
         whole, at = torques.model, p
@@ -489,7 +508,7 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
             columns = dense(c.columns(log, torques), log.tau.shape)
             whole = whole + columns @ model.X[at : at + c.size]
             at += c.size
-        before = after = modelled(log, partial(torque_at, declared, baseline.X))
+        before = after = modelled(log, declared_torque)
         if model.accepted:
             after = before + compared(log, whole - model_torque(declared, baseline.X, log))
         measured, free = log.unmasked.measured, log.clear[log.kept]
@@ -501,13 +520,21 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
         noise = noise_floor(log, log.tau - whole, after_torque, others)
-        still = at_rest(log, held, measured - after, partial(torque_at, model.evaluator, X))
+        extended_torque = partial(torque_at, model.evaluator, X)
+        still = at_rest(log, held, measured - after, extended_torque)
+        beyond[0] += beyond_friction(log, measured - before, declared_torque)
+        beyond[1] += beyond_friction(log, measured - after, extended_torque)
         count, moved = count + free.sum(axis=0), moved + (free & ~held).sum(axis=0)
         share = len(free) / instants
         variance, rests = variance + share * noise**2, rests + share * still**2
     told = _judged(was, now, (variance + rests) * np.maximum(count, 1))
-    moving = _judged(was.in_motion, now.in_motion, variance * np.maximum(moved, 1))
-    return _Gaps(told, moving, tuple(curves))
+    fits = [
+        replace(x.in_motion, error=x.in_motion.error + more)
+        for x, more in zip((was, now), beyond, strict=True)
+    ]
+    moving = _judged(fits[0], fits[1], variance * np.maximum(moved, 1))
+    held = np.sqrt(beyond[1] / np.maximum(fits[1].size, 1e-300))
+    return _Gaps(told, moving, tuple(curves), held)
 
 
 def _judged(was: TorqueFit, now: TorqueFit, noise: FloatArray) -> _Judged:
@@ -543,19 +570,22 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
     return (tied or accepted)[-1]
 
 
-def _solved(names: tuple[str, ...], system: WhitenedSystem) -> Solution:
+def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]) -> Solution:
     """Solve a final model; nothing is identified where all is given and nothing was found."""
     if not names:
-        return Solution(np.zeros(0), np.zeros((0, 0)), 1.0, ())
+        none = np.zeros((0, 0))
+        return Solution(np.zeros(0), none, none, 1.0, ())
     out, first, weights = [], 0, estimated(system).moves
+    known = features_of(system.logs, sigma)
     for log in system.logs:
-        t = log.t[log.kept]
+        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)[:, 0]
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            out.append(Equations(log.name, W, y, t[at], 2, j))
+            own = weight[:, None] * features[at]
+            out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")
 

@@ -28,6 +28,7 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
+_PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
 Constants = Mapping[str, float]
 
 
@@ -343,6 +344,8 @@ def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapp
 def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
     if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
         return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
+    if search.scale == "play":
+        return _PINION if sigma == names.PRISMATIC else 1.0
     if search.scale == "speed":
         speeds = np.concatenate([s.qd[:, position] for s in logs])
         return float(np.sqrt(np.mean(speeds**2))) or 1.0
@@ -400,11 +403,6 @@ def _drift(s: FilteredLog, torques: Torques, j: int, constants: Constants) -> Fl
     return torques.friction[:, j] * fading
 
 
-def _pulse(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
-    """A pulse after each reversal, in the new direction, while the joint crosses `width`."""
-    return -_after_reversals(s, j, constants["width"])
-
-
 def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
     """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
 
@@ -429,28 +427,10 @@ def _contact(s: FilteredLog, _: Torques, __: int, constants: Constants) -> Float
     return np.asarray((t >= start) & (t < start + length), dtype=float)
 
 
-def _after_reversals(s: FilteredLog, j: int, width: float) -> FloatArray:
-    """Return a half sine of unit height over the way since the last reversal, with its sign."""
-    speed = s.qd[:, j]
-    moves = np.abs(speed) > 1e-3 * np.sqrt(np.mean(speed**2))
-    at = np.flatnonzero(moves)
-    out = np.zeros(len(s.t))
-    if len(at) == 0:
-        return out
-    sign = np.sign(speed[at])
-    turns = at[1:][sign[1:] != sign[:-1]]
-    last = np.searchsorted(turns, np.arange(len(s.t)), side="right") - 1
-    turned = last >= 0
-    way = np.abs(s.q[turned, j] - s.q[turns[last[turned]], j])
-    out[turned] = np.sign(speed[turned]) * np.sin(np.pi * np.minimum(way / width, 1.0))
-    return out
-
-
 #: Shape of an effect, and whether it holds the model's torque.
 _SHAPES: dict[str, tuple[Shape, bool]] = {
     "drive_gain_error": (_gain, True),
     "thermal_drift": (_drift, True),
-    "backlash": (_pulse, False),
     "presliding_friction": (_presliding, False),
     "external_contact": (_contact, False),
 }

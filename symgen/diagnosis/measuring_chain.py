@@ -30,7 +30,6 @@ from symgen.faults.model import (
     Trial,
     against_physics,
     channel_faults,
-    saturations,
     torque_steps,
 )
 from symgen.faults.samples import unmended_faults
@@ -84,8 +83,8 @@ def check(
         return found
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
-    wrong = against_physics(trial) or _channels(trial, repairs) or [*torque_steps(trial)]
-    return (*found, *(wrong or saturations(trial)))
+    wrong = against_physics(trial) or _channels(trial, repairs) or torque_steps(trial)
+    return (*found, *wrong)
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
@@ -95,9 +94,9 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
         return found
     logs, held = trial.logs, trial.held
     for _ in range(_MOST):
-        faults = channel_faults(trial.evaluator, logs, held)
+        faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
-        cause = find_cause(Scene(rows), faults, repairs, threads=own_threads())
+        cause = find_cause(Scene(rows), faults, repairs, undone=True, threads=own_threads())
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
         elif cause is not None and cause.kind in _FATAL:
@@ -111,13 +110,8 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
 
 
 def rivals_physics(fault: Fault) -> bool:
-    """Whether physics may look like it: another gear ratio, a step of a torque, a late torque.
-
-    Friction that a robot file leaves out has the phase of a delay.
-    """
-    return fault.kind in ("ratio", "delay") or (
-        fault.kind == "step" and fault.channel.startswith("tau")
-    )
+    """Whether physics may look like it: another gear ratio, a step of a torque."""
+    return fault.kind == "ratio" or (fault.kind == "step" and fault.channel.startswith("tau"))
 
 
 def is_effect(fault: Fault) -> bool:
@@ -233,7 +227,7 @@ def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect
 def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
     """Return one fault of one or more logs as an effect; values are the mean over the logs."""
     first = same[0]
-    whole = first.kind == "delay" or not first.joints
+    whole = first.channel == "tau" or not first.joints
     joint = None if whole else robot.movable[first.joints[0]]
     number, sigma = ("", REVOLUTE) if joint is None else (joint.number, joint.sigma)
     parameters = []

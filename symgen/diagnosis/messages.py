@@ -123,3 +123,11 @@ def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
         + (known[name].says if name in known else "an effect of the robot file")
         for name, places in joints.items()
     )
+
+
+def held_at_rest(joints: Sequence[int], robot: Robot) -> str:
+    """Return that torques of joints at rest are beyond what static friction holds."""
+    return (
+        f"at rest the torque on {on_joints(joints, robot)} is beyond the limits of static "
+        "friction: a brake may hold it (--mask rest leaves rests out)"
+    )

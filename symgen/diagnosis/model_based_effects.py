@@ -15,13 +15,14 @@ open has no torque in the file's own geometry and gravity, but may have one in a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
-from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques
+from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques, grid
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
@@ -38,6 +39,8 @@ _STATES = 200
 #: zero, rad, and of the share of weight that is carried.
 _TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
 _DEPENDENT = 1e-8
+#: Of crossings of play: step, s, and steps looked at first; inertia of a link over its largest.
+_FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
 #: The load's parameters, those first that are told when several say the same.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
@@ -61,6 +64,7 @@ def special_candidates(
     kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
         "joint_elasticity": _elastic,
+        "backlash": _loose,
         "zero_offset": _zeros,
         "gravity_compensation": _carried,
         ("payload" if given else "geometry_error"): _loads if given else _lengths,
@@ -288,6 +292,84 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
     low, high = (_moved(j, s, torques, h * along) for h in (-step, step))
     return everywhere(((low - high) / (2 * step))[:, :, None])
+
+
+def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+    """Each joint, with play in its gear between its motor, whose motion is measured, and its link.
+
+    The gear touches on the flank s that the sign of its torque says, and the link is at
+
+        q - e,     e = s b/2,     torque by the model of the links, without rotor and friction
+
+    Where this torque changes its sign, the flanks part. The gear transmits nothing, so that the
+    link lags behind the motor by what the model asks of it in vain, R = torque at (q, qd, qdd):
+
+        M e'' = R,     M inertia of the links about the joint,
+
+    until it meets a flank, where it stays (a plastic impact). On all joints the torque changes by
+
+        torque of the links at (q - e, qd - e', qdd - e'') - torque at (q, qd, qdd):
+
+    a step d(torque)/dq b with the sign of the transmitted torque, not of the speed; a link torque
+    that lacks while the play is crossed, for (6 b M / |dR/dt|)^(1/3) where R falls evenly; and a
+    shock that gives the link the motor's speed. The width is the coefficient, and shapes the
+    crossing: column(b)/b. A rotor that base parameters join with the link counts as link.
+
+    Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
+    """
+    definition = definitions()["backlash"]
+    for j, joint in enumerate(robot.movable):
+        plain = Candidate(definition, (j,), partial(_across, j), 1, uses_model=True)
+        for constants in grid(definition.nonlinear, (), j, joint.sigma):
+            yield replace(plain, constants=constants, scales=(constants["width"],))
+
+
+def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
+    """Return what a play of a width changes in the torque of all joints, over the width."""
+    b, unit = constants["width"], np.zeros((3, len(s.t)))
+    unit[2] = 1.0
+    rigid = torques.of_links(torques.links, s.q, s.qd, s.qdd)
+    inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
+    pull = rigid[:, j] / np.maximum(inertia, _LIGHT * np.abs(inertia).max(initial=1e-300))
+    e = _behind_flanks(pull, s.step, b)
+    behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
+    change = _moved(j, s, torques, behind) - rigid
+    return everywhere(change[:, :, None] / b)
+
+
+def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
+    """Return how far the motor is ahead of the link in a gear with play, (N,), within +-width/2.
+
+    Args:
+        pull: (N,) acceleration by which a link without torque falls behind, rad/s2 (m/s2): its
+            sign is that of the flank in contact.
+        step: s.
+        width: of the play, rad (m).
+    """
+    finer = max(1, int(np.ceil(step / _FINE)))
+    h, count = step / finer, (len(pull) - 1) * finer + 1
+    a = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
+    turns = np.append(np.flatnonzero((a[1:] < 0) != (a[:-1] < 0)) + 1, count)
+    out, side, at = np.empty(count), -1.0 if a[0] < 0 else 1.0, 0
+    while at < count:
+        if (a[at] < 0) == (side < 0):  # in contact until the flanks part
+            end = int(turns[np.searchsorted(turns, at, side="right")])
+            out[at:end], at = side * width / 2, end
+            continue
+        span = _FLIGHT
+        while True:
+            e = side * width / 2 + h * np.cumsum(h * np.cumsum(a[at : at + span]))
+            lands = np.flatnonzero(np.abs(e) > width / 2)
+            if len(lands) or at + span >= count:
+                break
+            span *= 2
+        if len(lands):
+            e = e[: lands[0] + 1]
+            side = float(np.sign(e[-1]))
+            e[-1] = side * width / 2
+        out[at : at + len(e)] = e
+        at += len(e)
+    return out[::finer]
 
 
 def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:

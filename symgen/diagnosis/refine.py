@@ -163,7 +163,10 @@ def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen)
     for _ in range(_ROUNDS):
         for halving in range(_HALVINGS):
             with suppress(RobotError):  # the torque is not finite there
-                trial = point(at.stepped(0.5**halving, seen))
+                effects = at.stepped(0.5**halving, seen)
+                if not all(np.isfinite(c).all() for s in effects for c in s.columns.values()):
+                    continue
+                trial = point(effects)
                 smaller = trial.squares(sigma) < at.squares(sigma)
                 if smaller and trial.both.rank == others + trial.loose:
                     break

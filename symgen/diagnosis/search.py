@@ -142,7 +142,8 @@ class Search:
             if keys in seen:  # one displaces the other in turn: they are as good as each other
                 break
             seen.add(keys)
-        found = self._told_apart(accepted)
+        # The last exchange may have left one without which the others do as well.
+        found = self._told_apart(self._backward(accepted))
         found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
@@ -179,7 +180,7 @@ class Search:
     def _stage(self, accepted: Sequence[Score]) -> _Stage:
         system = self.baseline.beside(accepted)
         keys = frozenset(s.candidate.key for s in accepted)
-        score = self.baseline.score(system, self.misfit)
+        score = self.baseline.score(system, self.misfit, accepted)
         names = frozenset(name for name, _ in keys)
         return _Stage(system, score, self.baseline.seen(system), names, keys)
 

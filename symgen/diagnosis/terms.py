@@ -220,7 +220,7 @@ class Expressions:
     """
 
     def __init__(self, baseline: Baseline) -> None:
-        self.robot, self.logs = baseline.robot, baseline.base.logs
+        self.robot, self.logs = baseline.robot, baseline.halted
         self.terms = library(self.robot, self.logs)
         self.columns = _seen(self.terms, self.logs)
         self._made: dict[Candidate, tuple[Term, ...]] = {}

@@ -114,11 +114,14 @@ def diagnose(
     evaluator = model_of(replace(source, sought=()))
     known = None if parameters is None else read_given(parameters, evaluator.model)
     opened = _opened(source, (listed_logs(logs), listed_logs(validation)), reading, progress)
-    band = known.band if known is not None else None
-    band = band or choose_band(evaluator, opened.train, cutoff, threads=own_threads())
-    band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
+
+    def band_of(train: Sequence[Samples]) -> Band:
+        band = known.band if known is not None else None
+        band = band or choose_band(evaluator, train, cutoff, threads=own_threads())
+        return band if cutoff is None else replace(band, cutoff_hz=cutoff)
+
     given = None if known is None else known.X
-    asked = _Question(source, evaluator, opened, band, given, effects, least, misfit, progress)
+    asked = _Question(source, evaluator, opened, band_of, given, effects, least, misfit, progress)
     progress("checking the logs")
     faults = check(evaluator, *asked.logs, opened.repairs)
     if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
@@ -240,12 +243,17 @@ class _Question:
     robot: Robot
     evaluator: Evaluator
     opened: _Opened
-    band: Band
+    band_of: Callable[[Sequence[Samples]], Band]
     given: FloatArray | None
     effects: Sequence[str] | None
     least: float
     misfit: float
     progress: Callable[[str], None]
+
+    @cached_property
+    def band(self) -> Band:
+        """The band of the logs as they are."""
+        return self.band_of(self.opened.train)
 
     @cached_property
     def logs(self) -> tuple[list[FilteredLog], list[FilteredLog]]:
@@ -336,6 +344,9 @@ class _Question:
         whole, closes = None, 0.0
         if faults:
             train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
+            if any(f.kind == "delay" for f in faults):  # no model has told the band
+                recorded = [log.samples for log in train], [log.samples for log in held]
+                train, held = _in_band(recorded, self.band_of(recorded[0]))
             fixed = self.fitted((train, held))
             undone = plain(fixed, self.notes)
             repaired = judged(faults, self.declared, undone)

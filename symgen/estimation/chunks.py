@@ -30,6 +30,7 @@ from symgen.data.stretch import Stretch
 from symgen.estimation.band import Band
 from symgen.estimation.decimation import Decimation, decimation
 from symgen.estimation.equation_model import EquationModel
+from symgen.estimation.features import with_features
 from symgen.estimation.filtered_log import FilteredLog, stride_of
 from symgen.estimation.summary import LAGS
 from symgen.estimation.system import (
@@ -94,11 +95,18 @@ class ChunkData:
             Equations(self.name, none, y, a["end"], rest=rest, **own)
             for y, rest, own in zip(a["y"], rests, self.sides, strict=True)
         ]
+        known = model.features
         if self.windows is None:
-            return equated(sides, compared_torques(evaluator, self.modelled).transpose(1, 0, 2))
-        motion = (a.get("window_q", a["q"]), a.get("window_qd", a["qd"]))
-        _, rows = SIDES[model.name]
-        return equated(sides, rows(evaluator, *motion, self.windows, self.rows.step))
+            W = compared_torques(evaluator, self.modelled).transpose(1, 0, 2)
+            features = None if known is None else known.in_band(self.modelled)
+        else:
+            motion = (a.get("window_q", a["q"]), a.get("window_qd", a["qd"]))
+            about = *motion, self.windows, self.rows.step
+            _, rows = SIDES[model.name]
+            W = rows(evaluator, *about)
+            features = None if known is None else known.over_windows(model.name, *about)[:, None]
+        found = equated(sides, W)
+        return found if features is None else with_features(found, features, a["end"])
 
     def modelled(self, model: Model) -> Iterator[tuple[slice, FloatArray]]:
         """Evaluate a model along the log, see `FilteredLog.modelled`."""
@@ -163,13 +171,11 @@ class LogSpan:
         stretch: its rows alone.
         kind: "train" or "validation".
         number: in the run.
-        place: parts of all time of its kind at which it begins and ends.
     """
 
     stretch: Stretch
     kind: str
     number: int
-    place: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,14 @@ import numpy as np
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
+from symgen.estimation.features import Features, with_features
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import (
     Equations,
     torque_equations,
     window_equations,
 )
+from symgen.estimation.windows import place_windows
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -46,11 +48,14 @@ class EquationModel:
         window: length of the windows of energy and momentum, s.
         at: X at which effects take the model's torque, see `torque_columns`; None leaves their
             columns away.
+        features: random functions of the state whose rows the equations carry, for what the model
+            misses; None for none.
     """
 
     name: str
     window: float
     at: tuple[float, ...] | None = None
+    features: Features | None = None
 
     @property
     def all_kernels(self) -> tuple[str, ...]:
@@ -69,7 +74,16 @@ class EquationModel:
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
         """Build the equations of one log."""
-        if self.name != "torque":
-            return window_equations(evaluator, log, self.name, self.window)
-        at = None if self.at is None else np.array(self.at)
-        return torque_equations(evaluator, log, at)
+        at, known = None if self.at is None else np.array(self.at), self.features
+        if self.name == "torque":
+            found = torque_equations(evaluator, log, at)
+            if known is None:
+                return found
+            n = 1 if log.mask is None else len(found)
+            return with_features(found, known.in_band(log.modelled, n), log.compared_t)
+        found = window_equations(evaluator, log, self.name, self.window)
+        if known is None:
+            return found
+        w = place_windows(log, self.window)
+        rows = known.over_windows(self.name, *log.nodes(w.stride), w, log.step)
+        return with_features(found, rows[:, None], log.t[w.spans(len(log.t))[1]])

@@ -56,7 +56,10 @@ from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
 PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
-NOISE_BIAS = "bias from noise of positions and speeds in the regressor, and errors of the model"
+NOISE_BIAS = (
+    "bias from noise of positions and speeds in the regressor, and errors of the model that are no "
+    "smooth function of positions and speeds"
+)
 #: Columns whose part that the instruments leave is smaller than this share are not suspect.
 _SUSPECT = 1e-7
 #: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
@@ -163,7 +166,7 @@ class Huber:
         beyond = 1 - np.mean(np.concatenate(inside))
         return Solution(
             X,
-            robust_covariance(system, bread, own, kept),
+            *robust_covariance(system, X, bread, own, kept),
             condition(R),
             tuple(map(float, inverse)),
             (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
@@ -214,7 +217,7 @@ class Prior:
         solution = least_squares_solution(system, X, scale, R, weights)
         bread = inverse_information(scale, R)
         more = bread / self.std**2 @ bread  # A (meat + prior information) A
-        return replace(solution, covariance=solution.covariance + more)
+        return replace(solution, noise=solution.noise + more)
 
 
 @dataclass(frozen=True)
@@ -380,9 +383,9 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        covariance = robust_covariance(system, bread, own, weights)
+        covariances = robust_covariance(system, X, bread, own, weights)
         root = float(np.sqrt(values[-1] / values[0]))
-        return Solution(X, covariance, root, tuple(map(float, weights)))
+        return Solution(X, *covariances, root, tuple(map(float, weights)))
 
     def _noise(self, scale: FloatArray, y: float, p: int) -> FloatArray:
         if self.noise is None:
@@ -462,7 +465,7 @@ class InstrumentalVariables:
             )
         return Solution(
             reduced.X,
-            robust_covariance(system, bread, rows, weights, instruments=True),
+            *robust_covariance(system, reduced.X, bread, rows, weights, instruments=True),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
             notes,

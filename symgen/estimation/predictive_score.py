@@ -154,8 +154,50 @@ class _Solved(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class Rests:
+    """Where joints stand, and friction is anything between its limits: one row for each rest.
+
+    Attributes:
+        joint: (R,) position of the joint.
+        rows: (R, 2) first kept row, and the row after the last.
+        W: (R, p) mean regressor, with the speed of the joint zero.
+        residual: (R,) mean of y - W X.
+        limit: (R,) of static friction, N m or N.
+    """
+
+    joint: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    W: FloatArray
+    residual: FloatArray
+    limit: FloatArray
+
+    @cached_property
+    def _of(self) -> dict[int, tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+        """Rests of each joint, their rows one after the other, and where those of each begin."""
+        out = {}
+        for j in map(int, np.unique(self.joint)):
+            own = np.flatnonzero(self.joint == j)
+            rows = [np.arange(a, b) for a, b in self.rows[own]]
+            starts = np.cumsum([0, *map(len, rows[:-1])])
+            out[j] = own, np.concatenate(rows), starts
+        return out
+
+    def means(self, columns: Columns) -> FloatArray:
+        """Return the means of columns (K, m) by joint, (R, m)."""
+        out = np.zeros((len(self.joint), next(iter(columns.values())).shape[1]))
+        for j in self._of.keys() & columns.keys():
+            own, rows, starts = self._of[j]
+            count = np.diff([*starts, len(rows)])
+            out[own] = np.add.reduceat(columns[j][rows], starts) / count[:, None]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class PredictiveScore:
     """The rows of a model, and what predicts them on folds that it was not fitted on.
+
+    A rest counts as one row more, by the distance of its torque from the limits of static friction.
+    No fit is made of rests.
 
     Attributes:
         W: (K, n, p) regressor.
@@ -164,6 +206,7 @@ class PredictiveScore:
         sigma: (n,) by which the joints are weighed in the fits.
         fold: (K,) from `motion_folds`.
         misfit: (n,) what no model is righter than, N m or N.
+        rests: where joints stand; None where that is no part of the score.
     """
 
     W: FloatArray
@@ -172,6 +215,7 @@ class PredictiveScore:
     sigma: FloatArray
     fold: NDArray[np.intp]
     misfit: FloatArray
+    rests: Rests | None = None
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -260,17 +304,51 @@ class PredictiveScore:
     def alone(self) -> Fit:
         """The model without anything beside it."""
         score, left = self._scored(self._squares(self._base[:-1]))
+        score += self._at_rest(self._base[:-1])
         return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
 
-    def left_outside(self, inside: NDArray[np.bool_]) -> FloatArray:
-        """Return the held-out variance by joint of rows outside some, (K,), that the fits hold."""
-        square, count = np.zeros((2, len(self.sigma)))
+    @cached_property
+    def _rest_fold(self) -> NDArray[np.intp]:
+        """Fold of each rest, that of most of its rows; the first where folds only meet."""
+        assert self.rests is not None
+        folds = [self.fold[a:b] for a, b in self.rests.rows]
+        return np.array([np.bincount(f[f >= 0], minlength=1).argmax() for f in folds])
+
+    def _at_rest(self, d: FloatArray, more: FloatArray | None = None) -> float:
+        """Return what rests add to the score of fits that add d (folds, p) to X.
+
+            -1/2 sum of log(1 + e^2 / s^2),    e beyond the limits, s^2 of the mean of a rest
+
+        Args:
+            d: in units of `_norms`.
+            more: (R, folds) torque of further columns with the coefficients of each fold.
+        """
+        rests = self.rests
+        if rests is None:
+            return 0.0
+        fold = self._rest_fold
+        left = rests.residual - np.sum(rests.W * (d / self._norms)[fold], axis=1)
+        if more is not None:
+            left = left - more[np.arange(len(fold)), fold]
+        beyond = np.maximum(np.abs(left) - rests.limit, 0.0)
+        count = np.maximum(np.diff(rests.rows)[:, 0] / TEMPERATURE, 1.0)
+        known = (self.sigma**2)[rests.joint] / count + (self.misfit**2)[rests.joint]
+        return -0.5 * float(np.sum(np.log1p(beyond**2 / np.maximum(known, 1e-300))))
+
+    def _squares_of(self, weight: FloatArray) -> FloatArray:
+        """Return what the fits leave of rows of another weight (K, n) on each fold, (n, folds)."""
+        out = np.zeros(self.counts.shape)
         for f, d in enumerate(self._base[:-1]):
-            at = (self.fold == f) & ~inside
+            at = self.fold == f
             left = self.residual[at] - self.W[at] @ (d / self._norms)
-            square += np.sum((self.weight[at] * left) ** 2, axis=0)
-            count += np.sum(self.weight[at] ** 2, axis=0)
-        return np.asarray(square / np.maximum(count, 1e-300))
+            out[:, f] = np.sum((weight[at] * left) ** 2, axis=0)
+        return out
+
+    def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
+        """Return how fits in which some rows (K, n) have no say predict all rows."""
+        other = replace(self, weight=np.where(inside, 0.0, self.weight))
+        score, left = self._scored(other._squares_of(self.weight) / self.sigma[:, None] ** 2)
+        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
 
     def beside(self, columns: Columns, size: float = np.inf) -> Fit:
         """Score the model with columns (K, m) beside it on some joints.
@@ -286,6 +364,8 @@ class PredictiveScore:
         squares[own.joints] += np.sum(b * (_times(own.CC, b) - 2 * own.Cr), axis=2)
         squares[own.joints] += 2 * np.sum(d * _times(own.RC, b), axis=2)
         score, left = self._scored(squares)
+        if self.rests is not None:
+            score += self._at_rest(d, self.rests.means(columns) @ (b / own.norms).T)
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
         torque = np.zeros(len(self.sigma))
         for j, cc in zip(own.joints, own.CC, strict=True):
@@ -367,8 +447,10 @@ class PredictiveScore:
             What the score of the others gains, and (n,) what is left of them, as a part.
         """
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
-        some = np.asarray(inside.any(axis=1))
-        before, left = self.left_outside(some), other.alone.left
+        # of the rows that it still holds, what fits leave that hold all
+        outside = self.weight * ~inside.any(axis=1, keepdims=True)
+        held = np.maximum(np.sum(outside**2, axis=0), 1e-300)
+        before, left = self._squares_of(outside).sum(axis=1) / held, other.alone.left
         count, floor = np.sum(other.weight**2, axis=0), self.misfit**2
         gain = np.log(np.maximum(before + floor, 1e-300) / np.maximum(left + floor, 1e-300))
         share = np.minimum(left / np.maximum(before, 1e-300), 1.0)

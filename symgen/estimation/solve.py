@@ -29,7 +29,8 @@ class Solution:
 
     Attributes:
         X: the parameters, (p,), in the units of the model.
-        covariance: of X, (p, p), robust to residuals that are correlated in time.
+        noise: covariance of X from noise, (p, p), robust to residuals that are correlated in time.
+        misfit: covariance of X from what the model misses, (p, p); 0 where nothing tells it.
         condition_number: of the regressor with its columns scaled to unit norm.
         weights: one a log, of its residuals (1/sigma, times the root of one given).
         notes: what was done, in words.
@@ -38,12 +39,18 @@ class Solution:
     """
 
     X: FloatArray
-    covariance: FloatArray
+    noise: FloatArray
+    misfit: FloatArray
     condition_number: float
     weights: tuple[float, ...]
     notes: tuple[str, ...] = ()
     endogeneity: tuple[Endogeneity, ...] = ()
     comparison: tuple[OtherEstimate, ...] = ()
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of X, (p, p)."""
+        return self.noise + self.misfit
 
     @property
     def std(self) -> FloatArray:
@@ -53,9 +60,11 @@ class Solution:
 
 def with_the_others_zero(part: Solution, kept: Sequence[int], p: int) -> Solution:
     """Return the solution of some of p columns as one of all: the others are 0, without a std."""
-    X, covariance = np.zeros(p), np.zeros((p, p))
-    X[list(kept)], covariance[np.ix_(kept, kept)] = part.X, part.covariance
-    return replace(part, X=X, covariance=covariance)
+    X, parts = np.zeros(p), np.zeros((2, p, p))
+    X[list(kept)] = part.X
+    for own, whole in zip((part.noise, part.misfit), parts, strict=True):
+        whole[np.ix_(kept, kept)] = own
+    return replace(part, X=X, noise=parts[0], misfit=parts[1])
 
 
 def require_rows(system: LinearSystem) -> None:
@@ -188,8 +197,8 @@ def least_squares_solution(
     """
     bread = inverse_information(scale, R)
     rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
-    covariance = robust_covariance(system, bread, rows, weights)
-    return Solution(X, covariance, condition(R), tuple(float(np.mean(w)) for w in weights))
+    covariances = robust_covariance(system, X, bread, rows, weights)
+    return Solution(X, *covariances, condition(R), tuple(float(np.mean(w)) for w in weights))
 
 
 def merged_rows(

@@ -48,6 +48,7 @@ class Summary:
         correlation: rows that share samples.
         weight: of the log's squared residuals beside those of others.
         joint: position of the joint, None for energy.
+        features: F'[W F y] of random functions F of the state, (m, p + m + 1); None without any.
     """
 
     factor: FloatArray
@@ -55,6 +56,7 @@ class Summary:
     correlation: int = 1
     weight: float = 1.0
     joint: int | None = None
+    features: FloatArray | None = None
 
     @property
     def lag(self) -> int:
@@ -70,7 +72,11 @@ class Summary:
         """Return the summary of some of the parameters; None for all."""
         if chosen is None:
             return self
-        return replace(self, factor=triangle(self.factor[:, [*chosen, -1]]))
+        features = self.features
+        if features is not None:
+            p = self.factor.shape[1] - 1
+            features = np.hstack([features[:, chosen], features[:, p:]])
+        return replace(self, factor=triangle(self.factor[:, [*chosen, -1]]), features=features)
 
     def rss(self, X: FloatArray) -> float:
         """Return the sum of the squares of y - W X."""
@@ -81,6 +87,13 @@ def summarise(e: Equations) -> Summary:
     """Return the summary of equations."""
     factor = triangle(np.column_stack([e.W, e.y]))
     return Summary(factor, len(e.y), e.correlation, e.weight, e.joint)
+
+
+def summarise_features(e: Equations) -> Summary:
+    """Return the summary of equations, with the products of their random functions."""
+    F = e.features
+    assert F is not None  # the model of the equations has some
+    return replace(summarise(e), features=F.T @ np.column_stack([e.W, F, e.y]))
 
 
 def summaries(system: LinearSystem) -> list[Summary]:
@@ -100,7 +113,9 @@ def merge_summaries(parts: Sequence[Summary]) -> Summary:
 
 def _merged(parts: Sequence[Summary]) -> Summary:
     factor = triangle(np.concatenate([s.factor for s in parts]))
-    return replace(parts[0], factor=factor, rows=sum(s.rows for s in parts))
+    products = [s.features for s in parts if s.features is not None]
+    features = np.sum(products, axis=0) if products else None
+    return replace(parts[0], factor=factor, rows=sum(s.rows for s in parts), features=features)
 
 
 def triangle(rows: FloatArray) -> FloatArray:

@@ -49,7 +49,8 @@ class Equations:
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
     `weight` is that of the log's squared residuals beside those of others. `rest` (K,) tells which
     rows the joint's rests concern, and `rest_weight` what their W and y were multiplied by.
-    `span` is when the log begins and ends, s; None for the rows' own.
+    `features` are random functions of the state along the same rows, (K, m), see `features.py`;
+    None where nothing asks for what the model misses.
     """
 
     name: str
@@ -62,7 +63,7 @@ class Equations:
     Z: FloatArray | None = None
     rest: Bools | None = None
     rest_weight: float = 1.0
-    span: tuple[float, float] | None = None
+    features: FloatArray | None = None
 
     @property
     def log(self) -> str:
@@ -105,7 +106,9 @@ class Equations:
         if self.rest is None or weight == self.rest_weight:
             return self
         change = np.where(self.rest, weight / self.rest_weight, 1.0)
-        return replace(self, W=self.W * change[:, None], y=self.y * change, rest_weight=weight)
+        features = None if self.features is None else self.features * change[:, None]
+        W, y = self.W * change[:, None], self.y * change
+        return replace(self, W=W, y=y, features=features, rest_weight=weight)
 
     def with_sides(self, other: Equations) -> Equations:
         """Return the equations with the y of others, weighed as their own was."""
@@ -115,8 +118,9 @@ class Equations:
         """Return some of the equations, under a name."""
         Z = None if self.Z is None else self.Z[chosen]
         rest = None if self.rest is None else self.rest[chosen]
+        features = None if self.features is None else self.features[chosen]
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
-        return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest)
+        return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
 
     def columns(self, chosen: Sequence[int]) -> Equations:
         """Return the equations of some of the parameters."""
@@ -170,8 +174,7 @@ def _by_joint(log: FilteredLog, y: FloatArray, t: FloatArray, rows: int) -> list
     """Return equations without W, of which some rows in a row share samples: y (K, n), t (K,)."""
     none: FloatArray = np.zeros((len(t), 0))
     return [
-        Equations(f"{log.name}{_OF}{j + 1}", none, y[:, j], t, rows, j, span=(log.t[0], log.t[-1]))
-        for j in range(y.shape[1])
+        Equations(f"{log.name}{_OF}{j + 1}", none, y[:, j], t, rows, j) for j in range(y.shape[1])
     ]
 
 

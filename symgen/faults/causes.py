@@ -26,7 +26,8 @@ from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.fault import EVERYWHERE, MASKED, Fault
+from symgen.faults.recorder import cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
@@ -142,8 +143,8 @@ def causes(
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
     if not scene.physics:
         return scene, found
-    # Beside more physics none of the others is likelier than it was.
-    likely = {c.kind for c in first if c.score > 0}
+    # Beside more physics none of the others is likelier than it was, but for what a few rows show.
+    likely = {c.kind for c in first if c.score > 0} | {"delay", "saturated"}
     likely |= {"command"} if "clock" in likely else set()  # one fit gives both
     return scene, _all(
         scene,
@@ -171,7 +172,8 @@ def _all(
     found = [nothing, *_linear(scene, shapes)]
     found += [cause for find in special.values() for cause in find(scene)]
     for fault in faults:
-        if not (fault.kind == "sign" and fault.channel.startswith("tau")):  # tried in sets
+        # Signs are tried in sets, delays for all joints and by joint.
+        if fault.kind != "delay" and not (fault.kind == "sign" and fault.channel[:3] == "tau"):
             found += _undone(scene, fault)
     return _ordered(found, scene.n)
 
@@ -242,15 +244,17 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
     logs = tuple(map(fault.undo, rows.logs))
     if [len(a.kept) for a in logs] != [len(b.kept) for b in rows.logs]:
         return
-    undone = replace(rows, logs=logs)
-    # The cached properties: the same rows against the same.
-    undone.__dict__.update(fold=rows.fold, weight=rows.weight)
+    undone = rows.with_torques(logs)
     score = replace(scene, rows=undone).score
-    gain = rows.size / undone.size if len(fault.joints) == 1 else np.ones(scene.n)
+    gain = rows.size / undone.size if fault.kind in ("gain", "ratio") else np.ones(scene.n)
     more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
-    alone = score.alone
-    told = alone.score - more - scene.score.alone.score
-    yield Cause(fault.kind, fault.joints, fault.fault, told, alone.left * gain**2, fault=fault)
+    now, was = score.alone, scene.score.alone
+    left = now.left * gain**2
+    if (undone.weight < rows.weight).any():  # the same rows against the same
+        was = scene.scored(rows.W, undone.weight).alone
+        left = left * scene.score.alone.left / np.maximum(was.left, 1e-300)
+    told = now.score - more - was.score
+    yield Cause(fault.kind, fault.joints, fault.fault, told, left, fault=fault)
 
 
 def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
@@ -341,6 +345,29 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     if share < 1:
         says = asked if 1 - share > FACTOR else ""
         yield Cause("command", (), says, better, fit.left, regressor=W)
+
+
+def _late(scene: Scene) -> Iterator[Cause]:
+    """Yield torques that come late, of all joints or of one."""
+    for fault in late_torques(scene):
+        yield from _undone(scene, fault)
+
+
+def _cut(scene: Scene) -> Iterator[Cause]:
+    """Yield torques that are cut off at a limit, |tau_j| <= L: tau_j = min(max(W_j X, -L), L).
+
+    X is fitted without the rows near the limit; of them, what it leaves with the cut counts.
+    """
+    for fault, limit, weight in cut_torques(scene):
+        (j,) = fault.joints
+        score = scene.scored(scene.rows.W, weight)
+        left = score.residual.copy()
+        model = scene.rows.y[:, j] - left[:, j]
+        left[:, j] += model - np.clip(model, -limit, limit)
+        whole = replace(score, residual=left, weight=scene.rows.weight)
+        fit = whole.fitted_without(weight == 0)
+        better = fit.score - scene.score.alone.score
+        yield Cause("saturated", fault.joints, fault.fault, better, fit.left, fault=fault)
 
 
 def _computed(scene: Scene) -> Cause | None:
@@ -603,6 +630,8 @@ SPECIAL: Mapping[str, Finder] = {
     "gravity": _directions,
     "sign": _signs,
     "gain": _units,
+    "delay": _late,
+    "saturated": _cut,
     "moment": _moments,
 }
 
@@ -612,6 +641,7 @@ def find_cause(
     faults: Sequence[Fault] = (),
     repairs: Sequence[Fault] = (),
     least: float = LEAST,
+    undone: bool = False,
     threads: int = 1,
 ) -> Cause | None:
     """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
@@ -627,6 +657,8 @@ def find_cause(
         faults: of channels that were found before.
         repairs: what was mended in the logs.
         least: part of a joint's torque that matters.
+        undone: whether what is named will be undone: then it need not be 15 % of what is left, as
+            more is looked for behind it.
         threads: that find columns at once.
     """
     rows = scene.rows
@@ -646,23 +678,24 @@ def find_cause(
         return None
     beside, found = causes(scene, faults, repairs, threads)
     found = _exactly(beside, found)
-    if cause := _sure(beside, found, least):
+    if cause := _sure(beside, found, least, undone):
         return cause
     return _lacks_friction(scene) if beside.physics or found[0].kind else None
 
 
-def _sure(scene: Scene, found: Sequence[Cause], least: float) -> Cause | None:
-    """Return the first of some causes, the likeliest first, where it is sure."""
+def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
+    """Return the first of some causes, the likeliest first, where it is sure; see `find_cause`."""
     rows, best, alone = scene.rows, found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
-    clear = (fell >= least) & (best.left <= _CLEARER**2 * alone)
+    part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
+    clear = (fell >= least) & (best.left <= part**2 * alone)
     if best.physics or not clear.any() or not best.says:
         return None
     noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
     lost = np.sqrt(alone) / rows.size > unexplained_from(noise)[1]
-    if not clear[lost].all():
+    if part < 1.0 and not clear[lost].all():
         return None
-    if len(rows.logs) > rows.train and not _confirmed(rows, best):
+    if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
@@ -674,15 +707,17 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float) -> Cause | None:
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
 
 
-def _confirmed(rows: Rows, cause: Cause) -> bool:
+def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
     """Whether a cause that is always there, fitted to the training logs, lowers the held-out error.
 
-    By 15 % of a joint's, and on the whole, as identify would see it if the cause were undone. What
-    has neither columns nor an undo, or begins somewhere, is not asked.
+    To a part of a joint's, and on the whole, as identify would see it if the cause were undone.
+    What has neither columns nor an undo, is masked or begins somewhere, is not asked.
     """
     shape, fault = cause.shape, cause.fault
+    if fault is not None and fault.kind in MASKED:
+        return True  # undone, it takes the rows out that show it
     if fault is not None and fault.undo is not None:
-        mended = replace(rows, logs=tuple(map(fault.undo, rows.logs)))
+        mended = rows.with_torques(tuple(map(fault.undo, rows.logs)))
         other = mended.W, mended.y, mended.weight
     elif shape is not None and cause.kind == shape.kind:
         both = [rows.W, dense(shape.columns, rows.y.shape)]
@@ -700,11 +735,12 @@ def _confirmed(rows: Rows, cause: Cause) -> bool:
         weighed.__dict__.update(W=W, y=y, weight=weight * train[:, None])
         scene = Scene(weighed)
         X, _ = scene.fitted(scene.blocks(W, weighed.weight))
-        error = (y - W @ X) * weight
-        size = np.sum((y * weight)[~train] ** 2, axis=0)
-        left.append(np.sum(error[~train] ** 2, axis=0) / np.maximum(size, 1e-300))
+        judged = other[2][~train]  # the rows that both have
+        error = (y - W @ X)[~train] * judged
+        size = np.sum((y[~train] * judged) ** 2, axis=0)
+        left.append(np.sum(error**2, axis=0) / np.maximum(size, 1e-300))
     ratio = left[1] / np.maximum(left[0], 1e-300)
-    return bool(ratio.min() <= _CLEARER**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
+    return bool(ratio.min() <= part**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:

@@ -10,7 +10,6 @@ largest first: a wrong torque of one joint is felt in the fit of others.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -18,10 +17,10 @@ from itertools import combinations
 
 import numpy as np
 
-from symgen.data.mask import Bools, at_rest, moving_joints, rms, touched
+from symgen.data.mask import Bools, at_rest, moving_joints, touched
 from symgen.data.raw import FloatArray
-from symgen.data.signals import noise_of_differences
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -31,10 +30,12 @@ from symgen.estimation.summary import (
     solve_gram,
 )
 from symgen.estimation.system import Equations, torque_equations
+from symgen.faults import scene
 from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
-from symgen.faults.scene import mean_inertia
-from symgen.faults.undo import earlier, exchanged, levelled, multiplied, unlimited
+from symgen.faults.scene import Scene, mean_inertia
+from symgen.faults.undo import exchanged, levelled, multiplied
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -51,17 +52,13 @@ _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
 _SIGMAS = 5.0
 _HALF = 0.5  # of a jump of a torque: what its residual keeps
-_FLAT = 2.0  # times the channel's noise: how flat the top of a cut torque is
-_AT_LIMIT = 3.0  # times the noise: how near to the limit a torque is that is cut
-_LEAST, _FEW = 100, 10  # samples in which a limit is looked for, and at it
-_PEAKS, _ROUNDS = 60, 4  # limits that are tried
-_RISK = 0.001
-_CUT = 0.01  # least gain, of the joint's sum of squares
-_BEYOND = 0.001  # of the samples may be beyond the limit
 
 
 def channel_faults(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], held: Sequence[FilteredLog] = ()
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    held: Sequence[FilteredLog] = (),
+    kinds: Iterable[str] | None = None,
 ) -> tuple[Fault, ...]:
     """Find what is wrong with the channels, by the torque equations.
 
@@ -69,10 +66,12 @@ def channel_faults(
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs in the band of the run.
         held: the validation logs, which confirm what is found.
+        kinds: of FINDERS; None for all.
     """
     out: list[Fault] = []
+    finders = [find for kind, find in FINDERS.items() if kinds is None or kind in {*kinds}]
     for _ in range(_MOST):
-        found = _largest(Trial(evaluator, logs, held))
+        found = _largest(Trial(evaluator, logs, held), finders)
         if found is None or any((found.kind, found.joints) == (f.kind, f.joints) for f in out):
             break
         out.append(found)
@@ -185,11 +184,11 @@ class Trial:
                 yield replace(fault, share=share)
 
 
-def _largest(trial: Trial) -> Fault | None:
+def _largest(trial: Trial, finders: Iterable[Callable[[Trial], Iterator[Fault]]]) -> Fault | None:
     """Return the fault that explains most."""
     if held_out_error(trial.own) == 0.0:
         return None
-    found = [fault for find in FINDERS.values() for fault in find(trial)]
+    found = [fault for find in finders for fault in find(trial)]
     for fault in sorted(found, key=lambda f: f.share):
         if fault.kind != "sign" or _inertia_is_positive(trial, fault):
             return fault
@@ -213,18 +212,30 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
 
 
 def _late(trial: Trial) -> Iterator[Fault]:
-    """Find torques that are late against the motion: tau(t) = model(t - delay)."""
+    """Find torques of all joints that are late: tau(t) = model(t - delay).
+
+    A small delay is found to first order; where the error is large, it is looked for. The column
+    -d tau/dt that finds it is exact for a filter of first order: where that leaves less than the
+    shift does, there is no delay to undo.
+    """
     blocks = _with_delay(trial.logs, trial.rows)
-    delay = float(blocks.fit()[-1])
-    apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
-    sure = None if abs(delay) <= _STD * _jackknife(apart) else np.ones(trial.n, dtype=bool)
-    best, share = trial.share(blocks, lambda: _with_delay(trial.held, trial.held_rows), sure)
-    if max(best, share) > _CLEARER:  # it is common to all joints, or none
+    if held_out_error(trial.own) > _LOUD:
+        logs = tuple(trial.logs)
+        fault = common_delay(Scene(scene.Rows(trial.evaluator, logs, len(logs), MISFIT)))
+        known = True
+    else:
+        fault = late_fault(delay := float(blocks.fit()[-1]), trial.n)
+        apart = np.array([blocks.fit([k])[-1] for k in range(BLOCKS)])
+        known = abs(delay) > _STD * _jackknife(apart)
+    if fault is None:
         return
-    word = "late" if delay > 0 else "early"
-    says = f"the torques of all joints are {1e3 * abs(delay):.2g} ms {word} against the motion"
-    undo = partial(earlier, delay=delay)
-    yield _fault("delay", "tau", says, range(trial.n), delay, undo, share)
+    train, held = (partial(trial.right, fault, group) for group in (trial.logs, trial.held))
+    best, share = trial.share(train(), held, np.ones(trial.n, dtype=bool) if known else None)
+    filtered = held_out_error(block_errors(blocks, blocks))
+    if filtered < _CLEARER * share * held_out_error(trial.own):
+        return
+    if max(best, share) <= _CLEARER:  # it is common to all joints, or none
+        yield replace(fault, share=share)
 
 
 def _fault(
@@ -494,84 +505,3 @@ def _kept_steps(log: FilteredLog, j: int, left: FloatArray, rests: Bools) -> dic
     kept = [i for i, size in heights.items() if size]
     spans = zip([0, *kept], kept, [*kept[1:], len(x)], strict=False)
     return {i: heights[i] for first, i, last in spans if height(i, first, last)}
-
-
-def saturations(trial: Trial) -> Iterator[Fault]:
-    """Find torques that a limit cuts: flat at a largest value where the model asks for more.
-
-    The model is fitted without the rows near the limit, the limit is the one whose clipped model
-    is nearest to the torque; both in turn. Only torques count that are as flat there as the
-    channel's noise, which is taken from sixth differences.
-    """
-    yield from filter(None, (_saturation(trial, j) for j in trial.moving))
-
-
-def _saturation(trial: Trial, j: int) -> Fault | None:
-    seen = [slice(None) if log.mask is None else ~log.mask.joint[:, j] for log in trial.logs]
-
-    def column(x: Callable[[FilteredLog], FloatArray]) -> FloatArray:
-        pairs = zip(trial.logs, seen, strict=True)
-        return np.concatenate([x(log)[at, j] for log, at in pairs])
-
-    tau = column(lambda log: log.tau)
-    if len(tau) < _LEAST:
-        return None
-    noise = float(noise_of_differences(tau))
-    noise += 1e-6 * float(np.abs(tau).max())
-    X, limit, inverse = trial.base.fit(), math.inf, trial.evaluator["inverse_dynamics"]
-    for _ in range(_ROUNDS):
-        # X may be short of effects of the load.
-        whole = np.pad(X, (0, len(trial.evaluator.model.base.parameters) - len(X)))
-        model = column(lambda log: inverse(log.q, log.qd, log.qdd, whole))  # noqa: B023
-        last, limit = limit, _nearest_limit(tau, model)
-        if not _gains(tau, model, limit):
-            return None
-        if abs(limit - last) < 0.1 * noise:
-            break
-        undo = partial(unlimited, j=j, limit=limit - _AT_LIMIT * noise)
-        left = replace(trial, logs=[undo(log) for log in trial.logs])
-        if any(len(e.y) == 0 for log in left.rows for e in log):
-            return None  # all of it is the signal
-        X = left.base.fit()
-    asked = np.abs(model) > limit + _AT_LIMIT * noise
-    over, excess = np.abs(tau[asked]) - limit, np.abs(model[asked]) - limit
-    if len(over) < _FEW or float(rms(over)) > _FLAT * noise:
-        return None
-    if np.mean(np.abs(tau) > limit + _SIGMAS * noise) > _BEYOND or not _gains(tau, model, limit):
-        return None
-    # Noise in the band is taken as one value in each half period.
-    log = trial.logs[0]
-    independent = max(1.0, len(over) * min(1.0, 2 * log.step * log.band.comparison_hz))
-    error = float(rms((tau - model)[~asked]))
-    if math.erfc(float(np.mean(excess)) / error * math.sqrt(independent / 2)) * trial.n > _RISK:
-        return None
-    says = (
-        f"tau{j + 1} is cut at {limit:.4g} in {100 * np.mean(asked):.1f} % of the samples: these "
-        "are left out of the fit; move more slowly, or raise the limit"
-    )
-    values = (("limit", limit, float(np.std(over)) / math.sqrt(independent)),)
-    fault = _fault("saturated", f"tau{j + 1}", says, (j,), limit, undo)
-    return replace(fault, samples=int(asked.sum()), values=values)
-
-
-def _nearest_limit(tau: FloatArray, model: FloatArray) -> float:
-    """Return the limit whose clipped model is nearest to the torque."""
-    size, top = np.abs(model), float(np.abs(tau).max())
-
-    def loss(limit: float) -> float:
-        # Where the model is within the limit it makes no difference.
-        asked = size > limit
-        own = np.sign(model[asked]) * tau[asked]
-        return float(np.sum((own - limit) ** 2 - (own - size[asked]) ** 2))
-
-    limits = np.linspace(0.2 * top, top, _PEAKS)
-    for _ in range(3):
-        at = int(np.argmin([loss(x) for x in limits]))
-        limits = np.linspace(limits[max(at - 1, 0)], limits[min(at + 1, len(limits) - 1)], 20)
-    return float(limits[np.argmin([loss(x) for x in limits])])
-
-
-def _gains(tau: FloatArray, model: FloatArray, limit: float) -> bool:
-    """Whether clipping the model brings it nearer to the torque by more than a hundredth."""
-    whole = float(np.sum((tau - model) ** 2))
-    return whole - float(np.sum((tau - np.clip(model, -limit, limit)) ** 2)) > _CUT * whole

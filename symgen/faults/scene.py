@@ -118,6 +118,16 @@ class Rows:
         out.__dict__.update(W=self.W, y=self.y * signs, weight=self.weight, fold=self.fold)
         return out
 
+    def with_torques(self, logs: tuple[FilteredLog, ...]) -> Rows:
+        """Return the rows of logs of the same motion; those count that count in both."""
+        out = replace(self, logs=logs)
+        same = all(a.q is b.q and a.qd is b.qd for a, b in zip(logs, self.logs, strict=True))
+        clear = np.concatenate([log.clear[log.kept] for log in logs])
+        out.__dict__.update(fold=self.fold, weight=self.weight * clear)
+        if same:
+            out.__dict__.update(W=self.W)
+        return out
+
     @cached_property
     def variation(self) -> Variation:
         """The links with gravity and lengths free."""

@@ -4,7 +4,6 @@
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
     length of the geometry           d tau / d length
-    a torque that is late            - d tau_j / dt
     weight that something carries    - tau_j at rest
     a load on the last link          tau of its mass and its moments
     friction of a joint              sign(qd_j), qd_j
@@ -26,6 +25,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.decimation import BLOCK
+from symgen.estimation.features import WAVES, features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import LACKS
 from symgen.estimation.predictive_score import Columns, everywhere
@@ -47,8 +47,6 @@ _PHYSICS = "physics"
 #: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
 _LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
 LAWS = len(_LAWS) + 2
-#: Free misfit: cosines and sines of so many random directions of the state, over so many spreads.
-_WAVES, _LENGTHS, _SEED = 16, (0.5, 2.0), 1988
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,39 +191,28 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
         )
 
 
-def _lates(scene: Scene) -> Iterator[Shape]:
-    """Yield torques of one joint that come late, or through a slow filter; nothing is early."""
-    rate = np.concatenate(
-        [log.unmasked.compared(np.gradient(log.tau, log.step, axis=0)) for log in scene.rows.logs]
-    )
-    for j in range(scene.n if scene.n > 1 else 0):
+def _filtered(scene: Scene) -> Iterator[Shape]:
+    """Yield torques that all pass a slow filter of T s: T d tau / dt, of first order.
+
+    Where the delay of a filter is undone, T^2/2 d2 tau / dt2 is left.
+    """
+    rate = [-np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
+    bent = [-np.gradient(x, log.step, axis=0) for log, x in zip(scene.rows.logs, rate, strict=True)]
+    for order, slopes in enumerate((rate, bent), 1):
+        parts = [log.unmasked.compared(x) for log, x in zip(scene.rows.logs, slopes, strict=True)]
         yield Shape(
-            "late",
-            (j,),
-            {j: -rate[:, [j]]},
-            f"tau{j + 1} is about {{x:.2g}} ms late against the other joints, or passes a slow "
             "filter",
+            (),
+            everywhere(np.concatenate(parts)[:, :, None]),
+            "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
+            least=_SLOW**order / order,
             within=(0.0, math.inf),
-            shown=lambda x: 1e3 * x,
+            shown=partial(_filter_ms, order),
         )
 
 
-def _filtered(scene: Scene) -> Iterator[Shape]:
-    """Yield torques that all pass a slow filter of T s: T^2/2 d2 tau / dt2, its delay undone."""
-    rate = [np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
-    bent = [
-        log.unmasked.compared(np.gradient(x, log.step, axis=0))
-        for log, x in zip(scene.rows.logs, rate, strict=True)
-    ]
-    yield Shape(
-        "filter",
-        (),
-        everywhere(np.concatenate(bent)[:, :, None]),
-        "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
-        least=_SLOW**2 / 2,
-        within=(0.0, math.inf),
-        shown=lambda x: 1e3 * math.sqrt(2 * x),
-    )
+def _filter_ms(order: int, x: float) -> float:
+    return float(1e3 * (order * x) ** (1 / order))
 
 
 def _weights(scene: Scene) -> Iterator[Shape]:
@@ -338,23 +325,10 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j
         yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
-    waves = _waves(scene)
-    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(_WAVES)):
+    known = features_of(scene.rows.logs, scene.rows.evaluator.model.robot.sigma)
+    waves = scene.rows.along(lambda q, qd, _: known(q, qd))
+    for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(2 * WAVES)):
         yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
-
-
-def _waves(scene: Scene) -> FloatArray:
-    """Return random waves of positions and speeds of all joints, (K, 2 _WAVES)."""
-    logs, n, rng = scene.rows.logs, scene.n, np.random.default_rng(_SEED)
-    state = np.hstack([np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd")])
-    middle, spread = state.mean(axis=0), np.maximum(state.std(axis=0), 1e-300)
-    ways = rng.normal(size=(2 * n, _WAVES)) / np.sqrt(n) / rng.uniform(*_LENGTHS, _WAVES)
-
-    def wave(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
-        angle = (np.hstack([q, qd]) - middle) / spread @ ways
-        return np.hstack([np.cos(angle), np.sin(angle)])
-
-    return scene.rows.along(wave)
 
 
 #: What is tried beside a model.
@@ -362,7 +336,6 @@ KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "zero": _zeros,
     "gain": _gains,
     "ratio": _ratios,
-    "late": _lates,
     "filter": _filtered,
     "weight": _weights,
     "length": _lengths,

@@ -12,6 +12,7 @@ from symgen.data.log import Rows
 from symgen.data.mask import Bools, touched
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
+from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog
 
 _SMOOTH = 10.0  # Hz: band in which a speed is drawn from positions
@@ -67,18 +68,30 @@ def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
     )
 
 
-def with_earlier_torques(samples: Samples, delay: float) -> Samples:
-    """Return samples whose torques were measured `delay` s earlier."""
-    columns = [shifted(x, delay, samples.step) for x in samples.tau.T]
-    return replace(samples, tau=read_only(np.column_stack(columns)))
+def with_earlier_torques(
+    samples: Samples, delay: float, joints: Sequence[int] | None = None
+) -> Samples:
+    """Return samples whose torques, of some joints or of all, were measured `delay` s earlier."""
+    tau = samples.tau.copy()
+    for j in range(tau.shape[1]) if joints is None else joints:
+        tau[:, j] = shifted(tau[:, j], delay, samples.step)
+    return replace(samples, tau=read_only(tau))
 
 
 # Logs in the band of a run.
 
 
-def earlier(log: FilteredLog, delay: float) -> FilteredLog:
-    """Return a log whose torques were measured `delay` s earlier."""
-    return replace(log, samples=with_earlier_torques(log.samples, delay))
+def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLog:
+    """Return a log whose torques, of some joints, were measured `delay` s earlier.
+
+    Where that needs torques from before or after the log, these joints are masked, unless it is
+    less than is left out at the ends in any case.
+    """
+    samples = with_earlier_torques(log.samples, delay, joints)
+    if abs(delay) > ENDS / 2:
+        then = log.t + delay
+        samples = masked(samples, (then < log.t[0]) | (then > log.t[-1]), joints)
+    return replace(log, samples=samples)
 
 
 def exchanged(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredLog:
@@ -120,13 +133,13 @@ def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) ->
     return replace(log, samples=with_column(log.samples, "tau", j, tau))
 
 
-def unlimited(log: FilteredLog, j: int, limit: float) -> FilteredLog:
-    """Return a log without the torques of a joint at a limit, and what the low-pass made of them.
+def unlimited(log: FilteredLog, j: int, limits: Mapping[str, float]) -> FilteredLog:
+    """Return a log without torques of a joint at its limit, and what the low-pass made of them.
 
     It carries them to their neighbours, half a period of its cutoff away.
     """
     reach = 0 if log.rows.cutoff is None else int(0.5 / (log.rows.cutoff * log.step))
-    at = touched(np.abs(log.tau[:, j]) > limit, reach)
+    at = touched(np.abs(log.tau[:, j]) > limits[log.name], reach)
     return replace(log, samples=masked(log.samples, at, [j]))
 
 

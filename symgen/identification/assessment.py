@@ -1,7 +1,7 @@
 """What an estimate is worth: its fit, what it may be used for, and all that is said of it.
 
     prediction  the torque error on held-out motion is small, not learned by heart, and what the
-                covariance of X says of other motions in the same range is no larger
+                noise of X says of other motions in the same range is no larger
     parameters  which of them are known, and whether a robot can have them
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
@@ -67,7 +67,6 @@ from symgen.identification.solving import (
     Method,
     convergence,
     equate,
-    moved_by_window,
     system_of,
 )
 from symgen.robot.toml_text import robot_toml
@@ -81,8 +80,7 @@ _LOUD = 0.03  # relative residual above which signs are tried
 _BETTER = 0.5  # of the residual that another sign has to leave at most
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
 OVERFIT = 3.0
-#: Error of torque on other motions in the same range, as the covariance of X has it, over what is
-#: said.
+#: Error of torque on other motions in the same range, as the noise of X has it, over what is said.
 ELSEWHERE = 1.0
 #: Torque error on one part of the motion over that on held-out data from which it depends on it.
 VARIES = 2.5
@@ -194,7 +192,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
     noise = noise_fit(evaluator, run.held, X)
     floor = _noise_of(noise.residual, moving := _in_motion(seen).residual)
     unexplained = _beyond(moving, floor)
-    elsewhere = error_elsewhere(evaluator, run.train, solution.covariance, chosen.together)
+    elsewhere = error_elsewhere(evaluator, run.train, solution.noise, chosen.together)
     limits = _in_proportion(chosen.together, evaluator.model.robot)
     uses = (
         prediction_use(
@@ -227,7 +225,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
         validation=found.held,
         cutoff_hz=run.band.cutoff_hz,
         window_s=None if model.name == "torque" else model.window,
-        notes=(*_notes(chosen, method, solution, found), *found.notes, *limits),
+        notes=(*_notes(chosen, solution, found), *found.notes, *limits),
         traces=traces,
         convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
@@ -308,9 +306,7 @@ def make_estimate(
     )
 
 
-def _notes(
-    chosen: ChosenModel, method: Method, solution: Solution, found: Outcome
-) -> tuple[str, ...]:
+def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str, ...]:
     """Say what was done to the logs, and what the intervals do not tell."""
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
@@ -333,13 +329,6 @@ def _notes(
         listed = ", ".join(f"{w:g}" for w in shares)
         out.append(f"squared residuals of the logs are weighed by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
-    about = run.evaluator, chosen.train, method, chosen.model, solution
-    moved = moved_by_window(*about, chosen.kept)
-    if moved:
-        out.append(
-            f"with other windows {moved}: the model misses something of this size, "
-            "which std does not tell"
-        )
     return tuple(filter(None, out))
 
 
@@ -530,9 +519,11 @@ def error_elsewhere(
     covariance: FloatArray,
     together: Sequence[Sequence[int]] = (),
 ) -> float:
-    """Return the torque error on other motions of the same range, from the covariance of X alone.
+    """Return the torque error on other motions of the same range, from the noise of X alone.
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
+
+    What the model misses is no part of C: the held-out error shows it.
 
     with W at states whose joints are drawn from the logs independently of each other: each joint
     as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
@@ -541,7 +532,7 @@ def error_elsewhere(
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
-        covariance: of X, (p, p).
+        covariance: C of X, from noise, (p, p).
         together: joints that moved in proportion, in groups.
     """
     motion = [

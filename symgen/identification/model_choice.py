@@ -21,8 +21,10 @@ from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
+from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
@@ -174,6 +176,22 @@ def undo_delay(run: Run) -> Run:
     return replace(run, faults=tuple(f for f in faults if f.kind != "delay"))
 
 
+def filter_in_time(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
+    """Filter the logs in their band, and shift torques that are late; arguments as before.
+
+    Where these were late by more than a kept row, no model has told the band: it is chosen again.
+    """
+    run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
+    if abs(run.delay) * run.band.comparison_hz * PER_PERIOD <= 1:
+        return run
+    train, held = ([log.samples for log in group] for group in (run.train, run.held))
+    shifted = OpenLogs(
+        opened.evaluator, train, held, (), opened.given, opened.progress, opened.threads
+    )
+    again = filter_in_band(shifted, cutoff, own_speeds=own_speeds)
+    return replace(again, repairs=run.repairs, faults=run.faults, delay=run.delay)
+
+
 def name_cause(run: Run) -> Run:
     """Name what is wrong with the logs or the robot file, where the data do.
 
@@ -273,6 +291,8 @@ def choose_model(
     still = find_standing(run.train)
     together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
     fault = motion_fault(still, together, evaluator.model.robot)
+    known = features_of(run.train, evaluator.model.robot.sigma)
+    models = [replace(model, features=known) for model in models]
     joints = evaluator.model.robot.movable
     if any(joints[j].friction or joints[j].rotor_inertia for j in still):
         raise IdentificationError(f"these data do not determine the parameters: {fault}")
@@ -289,8 +309,8 @@ def choose_model(
             reduce = bool(together) and method.prior is None
             best, found = _alternatives(run, models, shares, reduce)
         plain = best.solution if isinstance(best.solution, Solution) else None
-        known = plain, best.torques, best.columns, together
-        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *known)
+        about = plain, best.torques, best.columns, together
+        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *about)
     try:
         held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
     except IdentificationError as error:
@@ -340,7 +360,7 @@ def _alternatives(
     Returns:
         The model that predicts best, and what is told of all, that one first.
     """
-    compared = _equations(run, _COMPARED, shares)
+    compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
     torques = _summary(compared, _COMPARED)
     fitted, lost = list[Candidate](), dict[str, IdentificationError]()
     for model in models:

@@ -3,7 +3,7 @@
     files --columns of time--> stretches without gaps --last fifth held out--> parts
     parts --a sample of them--> in memory: band, delay, faults, model, scans, tests, curves
     parts --chunks of rows--> EQUATIONS of each, folded where they are read --> triangle and rows of
-          every log, joint and block of time --merged--> weights, X
+          every log and joint --merged--> weights, X
     parts --chunks again--> sums of scores, squared errors of torque --added up--> covariance, fit
 
 What is read whole are summaries: their size does not depend on the number of samples. Where the
@@ -58,20 +58,13 @@ from symgen.estimation.chunks import (
     unpacked_arrays,
     unpacked_chunk,
 )
-from symgen.estimation.covariance import (
-    bartlett,
-    blocks_at,
-    jackknife,
-    sandwich,
-    scores,
-    shares_of_time,
-    widened,
-)
+from symgen.estimation.covariance import bartlett, sandwich, scores, widened
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.logs import Source, held_from
+from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.solve import Solution, condition, log_weights, with_the_others_zero
-from symgen.estimation.summary import BLOCKS, Summary, merge_summaries, square, summarise
+from symgen.estimation.summary import Summary, merge_summaries, square, summarise_features
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merged
@@ -153,11 +146,6 @@ def parts_of(
         if not any(p.kind == kind for p in parts):
             listed = ", ".join(short[:3])
             raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
-    for kind in KINDS:
-        same = [p for p in parts if p.kind == kind]
-        shares = shares_of_time(p.stretch.times for p in same)
-        for p, place in zip(same, shares, strict=True):
-            parts[p.number] = replace(p, place=place)
     if not short:
         return parts, ()
     return parts, (f"{len(short)} stretches are too short and left out: {first_of(short, 3)}",)
@@ -315,40 +303,32 @@ class EquationReduction(Reduction):
 
     def __call__(self, work: Work) -> bytes:
         """Return summaries by log and joint, and what was mended."""
-        found: dict[str, dict[int, list[Summary]]] = {}
+        found: dict[str, list[Summary]] = {}
         mended: list[Fault] = []
 
-        def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, int, Summary]]:
+        def summaries(part: LogSpan, chunk: ChunkOfLog) -> list[tuple[str, Summary]]:
             equations = chunk.all_equations(self.evaluator, self.settings.model)
-            found = []
-            for j, e in enumerate(equations):
-                own, _ = chunk.equations(e)
-                block = blocks_at(own.t, part.stretch.times, part.place)
-                found += [
-                    (f"{part.number}.{j}", int(b), summarise(own.where(block == b, own.name)))
-                    for b in np.unique(block)
-                ]
-            return found
+            return [
+                (f"{part.number}.{j}", summarise_features(chunk.equations(e)[0]))
+                for j, e in enumerate(equations)
+            ]
 
         for own, repairs in self.reduced(work, summaries, work.partition.chunks):
             mended += repairs
-            for key, b, summary in own:
-                found.setdefault(key, {}).setdefault(b, []).append(summary)
+            for key, summary in own:
+                found.setdefault(key, []).append(summary)
         told = [{**as_json(f), "kind": f.kind} for f in merged(mended)]
         arrays: dict[str, Any] = {_REPAIRS: np.array(json.dumps(told))}
         for key, parts in found.items():
-            blocks = {b: merge_summaries(own) for b, own in parts.items()}
-            every = {_WHOLE: merge_summaries(list(blocks.values())), **blocks}
-            arrays[key] = np.stack([square(s.factor) for s in every.values()])
-            arrays[f"{key}{_COUNTS}"] = np.array([
-                (b, s.rows, s.correlation, -1 if s.joint is None else s.joint)
-                for b, s in every.items()
-            ])  # fmt: skip
+            s = merge_summaries(parts)
+            arrays[key], arrays[f"{key}{_FEATURES}"] = square(s.factor), s.features
+            joint = -1 if s.joint is None else s.joint
+            arrays[f"{key}{_COUNTS}"] = np.array([s.rows, s.correlation, joint])
         return packed_arrays(arrays)
 
 
-_FOLDED = "folded; band, curves, scans of windows and tests of bias and whiteness are those of"
-_REPAIRS, _COUNTS, _WHOLE = "repairs", " block, rows, correlation, joint", -1
+_FOLDED = "folded; band, curves and tests of bias and whiteness are those of"
+_REPAIRS, _COUNTS, _FEATURES = "repairs", " rows, correlation, joint", " features"
 
 
 class ErrorReduction(Reduction):
@@ -398,35 +378,16 @@ class Summaries(Sequence[Summary]):
         return len(self.places)
 
     def __getitem__(self, k: Any) -> Any:
-        return merge_summaries([s for _, s in self._read(k, slice(0, 1))])
+        return merge_summaries([self._read(*place) for place in self.places[k][1]])
 
-    def blocks(self, k: int) -> Iterator[tuple[int, Summary]]:
-        """Yield what a log and joint has in each block of time."""
-        return self._read(k, slice(1, None))
-
-    def _read(self, k: int, rows: slice) -> Iterator[tuple[int, Summary]]:
-        for key, name in self.places[k][1]:
-            arrays = unpacked_arrays(self.folder.read(key), (name, f"{name}{_COUNTS}"))
-            factors, counts = (array[rows] for array in arrays.values())
-            for factor, (b, count, correlation, joint) in zip(
-                factors, counts.tolist(), strict=True
-            ):
-                own = None if joint < 0 else joint
-                yield b, Summary(factor, count, correlation, joint=own).columns(self.kept)
-
-
-def _block_products(
-    parts: Summaries, X: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return what each block of time adds to W'W and to the scores, (B, p, p) and (B, p)."""
-    p = len(X)
-    products, sums = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
-    for k, w in enumerate(weights):
-        for b, summary in parts.blocks(k):
-            W, y = w * summary.factor[:, :p], w * summary.factor[:, p]
-            products[b] += W.T @ W
-            sums[b] += W.T @ (y - W @ X)
-    return products, sums
+    def _read(self, key: str, name: str) -> Summary:
+        names = (name, f"{name}{_COUNTS}", f"{name}{_FEATURES}")
+        factor, counts, features = unpacked_arrays(self.folder.read(key), names).values()
+        rows, correlation, joint = counts.tolist()
+        own = Summary(
+            factor, rows, correlation, joint=None if joint < 0 else joint, features=features
+        )
+        return own.columns(self.kept)
 
 
 @contextmanager
@@ -592,10 +553,10 @@ class ChunkedLogs(OpenLogs):
         inverse = np.linalg.inv(R)
         bread = inverse @ inverse.T / np.outer(scale, scale)
         meat = total["meat"][np.ix_(kept, kept)] * np.outer(scale, scale)
-        covariance = sandwich(bread, meat, own)
-        blocks = _block_products(own, X, weights)
-        covariance = widened(covariance, jackknife(bread, *blocks, own))
-        part = Solution(X, covariance, condition(R), tuple(map(float, weights)))
+        products = (Products.of_summary(s, w) for s, w in zip(own, weights, strict=True))
+        white, misfit = covariances(X, bread, products)
+        noise = widened(sandwich(bread, meat, own), white)
+        part = Solution(X, noise, misfit, condition(R), tuple(map(float, weights)))
         solution = with_the_others_zero(part, kept, len(names))
         if method.name == Consistent.name:
             solution = Consistent(run.evaluator.model).bounded(solution, names)
@@ -651,7 +612,7 @@ class ChunkedLogs(OpenLogs):
             repairs += mended
             clean.append(all(fault.kind == "converted" for fault in mended))
             for name in arrays:
-                if not name.endswith(_COUNTS):
+                if not name.endswith((_COUNTS, _FEATURES)):
                     number, j = map(int, name.split("."))
                     places[number, j] = (*places.get((number, j), ()), (key, name))
         train, held = (

@@ -48,8 +48,9 @@ from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
-from symgen.estimation.equation_model import JUDGING
+from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.estimators import Wls
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import (
     Source,
@@ -59,7 +60,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import triangle
-from symgen.estimation.system import Equations, LinearSystem, torque_equations
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
@@ -326,7 +327,11 @@ def read_equations(
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     progress(f"band: {band.in_words()}")
-    equations = [torque_equations(evaluator, filter_log(s, band)) for s in samples]
+    logs_in_band = [filter_log(s, band) for s in samples]
+    model = EquationModel(
+        "torque", 0.0, features=features_of(logs_in_band, evaluator.model.robot.sigma)
+    )
+    equations = [model.equations(evaluator, log) for log in logs_in_band]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
     return Seen(equations, band, notes, (*repairs, *mended))
 

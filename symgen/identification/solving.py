@@ -102,7 +102,6 @@ UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
 _CHECKPOINTS = 80
-_WINDOWS, _FEWEST, _MOVED = (0.5, 2.0, 4.0), 20, 3.0  # that are scanned
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
@@ -355,39 +354,3 @@ def convergence(train: Sequence[EquatedLog], names: tuple[str, ...]) -> Converge
                     times.append(before + float(t[k * stride : (k + 1) * stride][-1] - t[0]))
         before += float(t[-1] - t[0])
     return Convergence(np.array(times), np.array(values).reshape(len(times), p))
-
-
-def moved_by_window(
-    evaluator: Evaluator,
-    train: Sequence[EquatedLog],
-    method: Method,
-    model: EquationModel,
-    solution: Solution,
-    kept: Sequence[int] | None = None,
-) -> str:
-    """Return a text with the parameters that other windows move by more than three std.
-
-    symgen tries half, twice and four times the window, if the logs hold twenty of them.
-    """
-    known = method.name in ("wls", "ols", "recursive") and method.forgetting == 1
-    if model.name == "torque" or not known:
-        return ""
-    # A recursion that forgets nothing is weighted least squares.
-    by = method if method.name != "recursive" else Method(Wls.name)
-    worst: dict[str, tuple[float, float]] = {}
-    for factor in _WINDOWS:
-        other = replace(model, window=model.window * factor)
-        if not all(p.log.step <= other.window <= np.ptp(p.log.t) / _FEWEST for p in train):
-            continue
-        parts = [equate(evaluator, p.log, other, p.equations[0].weight) for p in train]
-        try:
-            found = solve(evaluator, parts, by, other, kept)
-        except IdentificationError:
-            continue
-        spread = np.maximum(solution.std, found.std)
-        moves = np.abs(found.X - solution.X) / np.where(spread > 0, spread, np.inf)
-        for name, move in zip(evaluator.model.base.names, moves, strict=True):
-            if move > max(_MOVED, worst.get(name, (0.0, 0.0))[0]):
-                worst[name] = (move, other.window)
-    listed = sorted(worst.items(), key=lambda entry: -entry[1][0])[:5]
-    return ", ".join(f"{name} moves by {r:.1f} std at {w:.3g} s" for name, (r, w) in listed)

@@ -41,9 +41,8 @@ from symgen.identification.model_choice import (
     OpenLogs,
     blame_motion,
     choose_model,
-    filter_in_band,
+    filter_in_time,
     name_cause,
-    undo_delay,
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior
@@ -137,7 +136,7 @@ def identify(
             if asked.prior is not None:
                 by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
             own_speeds = by.name == "iv" and not motions
-            run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
+            run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
             progress("asking what else could be wrong")
             run = name_cause(run)
             chosen = choose_model(run, models, by, shares, motions, progress)

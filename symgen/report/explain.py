@@ -54,8 +54,6 @@ def explained(name: str) -> str:
     d = known[name]
     head = "torque on joint" if d.torque else "formula"
     formula = (d.torque or d.formula) + (" - constant" if d.offset else "")
-    if d.name == "backlash":
-        head, formula = "formula", "BL*sign(qd) for `width` after each reversal"
     lines = [
         (head, formula),
         ("kind", _KINDS[d.kind] + (f", from {', '.join(d.reads)}" if d.reads else "")),

@@ -1,13 +1,8 @@
-"""The covariance of an estimate by hand: long-run sums of scores, and the jackknife over blocks."""
+"""The covariance of an estimate by hand: long-run sums of scores, and white noise as the least."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-import scipy.stats
-
-BLOCKS = 20
 
 
 def wider(*lagged: tuple[int, int]) -> float:
@@ -24,40 +19,25 @@ def long_run(s: np.ndarray, lag: int) -> np.ndarray:
     return out
 
 
-def blocks(times: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """The block of each row of logs that follow each other: twenty of one length in all."""
-    lengths = [t[-1] - t[0] for t in times]
-    before = np.cumsum([0.0, *lengths[:-1]])
-    parts = [(b + t - t[0]) / sum(lengths) for b, t in zip(before, times, strict=True)]
-    return [np.minimum((BLOCKS * part).astype(int), BLOCKS - 1) for part in parts]
-
-
-def jackknifed(
+def at_least_white(
     covariance: np.ndarray,
     bread: np.ndarray,
-    scores: Sequence[np.ndarray],
-    slopes: Sequence[tuple[np.ndarray, np.ndarray]],
-    numbers: Sequence[np.ndarray],
+    W: np.ndarray,
+    y: np.ndarray,
+    independent: float = 0.0,
+    Z: np.ndarray | None = None,
 ) -> np.ndarray:
-    """A covariance whose deviations are at least those of estimates without each block.
+    """A covariance whose deviations are at least those of white noise in the rows of one joint.
 
     Args:
         covariance, bread: of the estimate, (p, p).
-        scores: (K, p) a log.
-        slopes: rows whose products are the inverse of the bread: those of Z and W, weighed.
-        numbers: block of each row.
+        W, y: rows of all logs of the joint, weighed.
+        independent: of these rows, as they share samples; 0 for all.
+        Z: instruments, weighed.
     """
-    whole, count = np.linalg.inv(bread), 1 + max(int(n.max()) for n in numbers)
-    steps = []
-    for b in range(count):
-        at = [n == b for n in numbers]
-        if not any(a.any() for a in at):
-            continue
-        own = sum(Z[a].T @ W[a] for (Z, W), a in zip(slopes, at, strict=True))
-        change = sum(s[a].sum(axis=0) for s, a in zip(scores, at, strict=True))
-        steps.append(np.linalg.solve(whole - own, change))
-    spread = np.sum((np.array(steps) - np.mean(steps, axis=0)) ** 2, axis=0)
-    critical = scipy.stats.t.ppf(0.975, len(steps) - 1) / 1.96
-    variances = critical**2 * (len(steps) - 1) / len(steps) * spread
-    scale = np.sqrt(np.maximum(variances / np.diag(covariance), 1.0))
+    left = y - W @ np.linalg.lstsq(W, y, rcond=None)[0]
+    variance = left @ left / (len(y) - W.shape[1]) * (len(y) / (independent or len(y)))
+    own = W if Z is None else Z
+    white = variance * bread @ own.T @ own @ bread.T
+    scale = np.sqrt(np.maximum(np.diag(white) / np.diag(covariance), 1.0))
     return np.asarray(covariance * np.outer(scale, scale))

@@ -10,7 +10,7 @@ import pytest
 import scipy.optimize
 import scipy.stats
 import statsmodels.api as sm
-from oracles.precision import blocks, jackknifed
+from oracles.precision import at_least_white
 
 import symgen
 from symgen.estimation.estimators import (
@@ -63,10 +63,7 @@ def test_ols_and_its_robust_errors_are_those_of_statsmodels() -> None:
     expected = sm.OLS(y, W).fit(cov_type="HAC", cov_kwds={"maxlags": 7, "use_correction": True})
     np.testing.assert_allclose(found.X, expected.params, rtol=1e-10)
     plain, bread = WIDER**2 * expected.cov_params(), np.linalg.inv(W.T @ W)
-    scores, numbers = [expected.resid[:, None] * W], blocks([np.arange(400) * 0.01])
-    np.testing.assert_allclose(
-        found.covariance, jackknifed(plain, bread, scores, [(W, W)], numbers), rtol=1e-8
-    )
+    np.testing.assert_allclose(found.covariance, at_least_white(plain, bread, W, y), rtol=1e-8)
 
 
 def test_wls_is_that_of_statsmodels_with_the_same_weights() -> None:
@@ -232,8 +229,7 @@ def test_iv_is_two_stage_least_squares_of_statsmodels() -> None:
         lagged = scores[k:].T @ scores[:-k]
         meat += (1 - k / 8) * (lagged + lagged.T)
     plain = WIDER**2 * 400 / 396 * inverse @ meat @ inverse.T
-    numbers = blocks([e.t])
-    expected = jackknifed(plain, inverse, [scores], [(e.Z, e.W)], numbers)
+    expected = at_least_white(plain, inverse, e.W, e.y, Z=e.Z)
     np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     assert found.comparison[0].method == "wls"
     np.testing.assert_allclose(found.comparison[0].X, np.linalg.lstsq(e.W, e.y)[0], rtol=1e-9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.stats
-from oracles.precision import blocks, jackknifed, long_run, wider
+from oracles.precision import at_least_white, long_run, wider
 
 import symgen
 from symgen.estimation.estimators import (
@@ -39,14 +39,13 @@ LOGS = (_log(1, 200, 0.1), _log(2, 120, 1.0))
 
 
 def _covariance(
-    bread: np.ndarray, scores: list[np.ndarray], slopes: list[np.ndarray], p: int = 3
+    bread: np.ndarray, scores: list[np.ndarray], W: np.ndarray, y: np.ndarray, p: int = 3
 ) -> np.ndarray:
-    """The robust covariance where no rows overlap: sums of scores over eight rows, and blocks."""
+    """The robust covariance where no rows overlap: sums of scores over eight rows, or white."""
     meat = sum(long_run(s, 8) for s in scores)
     m = sum(map(len, scores))
     plain = wider(*((len(s), 8) for s in scores)) ** 2 * m / (m - p) * bread @ meat @ bread.T
-    numbers = blocks([0.01 * np.arange(len(s)) for s in scores])
-    return jackknifed(plain, bread, scores, [(x, x) for x in slopes], numbers)
+    return at_least_white(plain, bread, W, y)
 
 
 @pytest.mark.parametrize("passes", [0, 3])
@@ -62,8 +61,7 @@ def test_weighted_least_squares_and_its_precision(passes: int) -> None:
     np.testing.assert_allclose(found.X, X, rtol=1e-10)
     np.testing.assert_allclose(found.weights, w, rtol=1e-9)
     scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
-    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
-    expected = _covariance(np.linalg.inv(W.T @ W), scores, slopes)
+    expected = _covariance(np.linalg.inv(W.T @ W), scores, W, y)
     np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     assert found.condition_number == pytest.approx(
         np.linalg.cond(W / np.linalg.norm(W, axis=0)), rel=1e-9
@@ -97,11 +95,11 @@ def test_huber_is_where_its_clipped_scores_are_zero_and_says_how_many_are() -> N
     )
     kept = [(e.W / v)[np.abs(x) <= threshold * v] for e, x, v in zip(logs, errors, s, strict=True)]
     bread = np.linalg.inv(sum(k.T @ k for k in kept))
-    slopes = [
-        (e.W / v) * (np.abs(x) <= threshold * v)[:, None]
-        for e, x, v in zip(logs, errors, s, strict=True)
-    ]
-    np.testing.assert_allclose(found.covariance, _covariance(bread, scores, slopes), rtol=1e-6)
+    inside = np.concatenate([np.abs(x) <= threshold * v for x, v in zip(errors, s, strict=True)])
+    y = np.concatenate([e.y / v for e, v in zip(logs, s, strict=True)])
+    # a row beyond the threshold says nothing, and counts among the equations
+    expected = _covariance(bread, scores, inside[:, None] * W, inside * y)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-6)
     # rows weigh as they did when X was found
     root = [np.sqrt(np.minimum(1, threshold * v / np.abs(x))) / v
             for x, v in zip(errors, s, strict=True)]  # fmt: skip
@@ -150,9 +148,9 @@ def test_a_prior_and_its_precision_are_those_of_both_informations() -> None:
     meat = long_run(first, 32) + second.T @ second
     m = 200 / 4 + 100
     plain = wider((200, 32), (100, 1)) ** 2 * m / (m - 3) * bread @ meat @ bread
-    slopes = [(v * e.W, v * e.W) for v, e in zip(w, logs, strict=True)]
-    numbers = blocks([e.t for e in logs])
-    data = jackknifed(plain, bread, [first, second], slopes, numbers)
+    W, y = (np.concatenate([v * x for v, x in zip(w, rows, strict=True)])
+            for rows in ([e.W for e in logs], [e.y for e in logs]))  # fmt: skip
+    data = at_least_white(plain, bread, W, y, m)
     np.testing.assert_allclose(found.covariance, data + bread @ information @ bread, rtol=1e-5)
 
 
@@ -191,8 +189,7 @@ def test_ridge_and_its_precision(strength: float | None) -> None:
     assert found.notes == (f"ridge strength {strength:.3g} on columns of unit norm",)
     np.testing.assert_allclose(found.weights, w, rtol=1e-12)
     scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
-    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
-    expected = _covariance(np.linalg.inv(whole), scores, slopes)
+    expected = _covariance(np.linalg.inv(whole), scores, W, y)
     np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     unit = np.sqrt(np.diag(whole))
     assert found.condition_number == pytest.approx(
@@ -239,8 +236,7 @@ def test_total_least_squares_and_its_precision(noise) -> None:
     ]
     rss = sum(float(x @ x) for x in errors)
     information = W.T @ W - rss / growth * np.diag(C)
-    slopes = [v * e.W for v, e in zip(w, LOGS, strict=True)]
-    expected = _covariance(np.linalg.inv(information), scores, slopes)
+    expected = _covariance(np.linalg.inv(information), scores, W, y)
     np.testing.assert_allclose(found.covariance, expected, rtol=1e-6)
     unit = np.linalg.norm(W, axis=0)
     assert found.condition_number == pytest.approx(
@@ -310,8 +306,7 @@ def test_what_is_left_out_is_named_and_the_rest_is_weighted_least_squares() -> N
         (w * w * (e.y - e.W[:, [0, 2]] @ X))[:, None] * e.W[:, [0, 2]]
         for w, e in zip(weights, logs, strict=True)
     ]
-    slopes = [w * e.W[:, [0, 2]] for w, e in zip(weights, logs, strict=True)]
-    expected = _covariance(np.linalg.inv(W.T @ W), scores, slopes, 2)
+    expected = _covariance(np.linalg.inv(W.T @ W), scores, W, y, 2)
     np.testing.assert_allclose(found.covariance[np.ix_([0, 2], [0, 2])], expected, rtol=1e-8)
     assert found.covariance[1].tolist() == found.covariance[:, 3].tolist() == [0.0] * 4
     (other,) = found.comparison

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.stats
-from oracles.precision import blocks, jackknifed, long_run, wider
+from oracles.precision import at_least_white, long_run, wider
 
 import symgen
 from symgen.estimation import estimators
@@ -67,10 +67,10 @@ def test_logs_are_weighed_by_their_own_residual_in_three_passes() -> None:
     meat = sum(long_run(s, 8) for s in scores)
     inverse = np.linalg.inv(A)
     plain = wider((600, 8)) ** 2 * 600 / 597 * inverse @ meat @ inverse.T
-    slopes = [(Z, w * e.W) for Z, w, e in zip(Zs, weights, logs, strict=True)]
-    expected = jackknifed(plain, inverse, scores, slopes, blocks([e.t for e in logs]))
-    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
+    y = np.concatenate([w * e.y for w, e in zip(weights, logs, strict=True)])
     Z, W = np.concatenate(Zs), np.concatenate([w * e.W for w, e in zip(weights, logs, strict=True)])
+    expected = at_least_white(plain, inverse, W, y, Z=Z)
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
     unit = Z / np.linalg.norm(Z, axis=0), W / np.linalg.norm(W, axis=0)
     assert found.condition_number == pytest.approx(np.linalg.cond(unit[0].T @ unit[1]), rel=1e-8)
 
@@ -204,7 +204,8 @@ class TestBias:
         answer = replace(
             solution,
             X=np.array(X),
-            covariance=np.diag(np.square(spread)),
+            noise=np.diag(np.square(spread)),
+            misfit=np.zeros((len(spread),) * 2),
             notes=("a note",),
             endogeneity=(test,) if tests else (),
             comparison=(contrast,),

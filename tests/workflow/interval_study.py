@@ -37,7 +37,7 @@ MISFIT = 0.01
 _DRAWS, _SEED = 1000, 7
 _STATES = 300
 #: What the figure file keeps of a run.
-KEPT = ("seed", "family", "model", "verdict", "parameters", "held")
+KEPT = ("seed", "family", "model", "parameters", "held")
 #: Kinds of parameters by their first letters.
 KINDS = {"FS": "Coulomb", "FV": "viscous", "OF": "offset", "IA": "inertia", "M": "moment"}
 

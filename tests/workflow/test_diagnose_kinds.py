@@ -45,6 +45,11 @@ def _run(machine: Machine, believed: Machine, kind: str, seed: int) -> Log:
     }
 
 
+def recorded(machine: Machine, believed: Machine, kind: str, seed: int) -> Log:
+    """A log of a machine that is taken for another, to be edited."""
+    return dict(_run(machine, believed, kind, seed))
+
+
 def diagnosed(
     machine: Machine,
     seed: int,
@@ -58,7 +63,7 @@ def diagnosed(
     """Diagnose a robot file of `believed` on logs of `machine`."""
     known = believed or machine
     robot = symgen.parse_robot(known.robot_toml(undeclared))
-    logs = [log_of(k, edit(dict(_run(machine, known, k, seed)))) for k in ("train", "validation")]
+    logs = [log_of(k, edit(recorded(machine, known, k, seed))) for k in ("train", "validation")]
     return symgen.diagnose(robot, logs[:1], validation=[] if one else logs[1:], **options)
 
 

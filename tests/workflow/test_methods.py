@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -311,16 +310,8 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
     assert "errors of the prior" in held.excludes
 
 
-def test_what_other_windows_move_is_said_where_the_model_misses_something() -> None:
-    right = symgen.identify("planar2r", _log(1, 1e-4, 1e-3), model="energy")
-    assert not any("other windows" in note for note in right.notes)
+def test_models_that_see_something_else_are_said_where_the_model_misses_something() -> None:
     folder = data_folder() / "emps"  # its friction is not quite the model's
-    estimate = symgen.identify(
-        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv", model="energy"
-    )
-    (note,) = [n for n in estimate.notes if "other windows" in n]
-    assert re.search(r"M1 moves by [3-9]\.\d std at 0\.[148]", note), note
-    # and where models that need no window see something else than those that do
     apart = symgen.identify(
         folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
     )

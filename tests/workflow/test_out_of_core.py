@@ -81,21 +81,22 @@ def test_threads_change_nothing(logs: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Path) -> None:
     columns = motion(5000, 5)
+    columns["tau1"] = np.clip(columns["tau1"] - 0.9 * columns["qd1"], -1.2, 1.2)
     for name in ("qd1", "qd2"):
         del columns[name]
-    columns["tau1"] = np.clip(columns["tau1"], -1.2, 1.2)
     train = parquet(tmp_path / "derived.parquet", columns)
     held = logs / "b.parquet"
     given = {"model": "momentum", "cutoff": 8.0, "validation": [held]}
     workers = symgen.Workers(1)
     memory = symgen.identify(robot(), train, method="ols", **given)
     same(memory, symgen.identify(robot(), train, method="ols", workers=workers, **given), 1e-9)
-    # Torques that are cut off give no robot: parameters of one come from a conic solver.
+    # A joint that its friction drives is no robot's: parameters of one come from a conic solver,
+    # which ends at a distance in the metric of the covariance.
     memory, chunks = (
         symgen.identify(robot(), train, **given, **more) for more in ({}, {"workers": workers})
     )
     assert memory.method == chunks.method == "consistent"
-    np.testing.assert_allclose(memory.X, chunks.X, atol=1e-7)
+    assert np.abs((memory.X - chunks.X) / [p.std for p in memory.parameters]).max() < 1e-5
     assert memory.torque_validation.relative == pytest.approx(chunks.torque_validation.relative)
 
 

@@ -133,6 +133,27 @@ def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
     assert found.floor.total > 0.8 * found.before.total  # what static friction may do
 
 
+def braked(log: clean_runs.Log, name: str) -> symgen.Log:
+    """Brakes hold a robot that stands: its motors are off, and give noise alone."""
+    change = np.abs(np.gradient(log.q, log.t, axis=0))
+    half = round(0.1 / float(np.median(np.diff(log.t))))
+    slow = np.max([np.convolve(v, np.ones(half) / half, "same") for v in change.T], axis=0)
+    still = np.convolve(slow < 5e-3, np.ones(2 * half), "same") > 2 * half - 1
+    tau, rng = log.tau.copy(), np.random.default_rng(5)
+    noise = 0.005 * np.std(tau, axis=0) * rng.normal(size=tau.shape)
+    tau[still] = noise[still]
+    return symgen.make_log(name, log.t, log.q, tau, log.qd)
+
+
+def test_torques_beyond_static_friction_are_not_consistent() -> None:
+    run = drawn("planar3r")
+    robot = symgen.parse_robot(run.robot_toml)
+    found = symgen.diagnose(robot, braked(run.train, "a"), validation=braked(run.validation, "b"))
+    assert found.verdict == "unexplained"
+    assert not found.effects
+    assert "beyond the limits of static friction" in found.advice[0]
+
+
 def test_weights_travel_with_the_band() -> None:
     band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
     content, file = as_json(band), Path("estimate.json")

@@ -5,9 +5,9 @@ effects, controller and integrator are written here. `cases` holds the door: `ca
 `write`.
 
 What is simpler than a real robot: the controller is continuous and sees true positions; Coulomb
-friction is tanh(qd/width) with the width that robot.toml declares; backlash is a pulse of torque
-over a short way after a reversal; a contact comes at the same time in both logs; thermal drift
-starts anew with each log; only the torque channel saturates; a delay shifts the torque channel.
+friction is tanh(qd/width) with the width that robot.toml declares; a contact comes at the same time
+in both logs; thermal drift starts anew with each log; only the torque channel saturates; a delay
+shifts the torque channel.
 Sizes are set along the training reference. Friction shakes an elastic joint, whose share then comes
 out up to twice as large; the other effects keep theirs to about a tenth, but for rare cases. An
 error of a tachometer is no missing torque: its size is a share of the speed, its gap is zero. A

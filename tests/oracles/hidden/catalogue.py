@@ -32,7 +32,7 @@ EFFECTS: dict[str, Builder] = {
     "time_delay": whole.time_delay,
     "velocity_sensor_error": whole.velocity_sensor_error,
     "thermal_drift": whole.thermal_drift,
-    "backlash": effects.backlash,
+    "backlash": whole.backlash,
     "external_contact": effects.external_contact,
     "unnamed_bump": effects.unnamed_bump,
     "unnamed_product": effects.unnamed_product,
@@ -48,6 +48,8 @@ def joints_of(name: str, machine: Machine) -> list[int]:
         return [0]
     if name == "geometry_error":
         return [j for j in range(n) if arm.d[j] or (arm.r[j] and j)]
+    if name == "backlash":  # the weight on a slide holds one flank
+        return [j for j in range(n) if arm.sigma[j] == 0]
     if name == "coupled_transmission":
         return [j for j in range(n - 1) if arm.sigma[j] == arm.sigma[j + 1] == 0]
     return list(range(n))

@@ -212,16 +212,6 @@ def cable_torque(scene: Scene, j: int, size: float) -> Hidden:
     return added("cable_torque", j, {"c2": c2, "c3": c3}, lambda x: c2 * x.q**2 + c3 * x.q**3)
 
 
-def backlash(scene: Scene, j: int, size: float) -> Hidden:
-    width = scene.rng.uniform(0.01, 0.02) * scene.spread(j)
-
-    def law(x: At) -> np.ndarray:
-        across = np.minimum(np.abs(x.q - x.turn) / width, 1.0)
-        return size * x.s * np.sin(np.pi * across) ** 2
-
-    return added("backlash", j, {"A": size, "width": width}, law)
-
-
 def external_contact(scene: Scene, j: int, size: float) -> Hidden:
     begin, length = scene.rng.uniform(0.25, 0.6) * scene.machine.seconds, scene.rng.uniform(0.5, 1)
     A = -size if scene.rng.random() < 0.5 else size

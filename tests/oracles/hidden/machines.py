@@ -48,6 +48,7 @@ class Machine:
         drift: (a, T), friction times 1 + a exp(-t/T).
         couplings: drives that move two joints.
         elastic: (joint, K, D) of one joint whose encoder is on the motor's side, or None.
+        play: width of the gap that this joint has before its spring is met on either side.
         extra: further torques on the joints.
     """
 
@@ -69,6 +70,7 @@ class Machine:
     drift: tuple[float, float] = (0.0, 1.0)
     couplings: tuple[Coupling, ...] = ()
     elastic: tuple[int, float, float] | None = None
+    play: float = 0.0
     extra: tuple[Torque, ...] = ()
 
     @property

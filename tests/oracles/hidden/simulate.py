@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from scipy.signal import butter, sosfiltfilt
 
 from oracles.hidden.engines import ENGINES, PinocchioEngine
 from oracles.hidden.machines import Machine
@@ -25,14 +26,21 @@ class Run:
 def inverse(machine: Machine, motion: Motion, engine: str = "pinocchio") -> np.ndarray:
     """Torques (N, n) of the motors along a motion of the motors.
 
-    An elastic joint is taken to first order in 1/K: q = motor - torque of the link / K.
+    An elastic joint is taken to first order in 1/K: q = motor - torque of the link / K. A link with
+    play falls behind by what it lacks; its flanks are stiff, and shocks above 10 Hz are left out.
     """
     body, rotors = ENGINES[engine](machine), 0.0
     q, qd, qdd = motion.q, motion.qd, motion.qdd
     if machine.elastic:
         j, K, _ = machine.elastic
         bend = np.zeros_like(q)
-        bend[:, j] = body.torque(q, qd, qdd)[:, j] / K
+        load = body.torque(q, qd, qdd)[:, j]
+        bend[:, j] = load / K
+        if machine.play:
+            inertia = np.array([PinocchioEngine(machine).inertia(row)[j] for row in q])
+            step = float(motion.t[1] - motion.t[0])
+            behind = _behind(load / inertia, step, machine.play)
+            bend[:, j] = sosfiltfilt(butter(2, 10 * 2 * step, output="sos"), behind)
         rate = np.gradient(bend, motion.t, axis=0)
         rotors = machine.rotor * (np.arange(machine.n) == j) * qdd
         q, qd, qdd = q - bend, qd - rate, qdd - np.gradient(rate, motion.t, axis=0)
@@ -45,6 +53,23 @@ def inverse(machine: Machine, motion: Motion, engine: str = "pinocchio") -> np.n
     for extra in machine.extra:
         torque = torque - extra(motion.t, motion.q, motion.qd, motion.turn)
     return torque
+
+
+def _behind(pull: np.ndarray, step: float, play: float) -> np.ndarray:
+    """How far a link is behind its motor, (N,); pull is the torque it lacks over its inertia."""
+    side = at = play / 2 * np.sign(pull[0])
+    rate, out = 0.0, np.empty(len(pull))
+    for i, a in enumerate(pull):
+        if at == side and a * side >= 0:
+            rate = 0.0
+        else:
+            rate += a * step
+            at += rate * step
+            if abs(at) >= play / 2:
+                side = at = np.sign(at) * play / 2
+                rate = 0.0
+        out[i] = at
+    return out
 
 
 @lru_cache(maxsize=8)  # errors of measurement share the run of a healthy machine
@@ -87,7 +112,7 @@ def simulate(
         # The spring is bent at rest by what it carries.
         weight = PinocchioEngine(machine).torque(aim.q[:1], 0 * aim.q[:1], 0 * aim.q[:1])
         x = np.concatenate((x, [x[j], 0.0]))
-        x[j] -= weight[0, j] / machine.elastic[1]
+        x[j] -= weight[0, j] / machine.elastic[1] + np.sign(weight[0, j]) * machine.play / 2
 
     def rates(i: int, x: np.ndarray) -> tuple[np.ndarray, ...]:
         """Derivative of the state at half step i, and motors' q, qd, qdd and torque."""
@@ -137,7 +162,7 @@ def _dynamics(machine: Machine, engine: str):
         turned = 0.0
         if elastic:
             j, K, D = elastic
-            spring = K * (motor[j] - q[j]) + D * (speed[j] - qd[j])
+            spring = _spring(motor[j] - q[j], speed[j] - qd[j], K, D, machine.play)
             turned = (torque[j] - spring) / machine.rotor[j]
             torque[j] = spring
         qdd = body.acceleration(q, qd, torque)
@@ -148,3 +173,12 @@ def _dynamics(machine: Machine, engine: str):
         return qdd, turned
 
     return accelerate
+
+
+def _spring(bend: float, rate: float, K: float, D: float, play: float) -> float:
+    """Torque of a spring; where it has play, of the flank that is met, which never pulls."""
+    if not play:
+        return K * bend + D * rate
+    over = bend - min(max(bend, -play / 2), play / 2)
+    side = np.sign(over)
+    return side * max(side * (K * over + D * rate), 0.0)

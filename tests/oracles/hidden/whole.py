@@ -41,6 +41,20 @@ def joint_elasticity(scene: Scene, j: int, size: float) -> Hidden:
     )
 
 
+def backlash(scene: Scene, j: int, size: float) -> Hidden:
+    # size 1: 0.1 rad, or as much of a rack on a pinion of 50 mm; flanks at 50 Hz of the rotor.
+    machine = scene.machine
+    play = 0.1 * size * (1.0 if machine.arm.sigma[j] == 0 else 0.05)
+    K = (2 * np.pi * 50) ** 2 * float(machine.rotor[j])
+    D = 2 * np.sqrt(K * float(machine.rotor[j]))
+    return Hidden(
+        "backlash",
+        (j + 1,),
+        {"BL": play},
+        machine=lambda machine: replace(machine, elastic=(j, K, D), play=play),
+    )
+
+
 def payload(scene: Scene, _: int, size: float) -> Hidden:
     last = scene.machine.n - 1
     load = body(size, (0.04, -0.02, 0.06), (0.03, 0.03, 0.03))

@@ -1,0 +1,170 @@
+"""How large the noise of an estimate is, and what the model misses: by restricted likelihood.
+
+    y_j = W_j X + F_j c_j + e_j,    c_j of variance s_j^2,    e_j of variance sigma_j^2
+
+for every joint j, with F_j the random functions of the state (`features`): one function for each
+joint, the same in all logs. Rows that share samples count once. sigma_j^2 follows from what is left
+of y_j beside W_j (Patterson and Thompson 1971), s_j^2 from the products of F_j with the residual of
+the estimate, beside the noise of all joints and what the others miss.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen.estimation.summary import Summary
+from symgen.estimation.system import Equations
+from symgen.estimation.values import FloatArray
+
+_RANK = 1e-10  # of the products of W: eigenvalues below are zero
+_SHOWN = 1e-7  # of what functions show: less is rounding, or noise alone
+_SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
+#: Variances of a misfit over that of noise, in the direction that shows most of it.
+_RATIOS = np.geomspace(1e-4, 1e6, 101)
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """What has to be known of the weighted equations of one joint.
+
+    Attributes:
+        joint: its position, None for energy.
+        rows: number of equations.
+        independent: rows that share no samples, about.
+        gram: [W F y]'[W F y], (p + m + 1, p + m + 1).
+        cross: W'[W F], or Z'[Z F] of instruments Z, (p, p + m).
+    """
+
+    joint: int | None
+    rows: int
+    independent: float
+    gram: FloatArray
+    cross: FloatArray
+
+    @classmethod
+    def of(cls, e: Equations, weight: float | FloatArray, instruments: bool = False) -> Products:
+        """Return those of equations with a weight for all rows, or one for each, (K,)."""
+        F, p = np.zeros((len(e.y), 0)) if e.features is None else e.features, e.W.shape[1]
+        whole = np.column_stack([e.W, F, e.y]) * np.reshape(weight, (-1, 1))
+        gram = whole.T @ whole
+        cross = gram[:p, :-1]
+        if instruments and e.Z is not None:
+            Z = e.Z * np.reshape(weight, (-1, 1))
+            cross = Z.T @ np.hstack([Z, whole[:, p:-1]])
+        return cls(e.joint, len(e.y), len(e.y) / max(e.correlation, 1), gram, cross)
+
+    @classmethod
+    def of_summary(cls, s: Summary, weight: float) -> Products:
+        """Return those of a summary with the products of random functions."""
+        assert s.features is not None
+        own, m = s.factor.T @ s.factor, len(s.features)
+        p = len(own) - 1
+        beside = np.delete(s.features, np.s_[p : p + m], axis=1)
+        gram = np.insert(np.insert(own, [p] * m, beside.T, axis=1), [p] * m, s.features, axis=0)
+        gram *= weight**2
+        return cls(s.joint, s.rows, s.rows / max(s.correlation, 1), gram, gram[:p, :-1])
+
+    def __add__(self, other: Products) -> Products:
+        return Products(
+            self.joint,
+            self.rows + other.rows,
+            self.independent + other.independent,
+            self.gram + other.gram,
+            self.cross + other.cross,
+        )
+
+
+def covariances(
+    X: FloatArray, bread: FloatArray, parts: Iterable[Products]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariance of an estimate from white noise, and from what the model misses.
+
+        A [sum over j of sigma_j^2 W_j'W_j] A'    and    sum over j of s_j^2 (A W_j'F_j)(A W_j'F_j)'
+
+    Args:
+        X: the estimate, (p,).
+        bread: A (p, p), inverse derivative of the estimating equations.
+        parts: of all logs and joints.
+    """
+    known: dict[int | None, Products] = {}
+    for part in parts:
+        known[part.joint] = known[part.joint] + part if part.joint in known else part
+    joints, p = list(known.values()), len(bread)
+    noise = [noise_variance(own) for own in joints]
+    scatter = sum(v * own.cross[:, :p] for v, own in zip(noise, joints, strict=True))
+    white = bread @ scatter @ bread.T
+    moves = [bread @ own.cross[:, p:] for own in joints]
+    misfit = np.zeros((len(joints), p, p))
+    for _ in range(_SWEEPS if moves[0].size else 0):
+        for j, (own, moved) in enumerate(zip(joints, moves, strict=True)):
+            others = white + misfit.sum(axis=0) - misfit[j]
+            misfit[j] = misfit_variance(own, X, moved, noise[j], others) * (moved @ moved.T)
+    return white, misfit.sum(axis=0)
+
+
+def noise_variance(own: Products) -> float:
+    """Return sigma^2 of the noise of a joint, its rows counted once, by restricted likelihood.
+
+    In what W leaves of y, with l_k the eigenvalues of F'F there and z_k the share of y in their
+    directions, z_k has the variance s^2 l_k + sigma^2; what F leaves, too, has sigma^2 alone. Both
+    are those of the largest likelihood; 0.0 where W and F say all.
+    """
+    p = len(own.cross)
+    scale = np.sqrt(np.diag(own.gram)[:p])
+    scale = np.where(scale > 0, scale, np.inf)
+    values, vectors = np.linalg.eigh(own.gram[:p, :p] / np.outer(scale, scale))
+    kept = values > _RANK * values[-1]
+    basis = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]
+    said = basis.T @ own.gram[:p, p:]
+    left = own.gram[p:, p:] - said.T @ said
+    shown, directions = np.linalg.eigh(left[:-1, :-1])
+    seen = shown > _SHOWN * np.trace(own.gram[p:-1, p:-1])
+    shown = shown[seen]
+    z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
+    free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
+    if free + len(z2) == 0:
+        return 0.0
+    rest = max(float(left[-1, -1] - z2.sum()), 0.0)
+    spread = 1 + np.outer(np.append(0.0, _RATIOS), shown / shown.max(initial=0.0))
+    sigma2 = np.maximum((np.sum(z2 / spread, axis=1) + rest) / (free + len(z2)), 1e-300)
+    likely = np.log(spread).sum(axis=1) + (free + len(z2)) * np.log(sigma2)
+    return float(sigma2[likely.argmin()])
+
+
+def misfit_variance(
+    own: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
+) -> float:
+    """Return s^2 of what the model misses at a joint: its mean over the likelihood.
+
+        u = F'(y - W X),    cov u = s^2 N N' + V,    N = F'F - F'W A W'F
+
+    with V from the noise of the joint and from the errors of X that it does not make itself. s has
+    the half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that
+    shows most of it has as much of noise.
+
+    Args:
+        own: products of the joint.
+        X: the estimate, (p,).
+        moved: A W'F, by how much the misfit moves X, (p, m).
+        noise: sigma^2 of the joint.
+        others: covariance of X from noise and from what other joints miss, (p, p).
+    """
+    p = len(X)
+    G, FW, u = own.gram[p:-1, p:-1], own.gram[p:-1, :p], own.gram[p:-1, -1]
+    moves = FW @ moved
+    V = noise * (G - moves - moves.T) + FW @ others @ FW.T
+    values, vectors = np.linalg.eigh(V)
+    seen = values > _SHOWN * noise * np.trace(G)
+    if not seen.any():
+        return 0.0
+    whiten = (vectors[:, seen] / np.sqrt(values[seen])).T
+    directions, shown, _ = np.linalg.svd(whiten @ (G - moves))
+    z2 = (directions.T @ (whiten @ (u - FW @ X))) ** 2
+    shown = np.pad(shown**2, (0, len(z2) - len(shown)))
+    spread = 1 + np.outer(_RATIOS, shown / shown[0])
+    fit = -0.5 * np.sum(np.log(spread) + z2 / spread, axis=1)
+    likely = np.exp(fit - fit.max()) * np.sqrt(_RATIOS) / (1 + _RATIOS)
+    return float(likely @ _RATIOS / likely.sum() / shown[0])

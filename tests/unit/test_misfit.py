@@ -1,0 +1,130 @@
+"""What a model misses, as a random function of the state: its rows, its size, and its intervals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+
+from symgen.data.signals import Samples
+from symgen.estimation.band import Band
+from symgen.estimation.estimators import Ols, Wls
+from symgen.estimation.features import Features, features_of
+from symgen.estimation.filtered_log import filter_log, unfiltered
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.windows import place_windows
+
+NAMES = ("A", "B", "C")
+TRUE = np.array([2.0, -1.0, 0.5])
+ROWS = 480
+
+
+def _state(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times, and a slow motion of two variables, (ROWS, 2)."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 12, ROWS)
+    rate, phase = rng.uniform(0.5, 2.5, (3, 2)), rng.uniform(0, 6, (3, 2))
+    return t, np.sin(t[:, None, None] * rate + phase).sum(axis=1)
+
+
+def _system(seed: int, misfit: float, known: bool, noise: float = 0.05) -> LinearSystem:
+    """Two logs of two joints, with a function of the state that the columns do not hold."""
+    rng = np.random.default_rng([seed, 5])
+    features = Features((0.0,) * 4, (0.7,) * 4, (1.0, 1.0))
+    ways, phase = rng.normal(size=(4, 6)), rng.uniform(0, 6, (6, 2))  # the same in both logs
+    logs = []
+    for log in range(2):
+        t, x = _state(10 * seed + log)
+        state = np.hstack([x, np.gradient(x, t, axis=0)])
+        missing = misfit / np.sqrt(3) * np.cos((state @ ways)[..., None] + phase).sum(axis=1)
+        F = features(state[:, :2], state[:, 2:])
+        for j in range(2):
+            W = np.column_stack([np.sin(x[:, j]), x[:, 1 - j] * x[:, j], state[:, 2 + j]])
+            y = W @ TRUE + missing[:, j] + noise * rng.normal(size=ROWS)
+            logs.append(Equations(f"{log}", W, y, t, 1, j, features=F if known else None))
+    return LinearSystem(NAMES, tuple(logs))
+
+
+def _held(misfit: float, known: bool, runs: int = 25) -> float:
+    """How many of 95 % intervals hold the truth."""
+    inside = []
+    for seed in range(runs):
+        found = Wls().solve(_system(seed, misfit, known))
+        inside.append(np.abs(found.X - TRUE) < 1.96 * found.std)
+    return float(np.mean(inside))
+
+
+def test_intervals_hold_the_truth_beside_a_function_that_no_column_has() -> None:
+    assert _held(0.4, known=True) > 0.90
+    assert _held(0.4, known=False) < 0.80
+    assert _held(0.0, known=True) > 0.90
+
+
+def test_without_a_misfit_intervals_are_hardly_longer() -> None:
+    longer = [
+        Wls().solve(_system(seed, 0.0, True)).std / Wls().solve(_system(seed, 0.0, False)).std
+        for seed in range(8)
+    ]
+    assert np.median(longer) < 1.2
+
+
+def test_one_function_stands_for_all_logs_whatever_its_unit_and_where_they_are_cut() -> None:
+    system = _system(1, 0.3, True)
+    found = Ols().solve(system)
+    assert found.misfit.any()
+    np.testing.assert_allclose(found.covariance, found.noise + found.misfit)
+    scaled = [replace(e, features=100 * e.features) for e in system.logs if e.features is not None]
+    cut = [e.where(s, e.name) for e in system.logs for s in (slice(0, 200), slice(200, ROWS))]
+    for logs in (scaled, cut):
+        other = Ols().solve(LinearSystem(NAMES, tuple(logs)))
+        np.testing.assert_allclose(other.misfit, found.misfit, rtol=1e-6)
+
+
+def test_some_parameters_of_a_system_have_the_covariance_of_their_own() -> None:
+    kept = [0, 2]
+    system = _system(2, 0.3, True)
+    part = Ols().solve(system.columns(kept))
+    own = tuple(replace(e, W=e.W[:, kept]) for e in system.logs)
+    plain = Ols().solve(LinearSystem(("A", "C"), own))
+    np.testing.assert_allclose(part.misfit, plain.misfit, rtol=1e-9)
+
+
+def _samples() -> Samples:
+    t = 0.005 * np.arange(4000)
+    q = np.column_stack([np.sin(t), 0.5 * np.cos(1.7 * t), 0 * t])
+    qd = np.column_stack([np.cos(t), -0.85 * np.sin(1.7 * t), 0 * t])
+    return Samples("log", t, q, qd, np.column_stack([3 * np.sin(t), 0 * t, 0 * t]), 0.005, None, ())
+
+
+def test_functions_are_of_the_scale_of_the_motion_and_a_joint_that_stands_has_no_say() -> None:
+    known = features_of([unfiltered(_samples())], (0, 0, 0))
+    assert known.scale[2] == known.scale[5] == 0.0
+    s = _samples()
+    here, there = known(s.q, s.qd), known(s.q + np.array([0, 0, 9.0]), s.qd)
+    np.testing.assert_allclose(here, there)
+    np.testing.assert_allclose(np.sum(here**2, axis=1), 1.0)
+    # along the motion they change by about as much as they are large
+    assert 0.2 < np.mean(np.std(here, axis=0) ** 2) * here.shape[1] < 0.9
+
+
+@pytest.mark.parametrize("model", ["momentum", "energy"])
+def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> None:
+    log = unfiltered(_samples())
+    known, w = features_of([log], (0, 0, 0)), place_windows(log, 0.3)
+    rows = known.over_windows(model, *log.nodes(w.stride), w, log.step)
+    values = (known if model == "momentum" else known.powers)(log.q, log.qd)
+    for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
+        expected = simpson(values[first : last + 1], dx=log.step, axis=0)
+        np.testing.assert_allclose(row, expected, atol=1e-7)
+
+
+def test_equations_of_torque_see_each_function_below_the_comparison_frequency() -> None:
+    log = filter_log(_samples(), Band(20.0, 30.0, 5.0, "measured"))
+    known = features_of([log], (0, 0, 0))
+    rows = known.in_band(log.modelled)[:, 0]
+    inside = slice(20, -20)
+    np.testing.assert_allclose(
+        rows[inside], known(log.q, log.qd)[log.kept][inside], atol=0.01 * np.abs(rows).max()
+    )
