@@ -383,6 +383,8 @@ def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
         (["none.xml", "log.csv"], "no such file"),
         (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
         (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
+        (["arm.xml", "short.csv"],
+         "symgen import arm.xml --fix wrist --into robot.toml, then --robot robot.toml"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, given, says) -> None:
@@ -392,6 +394,8 @@ def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, give
     Path("gains.toml").write_text("[controller]\nkp = [1, 2]\nkd = [1, 2]\n")
     rows = np.column_stack([np.arange(2000) / 500, np.random.default_rng(0).normal(size=(2000, 6))])
     np.savetxt("log.csv", rows, delimiter=",", header="t,q1,q2,q3,tau1,tau2,tau3", comments="")
+    names = [f"{joint}_{what}" for what in ("pos", "torque") for joint in ("a > b", "elbow")]
+    np.savetxt("short.csv", rows[:, :5], delimiter=",", header=",".join(["t", *names]), comments="")
     code, _, err = command("compare-sim", *given, "--into", "out")
     assert code == 2
     assert says in err
