@@ -164,6 +164,24 @@ def test_what_is_written_is_read_again(arm, tmp_path, command) -> None:
     assert '<body name="tool" pos="0 0 0.1"/>' in text  # a frame stays a frame
 
 
+def test_a_joint_without_a_spring_gets_none_and_no_inertia_is_a_rounding_error(
+    arm, tmp_path, command
+) -> None:
+    folder, *_ = arm
+    sprung = tmp_path / "sprung.xml"
+    sprung.write_text(ARM.replace('name="wrist" axis', 'name="wrist" stiffness="3" axis'))
+    for source, joints in ((folder / "arm.xml", {"elbow"}), (sprung, {"elbow", "wrist"})):
+        to = tmp_path / f"out_{source.name}"
+        code, _, err = command("export", folder / "result", "--from", source, "--to", to)
+        assert code == 0, err
+        text = to.read_text()
+        sprung_joints = re.findall(r"<joint name=.(\w+).[^>]*stiffness=", text)
+        assert set(sprung_joints) == joints
+        for entries in re.findall('fullinertia="(.*?)"', text):
+            sizes = np.abs(np.array(entries.split(), dtype=float))
+            assert not ((sizes > 0) & (sizes < 1e-12 * sizes.max())).any()
+
+
 def test_what_a_format_cannot_hold_is_listed(arm, tmp_path, command) -> None:
     folder, *_ = arm
     code, out, err = command(
