@@ -499,8 +499,8 @@ def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) 
         yield f"the torque of held-out motion is unexplained at {told}{cause}"
     drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
     if len(drowned):
-        told = ", ".join(f"tau{j + 1} ({percent(floor[j])})" for j in drowned)
-        yield f"noise is too large a part of {told}: no model of it can be judged"
+        told = ", ".join(f"{robot.listed([int(j)])} ({percent(floor[j])})" for j in drowned)
+        yield f"the torque is mostly noise at {told}: no model of it can be judged"
 
 
 def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
@@ -523,11 +523,10 @@ def error_elsewhere(
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
 
-    What the model misses is no part of C: the held-out error shows it.
-
     with W at states whose joints are drawn from the logs independently of each other: each joint
     as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
-    proportion are drawn together: the model is said to hold for such motion alone.
+    proportion are drawn together: the model is said to hold for such motion alone. What the model
+    misses is no part of C: the held-out error shows it.
 
     Args:
         evaluator: the compiled model, with torque_regressor.

@@ -164,7 +164,7 @@ def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:
     floor, error = (r[1] for r in told if r)
     assert floor == pytest.approx(error, rel=0.25)
     drowned = lacking(0.0, 10.0)
-    assert any("noise is too large a part of tau2" in reason for reason in drowned.reasons)
+    assert any("the torque is mostly noise at joint 2" in reason for reason in drowned.reasons)
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:
