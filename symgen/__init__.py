@@ -11,7 +11,9 @@ names, for this module and for editors and type checkers.
 
 from __future__ import annotations
 
-from symgen import views
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from symgen.views import Views
 
 _where: dict[str, str] = {}
 
@@ -28,13 +30,11 @@ def _modules() -> dict[str, str]:
     return _where
 
 
-def _views() -> views.Views:
+def load_views() -> Views:
+    """Return how results are shown, see `symgen.views`."""
     import importlib
 
     return importlib.import_module("symgen.report.views")  # type: ignore[return-value]
-
-
-views.provide(_views)
 
 
 def __getattr__(name: str) -> object:

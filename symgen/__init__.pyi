@@ -1,5 +1,6 @@
 """The public names of symgen and where they are: `__init__` imports them by this list."""
 
+import symgen.views
 from symgen.codegen.model import (
     Model as Model,
     derive as derive,
@@ -94,3 +95,5 @@ from symgen.runtime.evaluator import (
     load as load,
 )
 from symgen.symbolic.base_parameters import BaseParameters as BaseParameters
+
+def load_views() -> symgen.views.Views: ...

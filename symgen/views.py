@@ -1,8 +1,7 @@
-"""How results show themselves in Python: the report layer is above them and provides the views."""
+"""How results show themselves in Python: `symgen` itself loads the report layer above them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
@@ -19,12 +18,10 @@ class Views(Protocol):
         """Return the first panel of the page of a result, as HTML."""
 
 
-_provided: list[Callable[[], Views]] = []
+def _views() -> Views:
+    import symgen
 
-
-def provide(load: Callable[[], Views]) -> None:
-    """Set what loads the views. `symgen/__init__.py` does so before any result exists."""
-    _provided[:] = [load]
+    return symgen.load_views()
 
 
 class Viewable:
@@ -39,7 +36,7 @@ class Viewable:
         Raises:
             ParameterError: the page has no figure of this name; the message lists the names.
         """
-        return _provided[0]().figure(self, name)
+        return _views().figure(self, name)
 
     def _repr_html_(self) -> str:
-        return _provided[0]().panel(self)
+        return _views().panel(self)

@@ -7,9 +7,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PPoly
 
 from symgen import names
 from symgen.data.drive import joint_side
@@ -20,6 +20,9 @@ from symgen.data.tables import read_columns
 from symgen.errors import LogError
 from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
 from symgen.robot.types import Limits, Robot
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
@@ -74,6 +77,8 @@ def make_reference(
         LogError: there are fewer than 2 stamps, shapes differ, a number is not finite, or time does
             not increase.
     """
+    from scipy.interpolate import PPoly
+
     shape = q.shape
     if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
         refuse(f"{name}: t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")

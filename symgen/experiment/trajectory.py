@@ -11,7 +11,6 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy import interpolate
 
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
@@ -93,6 +92,8 @@ class BSpline(Spline):
         """Return the functions' derivatives, (N, terms)."""
         inner = np.linspace(0, self.duration, self.terms - _DEGREE + 1)
         knots = np.pad(inner, _DEGREE, mode="edge")
+        from scipy import interpolate
+
         return np.asarray(interpolate.BSpline(knots, np.eye(self.terms), _DEGREE)(t, nu=order))
 
 
@@ -108,6 +109,8 @@ class Cubic(Spline):
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the functions' derivatives, (N, terms + 1)."""
         stops, values = np.linspace(0, self.duration, self.terms + 1), np.eye(self.terms + 1)
+        from scipy import interpolate
+
         return np.asarray(interpolate.CubicHermiteSpline(stops, values, 0 * values)(t, nu=order))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.data.signals import lowpass
+from symgen.data.signals import Samples, lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.cutoff import choose_band
@@ -107,10 +107,11 @@ def predict(
         ParameterError: the parameters are not this robot's.
     """
     source = read_robot(robot)
+    opened = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
     given = read_given(parameters, model)
     evaluator, X = load(model), given.X
-    seen, repairs = _filtered(evaluator, log, given.band, cutoff, reading)
+    seen, repairs = _filtered(evaluator, opened, given.band, cutoff)
     samples, band = seen.samples, seen.band
     compared = fit(evaluator, [seen], X)
     torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
@@ -148,19 +149,18 @@ def torque_errors(
         LogError: the log cannot be read or belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    seen, _ = _filtered(evaluator, log, band)
+    seen, _ = _filtered(evaluator, open_samples(log, robot), band)
     return [fit(evaluator, [seen], X).residual.relative for X in parameters]
 
 
 def _filtered(
     evaluator: Evaluator,
-    log: str | Path | Log,
+    opened: tuple[Samples, tuple[Fault, ...]],
     known: Band | None,
     cutoff: float | None = None,
-    reading: Reading | None = None,
 ) -> tuple[FilteredLog, tuple[Fault, ...]]:
-    """Read, repair and filter a log; return it with the repairs."""
-    samples, repairs = open_samples(log, evaluator.model.robot, reading)
+    """Mend the speeds of a log that was opened, and filter it; return it with all repairs."""
+    samples, repairs = opened
     comparison = comparison_band([samples]) if known is None else known.comparison_hz
     samples, mended = mended_speeds(samples, comparison)
     band = known or choose_band(evaluator, [samples], cutoff)

@@ -126,7 +126,9 @@ demo --runs 20
 
 
 def test_every_command_is_tried_where_symgen_is_installed():
-    assert {words.split()[0] for words in COMMANDS.split("\n") if words} >= set(cli.commands)
+    tried = {words.split()[0] for words in COMMANDS.split("\n") if words}
+    # compare-sim needs MuJoCo, which no installation brings by itself.
+    assert tried | {"compare-sim"} >= set(cli.commands)
 
 
 def _kept(what: str, folder: Path, seconds: float) -> None:

@@ -377,7 +377,9 @@ class TestPrediction:
         (tmp_path / "estimate.json").write_text(json.dumps(estimate.to_json()))
         prediction = symgen.predict("planar2r", _motion(0.01, 8.0), tmp_path / "estimate.json")
         assert prediction.error.relative < 1e-2
-        assert set(result_files(prediction)) == {"prediction.json", "prediction.csv"}
+        assert set(result_files(prediction)) == {
+            "prediction.json", "prediction.csv", "report.html"
+        }  # fmt: skip
 
     @pytest.mark.parametrize(
         ("content", "words"),

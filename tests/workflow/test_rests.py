@@ -81,7 +81,7 @@ def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> No
     assert said == pytest.approx(by_hand, rel=0.1)
     (note,) = [n for n in estimate["notes"] if "stand still at times" in n]
     moving, still = map(
-        float, re.findall(r"is ([\d.]+) % .* and ([\d.]+) % of joints at rest", note)[0]
+        float, re.findall(r"is ([\d.]+) % .* and ([\d.]+) % for joints at rest", note)[0]
     )
     assert moving < 100 * said / 5
     assert still > 100 * said

@@ -149,6 +149,11 @@ def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on()
     assert little.unexplained is not None
     assert little.unexplained < 0.05
     assert "of the torque is unexplained, cause unknown (noise leaves" in little.headline
+    use = next(use for use in little.uses if use.name == "parameters")
+    assert not use.ok
+    assert use.reasons[0].startswith("do not read single values: ")
+    assert use.reasons[0].endswith("% of the torque is unexplained")
+    assert " | Parameters: do not read single values: " in little.headline
     assert much.verdict == "doubtful"
     assert any("unexplained at joint 2 (" in reason for reason in much.reasons)
     assert "joint 1 (" not in next(r for r in much.reasons if "unexplained at" in r)
@@ -164,7 +169,7 @@ def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:
     floor, error = (r[1] for r in told if r)
     assert floor == pytest.approx(error, rel=0.25)
     drowned = lacking(0.0, 10.0)
-    assert any("noise is too large a part of tau2" in reason for reason in drowned.reasons)
+    assert any("the torque is mostly noise at joint 2" in reason for reason in drowned.reasons)
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:
