@@ -426,9 +426,7 @@ def _assigned(
     return found, _groups(found, names, wanted), notes
 
 
-def _groups(
-    names: list[str], stored: Sequence[str], wanted: Wanted
-) -> dict[str, dict[int, str]]:
+def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str, dict[int, str]]:
     """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}.
 
     Args:

@@ -401,8 +401,10 @@ def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
         (["none.xml", "log.csv"], "no such file"),
         (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
         (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
-        (["arm.xml", "short.csv"],
-         "symgen import arm.xml --fix wrist --into robot.toml, then --robot robot.toml"),
+        (
+            ["arm.xml", "short.csv"],
+            "symgen import arm.xml --fix wrist --into robot.toml, then --robot robot.toml",
+        ),
     ],
 )
 def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, given, says) -> None:
