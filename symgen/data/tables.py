@@ -259,7 +259,8 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     types = {stored[name]: pa.float64() for name in used}
     if "t" in used:
         types[stored["t"]] = _time_type(form.cells(names.index("t")))
-    decimal = form.decimal([names.index(name) for name in used])
+    place = {name: k for k, name in reversed([*enumerate(names)])}
+    decimal = form.decimal([place[name] for name in used])
     tried: list[str] = []
     for point in dict.fromkeys((decimal, *((".", ",") if form.separator != "," else ()))):
         try:
@@ -416,8 +417,9 @@ def _assigned(
     ]
     # A header with a unit, q1 [deg], is that of a log without it, where there is one such column.
     bare = [split_unit(name)[0] for name in given]
+    count = Counter(bare)
     given = [
-        own if (own == "t" or NUMBERED.fullmatch(own)) and bare.count(own) == 1 else name
+        own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
     found, notes = matched(file, given, patterns, wanted)

@@ -448,7 +448,8 @@ class PredictiveScore:
         """
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
         # of the rows that it still holds, what fits leave that hold all
-        outside = self.weight * ~inside.any(axis=1, keepdims=True)
+        kept = (self.fold >= 0) & ~inside.any(axis=1)
+        outside = self.weight * kept[:, None]
         held = np.maximum(np.sum(outside**2, axis=0), 1e-300)
         before, left = self._squares_of(outside).sum(axis=1) / held, other.alone.left
         count, floor = np.sum(other.weight**2, axis=0), self.misfit**2

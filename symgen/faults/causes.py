@@ -363,9 +363,14 @@ def _cut(scene: Scene) -> Iterator[Cause]:
         score = scene.scored(scene.rows.W, weight)
         left = score.residual.copy()
         model = scene.rows.y[:, j] - left[:, j]
+        cut = (weight[:, j] == 0) & (scene.rows.weight[:, j] > 0)
+        whole = left[cut, j]
+        clipped = whole + model[cut] - np.clip(model[cut], -limit[cut], limit[cut])
+        if clipped @ clipped > _CLEARER**2 * (whole @ whole):
+            continue  # the motion asks for no more than was recorded
         left[:, j] += model - np.clip(model, -limit, limit)
-        whole = replace(score, residual=left, weight=scene.rows.weight)
-        fit = whole.fitted_without(weight == 0)
+        again = replace(score, residual=left, weight=scene.rows.weight)
+        fit = again.fitted_without(weight == 0)
         better = fit.score - scene.score.alone.score
         yield Cause("saturated", fault.joints, fault.fault, better, fit.left, fault=fault)
 

@@ -420,11 +420,12 @@ def test_missing_pandas_is_said_in_a_line(estimates, monkeypatch) -> None:
 # Pages
 
 
-def _drawn(html: str, figures: int, folder: Path) -> None:
+def _drawn(html: str, figures: int, folder: Path, folded: int = 0) -> None:
+    """Require some figures, of which the last ones are drawn once their section is opened."""
     seen = visit(html, folder)
     names = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
     assert len(names) == figures
-    for name in names:
+    for name in names[: figures - folded]:
         assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
     assert seen.console == ()
     assert seen.requests == ()
@@ -455,4 +456,4 @@ def test_browser_draws_a_prediction_in_silence(folders, logs, tmp_path) -> None:
     prediction = symgen.predict("planar2r", logs[1], folders[0] / "estimate.json")
     for name, content in result_files(prediction).items():
         (tmp_path / name).write_bytes(content)
-    _drawn(result_page(read_prediction(tmp_path)), 2, tmp_path)
+    _drawn(result_page(read_prediction(tmp_path)), 2, tmp_path, folded=1)

@@ -95,11 +95,12 @@ def test_a_detent_is_named_with_its_constants_and_declared_with_numbers(logs) ->
     assert set(values) == {"A", "c", "w"}
     assert values["c"] == pytest.approx(C, abs=0.01)
     assert values["w"] == pytest.approx(W, rel=0.05)
-    # A goes with w: below 2 Hz, where torques of so slow a motion are compared, it is known to 5 %.
+    # A goes with w: below 2 Hz, where torques of so slow a motion are compared, it is known to 7 %,
+    # what the model may miss included.
     std = {p.name: p.std for p in found.effects[0].parameters}
     for name, truth in (("A", A), ("c", C), ("w", W)):
         assert abs(values[name] - truth) < 3 * std[name]
-        assert std[name] < 0.06 * abs(truth)
+        assert std[name] < 0.07 * abs(truth)
     assert [p.unit for p in found.effects[0].parameters] == ["N m/rad", "", ""]
 
     again = symgen.parse_robot(symgen.robot_toml(found.extended))
