@@ -61,6 +61,9 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
     if any(effect.declared for effect in diagnosis.effects):
         line = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
-        click.echo(f"try: {line}")
+        click.echo(f"next: {line}")
+    elif any(effect.indistinguishable_from for effect in diagnosis.effects):
+        line = again("excite", into=f"{into}-motion.csv")
+        click.echo(f"next: {line} (a motion to record, then diagnose again with both logs)")
     click.echo(f"written: {into} ({names})")
     return 0 if good else 1

@@ -217,7 +217,7 @@ def reading_options(command: Command) -> Command:
         from symgen.errors import LogError
         from symgen.robot.imported import FORMATS
 
-        columns, robot = options["columns"], options["robot"]
+        columns = options["columns"]
         options["columns"] = {} if columns is None else columns_from(columns)
         options |= {key: listed(options[key]) for key in ("joints", "mask")}
         options["unit"] = units_from(options["unit"] or "")
@@ -226,9 +226,12 @@ def reading_options(command: Command) -> Command:
         try:
             return command(reading=reading, **options)
         except LogError as error:  # only here is the robot file of the advice known
+            given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
+            robot = next(str(path) for path in given if path is not None)
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
-                raise LogError(text) from error
+                then = "" if options["robot"] else ", then --robot robot.toml"
+                raise LogError(text + then) from error
             raise
 
     return _with(_READING, with_reading)

@@ -43,7 +43,7 @@ from symgen.data.raw import (
 )
 from symgen.data.units import IN_SI, Sample, Units, split_unit, units_of
 from symgen.data.urls import is_remote, opened
-from symgen.errors import SymgenError, located
+from symgen.errors import SymgenError, located, plain
 
 BATCH = 1 << 15  # rows to read at once
 _LOOKED_AT = 1000  # columns to search for a bad cell
@@ -423,11 +423,17 @@ def _assigned(
         for name, own in zip(given, bare, strict=True)
     ]
     found, notes = matched(file, given, patterns, wanted)
-    return found, _groups(found, wanted), notes
+    return found, _groups(found, names, wanted), notes
 
 
-def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
-    """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}."""
+def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str, dict[int, str]]:
+    """Group column names by role and number: {"t": {0: t}, "q": {0: q1, ..}, ..}.
+
+    Args:
+        names: log names, or names that symgen does not know.
+        stored: names of these columns in the file.
+        wanted: the robot and the columns to read.
+    """
     named = [name for name in names if name]
     for name, count in Counter(named).most_common(1):
         if count > 1:
@@ -445,7 +451,14 @@ def _groups(names: list[str], wanted: Wanted) -> dict[str, dict[int, str]]:
             refuse_currents()
         if not present:
             how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
-            refuse(f"there is no column {role} among {listed(names)}", how)
+            others = [
+                own
+                for own, name in zip(stored, names, strict=True)
+                if own and name != "t" and NUMBERED.fullmatch(name) is None
+            ]
+            if role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
+                how = f'--columns "t={plain(others[0])}"'
+            refuse(f"there is no column {role} among {listed(stored)}", how)
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {} if wanted.reading.poses else {"t": {0: "t"}}

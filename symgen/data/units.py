@@ -115,11 +115,15 @@ def unit_of(text: str, quantity: str) -> Unit | None:
     return next((u for u in _WRITTEN.get(form, ()) if u.quantity == quantity), None)
 
 
-def split_unit(name: str) -> tuple[str, str]:
+def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
     """Return a column name without its unit, and the unit: ("q1", "deg") from "q1 [deg]".
 
     The unit stands in brackets, or behind the last underscore or blank ("q1_deg"). A number behind
-    it belongs to the name ("q_deg_1"). Only a word for time has a unit of time.
+    it belongs to the name ("q_deg_1"). Only a time has a unit of time.
+
+    Args:
+        name: the column in the file.
+        time: whether it holds the time; by default, whether its name has a word for it.
     """
     stem, unit, number = name, "", ""
     if match := _BRACKETS.fullmatch(name):
@@ -133,8 +137,9 @@ def split_unit(name: str) -> tuple[str, str]:
                 stem, unit = found[1], found[2]
                 break
     known = _WRITTEN.get(_form_of(unit), ())
-    timed = {word.lower() for word in re.findall("[A-Za-z]+", stem)} & TIMES
-    if not stem or not any((u.quantity == "time") == bool(timed) for u in known):
+    if time is None:
+        time = not TIMES.isdisjoint(word.lower() for word in re.findall("[A-Za-z]+", stem))
+    if not stem or not any((u.quantity == "time") == time for u in known):
         return name, ""
     return stem + number, unit
 
@@ -252,7 +257,7 @@ def _time(sample: Sample, reading: Reading) -> Units:
     first = stamps[0][0].item()
     steps = np.concatenate([np.diff(t) for t in stamps])
     step = float(np.median(steps)) if len(steps) else math.nan
-    header = unit_of(split_unit(sample.names.get("t", "t"))[1], "time")
+    header = unit_of(split_unit(sample.names.get("t", "t"), time=True)[1], "time")
     plausible = [u for u in _TIME if u.name in plausible_units(step)]
     dated = [u for u in _TIME if _DATES[0] <= first * u.size <= _DATES[1]]
     if dates:
@@ -388,7 +393,7 @@ class _Joints:
         """Return the unit of a column from its header."""
         if self._given(role, j):
             return None
-        quantity, (_, text) = self._quantity(role, j), split_unit(self._own(role, j))
+        quantity, (_, text) = self._quantity(role, j), split_unit(self._own(role, j), time=False)
         odd = unknown_unit(self._own(role, j))
         found = unit_of(text, quantity) if text else None
         # Text in brackets that differs between joints is a name of theirs.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
-from symgen.schemas import BESIDE
+from symgen.schemas import BESIDE, OrNan
 
 #: Done about a fault that nothing takes away.
 LEFT = "left as it is"
@@ -30,7 +30,8 @@ class Fault:
         samples: how many it touches; 0 for whole columns.
         done: in words.
         values: of what was measured: name, value and standard deviation; GV of speeds that are
-            (1 + GV) dq/dt, LV s late, and off by OV; limit of a torque that is cut off.
+            (1 + GV) dq/dt, LV s late, and off by OV; DT s by which torques of all joints were late
+            and are shifted; limit of a torque that is cut off.
         kind: one of the keys of `symgen.faults.samples.FINDERS` and `symgen.faults.model.FINDERS`.
         joints: positions of the joints; empty for all.
         value: factor, or delay in s.
@@ -44,7 +45,7 @@ class Fault:
     fault: str
     samples: int = 0
     done: str = LEFT
-    values: tuple[tuple[str, float, float], ...] = ()
+    values: tuple[tuple[str, float, OrNan], ...] = ()
     kind: Annotated[str, BESIDE] = field(default="", compare=False)
     joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
     value: Annotated[float, BESIDE] = field(default=0.0, compare=False)
@@ -73,6 +74,11 @@ def fault_of(
     """Return the fault of the channel `key` (q, qd or tau) of a joint."""
     channel = f"{key}{j + 1}"
     return Fault(log, channel, says, samples, done, kind=kind, joints=(j,), undo=undo)
+
+
+def delay_of(fault: Fault) -> float:
+    """Return by how much the torques of all joints are shifted, DT in s; 0 where they are not."""
+    return sum(value for name, value, _ in fault.values if name == "DT")
 
 
 def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:

@@ -97,6 +97,7 @@ KNOWN = 30.0
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
+_UNREAD = "do not read single values"
 _FARTHER = "symgen excite writes a motion that shows them"
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
@@ -205,7 +206,11 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             (*coarse, *seldom_moving(run.train, evaluator.model.robot)),
             run.worst,
         ),
-        parameters_use(parameters, physical, (*filter(None, [bias]), *disagreement(chosen.found))),
+        parameters_use(
+            parameters,
+            physical,
+            (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
+        ),
         simulation_use(evaluator, run.train, X, parameters, limits),
     )
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
@@ -503,6 +508,13 @@ def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) 
         yield f"the torque is mostly noise at {told}: no model of it can be judged"
 
 
+def _unread(unexplained: float | None) -> tuple[str, ...]:
+    """Say that single values take up what the model lacks, where it lacks a part of the torque."""
+    if unexplained is None:
+        return ()
+    return (f"{_UNREAD}: {percent(unexplained)} of the torque is unexplained",)
+
+
 def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
     """Say how much of the torque nothing explains, beside what noise leaves."""
     if unexplained is None:
@@ -705,7 +717,10 @@ def headline(
     if prediction.ok:
         first = ["Good for torque prediction: ", f"{held} torque error on held-out data ({own} on "
                  "the training logs)", *rests]  # fmt: skip
-    second = ["Parameters: ", f"{known} of {count} are known to {KNOWN:g} %", *parameters.reasons]
+    told = f"{known} of {count} are known to {KNOWN:g} %"
+    unread = [reason for reason in parameters.reasons if reason.startswith(_UNREAD)]
+    others = [reason for reason in parameters.reasons if reason not in unread]
+    second = ["Parameters: ", *unread, told, *others]
     if known < count:
         second.append("a richer motion determines more (symgen excite)")
     third = ["Good for simulation"]

@@ -22,7 +22,7 @@ from symgen.estimation.values import (
     Trace,
     Whiteness,
 )
-from symgen.faults.fault import Fault
+from symgen.faults.fault import Fault, delay_of
 from symgen.identification.curves import FILE, read_curves
 from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
@@ -269,6 +269,11 @@ class Estimate(Viewable):
     def X(self) -> FloatArray:
         """The values, shape (p,), in the order of every kernel."""
         return np.array([p.value for p in self.parameters])
+
+    @property
+    def shifts(self) -> tuple[Fault, ...]:
+        """Repairs that shifted the torques of all logs, which other logs of the robot need too."""
+        return tuple(fault for fault in self.repairs if delay_of(fault))
 
     @property
     def covariance(self) -> FloatArray:

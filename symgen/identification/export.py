@@ -351,4 +351,4 @@ def file_errors(
     """
     robot = read_robot(robot)
     X = read_parameters(path, derive(robot, JUDGING))
-    return FileErrors(*torque_errors(robot, log, (X, estimate.X), estimate.band))
+    return FileErrors(*torque_errors(robot, log, (X, estimate.X), estimate.band, estimate.shifts))

@@ -167,7 +167,10 @@ def undo_delay(run: Run) -> Run:
         late = next((f for f in faults if f.kind == "delay"), None)
         if late is None:
             break
-        told = replace(late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None)
+        told = replace(
+            late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None,
+            values=(("DT", late.value, math.nan),),
+        )  # fmt: skip
         train, held = (
             tuple(undo_faults(log, [late])[0] for log in group) for group in (run.train, run.held)
         )

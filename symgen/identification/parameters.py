@@ -16,6 +16,7 @@ from symgen.errors import ParameterError, told_by
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.values import FloatArray
+from symgen.faults.fault import Fault
 from symgen.files import load_json, load_toml
 from symgen.identification.estimate import MARKER, READ, Estimate, read_estimate
 from symgen.robot.imported import FORMATS
@@ -43,6 +44,11 @@ class Given:
     def band(self) -> Band | None:
         """The band of the estimate; None without an estimate."""
         return None if self.estimate is None else self.estimate.band
+
+    @property
+    def shifts(self) -> tuple[Fault, ...]:
+        """Shifts of the torques of all logs that the estimate stands on."""
+        return () if self.estimate is None else self.estimate.shifts
 
 
 def read_given(path: str | Path, model: Model) -> Given:

@@ -631,7 +631,8 @@ def payload(
     identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
     if "mass" not in identifiable:
         raise IdentificationError(
-            f"the logs do not determine the mass of a load on {source.label(link)}; accepted: "
+            f"the logs do not determine the mass of a load on the link of {source.label(link)}; "
+            "accepted: "
             "logs in which "
             "it is turned against gravity, or --mass"
         )
@@ -701,7 +702,7 @@ def _require_load(
     best = min(left, key=lambda number: left[number])
     if left[best] < _FITS * after:
         raise IdentificationError(
-            f"a load on another link fits better: {model.robot.label(best)} leaves "
+            f"a load on another link fits better: that of {model.robot.label(best)} leaves "
             f"{100 * left[best]:.3g} % of "
             f"the torque, {model.robot.label(link)} {100 * after:.3g} %; accepted: joint = "
             f"{best} in [payload] "
@@ -709,7 +710,8 @@ def _require_load(
         )
     if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
         raise IdentificationError(
-            f"the logs show no load on {model.robot.label(link)}: its mass is {mass.value:.3g} "
+            f"the logs show no load on the link of {model.robot.label(link)}: its mass is "
+            f"{mass.value:.3g} "
             "kg with a "
             f"standard deviation of {mass.std:.2g} kg; accepted: logs recorded with the load"
         )

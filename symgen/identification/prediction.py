@@ -21,9 +21,10 @@ from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
-from symgen.faults.fault import Fault
+from symgen.faults.fault import Fault, delay_of
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import mended_speeds
+from symgen.faults.undo import with_earlier_torques
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
@@ -111,7 +112,7 @@ def predict(
     model = derive(source, (*JUDGING, "energy"))
     given = read_given(parameters, model)
     evaluator, X = load(model), given.X
-    seen, repairs = _filtered(evaluator, opened, given.band, cutoff)
+    seen, repairs = _filtered(evaluator, opened, given.band, cutoff, given.shifts)
     samples, band = seen.samples, seen.band
     compared = fit(evaluator, [seen], X)
     torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
@@ -135,7 +136,11 @@ def predict(
 
 
 def torque_errors(
-    robot: Robot, log: str | Path | Log, parameters: Sequence[FloatArray], band: Band | None = None
+    robot: Robot,
+    log: str | Path | Log,
+    parameters: Sequence[FloatArray],
+    band: Band | None = None,
+    shifts: Sequence[Fault] = (),
 ) -> list[float]:
     """Return the relative torque error of some parameters along a log, in one band.
 
@@ -144,12 +149,13 @@ def torque_errors(
         log: a path, or a log.
         parameters: (p,) base parameters of each.
         band: the filters; by default those that suit the log best.
+        shifts: of the torques of all logs, done by the estimate.
 
     Raises:
         LogError: the log cannot be read or belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    seen, _ = _filtered(evaluator, open_samples(log, robot), band)
+    seen, _ = _filtered(evaluator, open_samples(log, robot), band, shifts=shifts)
     return [fit(evaluator, [seen], X).residual.relative for X in parameters]
 
 
@@ -158,15 +164,19 @@ def _filtered(
     opened: tuple[Samples, tuple[Fault, ...]],
     known: Band | None,
     cutoff: float | None = None,
+    shifts: Sequence[Fault] = (),
 ) -> tuple[FilteredLog, tuple[Fault, ...]]:
-    """Mend the speeds of a log that was opened, and filter it; return it with all repairs."""
+    """Mend a log that was opened, shift and filter it; return it with all repairs."""
     samples, repairs = opened
     comparison = comparison_band([samples]) if known is None else known.comparison_hz
     samples, mended = mended_speeds(samples, comparison)
     band = known or choose_band(evaluator, [samples], cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
-    return filter_log(samples, band), (*repairs, *mended)
+    for fault in shifts:
+        samples = with_earlier_torques(samples, delay_of(fault))
+    told = (replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
+    return filter_log(samples, band), (*repairs, *mended, *told)
 
 
 def read_prediction(path: str | Path) -> Prediction:

@@ -269,7 +269,7 @@ def test_nothing_is_drawn_as_found_where_nothing_was(html: str) -> None:
 
 def test_advice_is_a_command(html: str) -> None:
     text = Page(html).text
-    assert "symgen excite robot.toml --into motion.csv" in text  # two effects look alike
+    assert "symgen excite ROBOT --into motion.csv" in text  # two effects look alike
     assert "symgen identify robot.toml LOG --into result" in text
     bare = Page(diagnosis_page(replace(synthetic(), effects=(), advice=())))
     assert "What to do" not in bare.text

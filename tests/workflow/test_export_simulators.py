@@ -164,6 +164,24 @@ def test_what_is_written_is_read_again(arm, tmp_path, command) -> None:
     assert '<body name="tool" pos="0 0 0.1"/>' in text  # a frame stays a frame
 
 
+def test_a_joint_without_a_spring_gets_none_and_no_inertia_is_a_rounding_error(
+    arm, tmp_path, command
+) -> None:
+    folder, *_ = arm
+    sprung = tmp_path / "sprung.xml"
+    sprung.write_text(ARM.replace('name="wrist" axis', 'name="wrist" stiffness="3" axis'))
+    for source, joints in ((folder / "arm.xml", {"elbow"}), (sprung, {"elbow", "wrist"})):
+        to = tmp_path / f"out_{source.name}"
+        code, _, err = command("export", folder / "result", "--from", source, "--to", to)
+        assert code == 0, err
+        text = to.read_text()
+        sprung_joints = re.findall(r"<joint name=.(\w+).[^>]*stiffness=", text)
+        assert set(sprung_joints) == joints
+        for entries in re.findall('fullinertia="(.*?)"', text):
+            sizes = np.abs(np.array(entries.split(), dtype=float))
+            assert not ((sizes > 0) & (sizes < 1e-12 * sizes.max())).any()
+
+
 def test_what_a_format_cannot_hold_is_listed(arm, tmp_path, command) -> None:
     folder, *_ = arm
     code, out, err = command(
@@ -383,6 +401,10 @@ def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
         (["none.xml", "log.csv"], "no such file"),
         (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
         (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
+        (
+            ["arm.xml", "short.csv"],
+            "symgen import arm.xml --fix wrist --into robot.toml, then --robot robot.toml",
+        ),
     ],
 )
 def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, given, says) -> None:
@@ -392,6 +414,8 @@ def test_what_cannot_be_compared_is_refused(tmp_path, command, monkeypatch, give
     Path("gains.toml").write_text("[controller]\nkp = [1, 2]\nkd = [1, 2]\n")
     rows = np.column_stack([np.arange(2000) / 500, np.random.default_rng(0).normal(size=(2000, 6))])
     np.savetxt("log.csv", rows, delimiter=",", header="t,q1,q2,q3,tau1,tau2,tau3", comments="")
+    names = [f"{joint}_{what}" for what in ("pos", "torque") for joint in ("a > b", "elbow")]
+    np.savetxt("short.csv", rows[:, :5], delimiter=",", header=",".join(["t", *names]), comments="")
     code, _, err = command("compare-sim", *given, "--into", "out")
     assert code == 2
     assert says in err

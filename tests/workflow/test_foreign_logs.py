@@ -111,6 +111,19 @@ def test_a_file_of_excel_is_read(tmp_path):
     np.testing.assert_array_equal(read(path).q, read(written(tmp_path / "si.csv", SI)).q)
 
 
+def test_a_time_with_another_name_keeps_the_unit_of_its_header(tmp_path):
+    names = {"t": "Zeit [ms]", "q1": "pos 1 [deg]", "q2": "pos 2 [deg]"}
+    values = {"t": 1e3 * COLUMNS["t"]} | times("q", DEG)
+    path = written(tmp_path / "log.csv", renamed(names, **values))
+    with pytest.raises(LogError) as refused:
+        read(path)
+    assert "no column t among Zeit [ms], pos 1 [deg], pos 2 [deg], qd1," in str(refused.value)
+    assert str(refused.value).endswith('accepted: --columns "t=Zeit [ms]"')
+    found = read(path, columns={"t": "Zeit [ms]"})
+    np.testing.assert_allclose(found.t, COLUMNS["t"], atol=1e-9)
+    np.testing.assert_allclose(found.q[:, 0], COLUMNS["q1"], rtol=1e-11)
+
+
 def test_torques_in_millinewtons_need_limits_or_the_option(tmp_path):
     names = {"tau1": "tau1 [mNm]", "tau2": "tau2 [mNm]"}
     path = written(tmp_path / "log.csv", renamed(names, **times("tau", 1e3)))

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles import planar2r
 from support import data_folder, sampled
 
 import symgen
 from symgen.identification.estimate import Estimate
+from symgen.identification.prediction import torque_errors
 from symgen.report.store import result_files
 
 ROBOTS = {"emps": ".csv", "ur10": ".csv", "dp_c0": ".npz"}
@@ -70,3 +72,27 @@ def test_diagnose_says_what_identify_says(found: tuple[Path, Estimate, Path]) ->
     assert said.per_joint is not None
     np.testing.assert_allclose(diagnosis.before.per_joint, said.per_joint, rtol=0, atol=1e-9)
     assert diagnosis.before.total == pytest.approx(said.relative, rel=0, abs=1e-9)
+
+
+def test_predict_and_export_shift_the_torques_as_the_estimate_did(tmp_path: Path) -> None:
+    robot = symgen.parse_robot(planar2r.robot_toml("late", 'friction = ["viscous"]'), "late.toml")
+    logs = []
+    for seed in (3, 4):
+        rng = np.random.default_rng(seed)
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        X = np.array([3.7, 0.8, 1.2, 0.3])
+        tau = np.array(
+            [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
+        )
+        tau += [8.0, 2.0] * qd
+        late = np.column_stack([np.interp(t - 0.02, t, x) for x in tau.T])
+        late += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
+        logs.append(symgen.make_log(f"log {seed}", t, q, late, qd))
+    found = symgen.identify(robot, logs[0], validation=logs[1])
+    assert found.torque_validation is not None
+    symgen.write(found, tmp_path / "result", robot=robot)
+    again = symgen.predict(robot, logs[1], tmp_path / "result")
+    assert again.error.relative == pytest.approx(found.torque_validation.relative, rel=0.02)
+    assert [(r.log, r.channel, r.done) for r in again.repairs] == [("log 4", "tau", "shifted")]
+    (same,) = torque_errors(robot, logs[1], [found.X], found.band, found.shifts)
+    assert same == pytest.approx(again.error.relative, rel=1e-9)

@@ -149,6 +149,11 @@ def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on()
     assert little.unexplained is not None
     assert little.unexplained < 0.05
     assert "of the torque is unexplained, cause unknown (noise leaves" in little.headline
+    use = next(use for use in little.uses if use.name == "parameters")
+    assert not use.ok
+    assert use.reasons[0].startswith("do not read single values: ")
+    assert use.reasons[0].endswith("% of the torque is unexplained")
+    assert " | Parameters: do not read single values: " in little.headline
     assert much.verdict == "doubtful"
     assert any("unexplained at joint 2 (" in reason for reason in much.reasons)
     assert "joint 1 (" not in next(r for r in much.reasons if "unexplained at" in r)

@@ -33,6 +33,7 @@ from symgen.report.content.parts import (
     value_with_std,
 )
 from symgen.report.plots import diagnosis as diagnosis_plots
+from symgen.robot.effect import definitions
 
 _LEFT = "Measured minus modelled torque in the motion's band, on data the search never saw."
 _EFFECTS = (
@@ -77,7 +78,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
     shapes = tuple(shape(f, d.extended) for f in d.free_functions or ())
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
-        Section("Effects", (_EFFECTS,), _effect_table(d.effects), told=()),
+        Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
         _gap_section(d),
         Section(
             "Torque",
@@ -125,7 +126,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
 
 def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
     more, actions = undeclared(d), _actions(d)
-    lines = tuple(f"next: {line}" for line in (*d.advice, *more, *actions))
+    lines = tuple(f"note: {line}" for line in (*d.advice, *more))
     text = (*(line for line in d.advice if line not in told), *more, *actions)
     return Section("What to do", text, told=lines)
 
@@ -135,8 +136,8 @@ def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
     out = []
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
         out.append(
-            "symgen excite robot.toml --into motion.csv writes a motion over the whole [limits]; "
-            "record it, and diagnose again with both logs."
+            "symgen excite ROBOT --into motion.csv writes a motion over the whole [limits] of your "
+            "robot file ROBOT; record it, and diagnose again with both logs."
         )
     if any(effect.declared for effect in diagnosis.effects):
         out.append(
@@ -188,13 +189,13 @@ def _gap_table(d: Diagnosis) -> Table:
     return Table(("", "before", "after", "noise floor", "share", "organised by"), rows)
 
 
-def _effect_table(effects: Sequence[FoundEffect]) -> Table:
+def _effect_table(d: Diagnosis) -> Table:
     rows = []
-    for effect in effects:
+    for effect in d.effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
         sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
         sure += f", {effect.note}" if effect.note else ""
-        last = (percent(effect.gap_reduction), sure, effect.expression)
+        last = (percent(effect.gap_reduction), sure, effect.expression + _at_rest(effect, d))
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):
             cells = ("", "", "", "") if p is None else (p.name, *_value(p), p.unit)
@@ -211,6 +212,18 @@ def _effect_table(effects: Sequence[FoundEffect]) -> Table:
         "torque",
     )
     return Table(header, rows)
+
+
+def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
+    """Return the position q0 at which a spring has no torque, K (q - q0) = K q + OF; or ''."""
+    known = definitions().get(effect.name)
+    if known is None or not known.offset or len(known.linear) != 1:
+        return ""
+    (k,) = effect.parameters
+    offsets = (p.value for p in d.parameters if p.name == f"OF{effect.joints[0]}")
+    value = -next(offsets, math.nan) / (k.value or math.nan)
+    unit = k.unit.rpartition("/")[2]
+    return f", q0 = {number(value, 4)} {unit}" if math.isfinite(value) else ""
 
 
 def _value(p: FoundParameter) -> tuple[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from symgen.faults.fault import Fault
     from symgen.identification.estimate import Joint
     from symgen.robot.types import Robot
+#: Columns that a line names; of more it says how many.
+_NAMED = 3
 
 
 @dataclass(frozen=True)
@@ -103,16 +106,51 @@ class Content:
 
 
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
-    """Return what was done to the logs: a line of band, speeds and repairs; then each repair."""
+    """Return what was done to the logs: a line of band, speeds and repairs; then one a kind."""
     said = "no band" if band is None else band.in_words()
-    channels = ", ".join(dict.fromkeys(f"{r.channel} of {r.log}" for r in repairs))
-    told = f"run: {said}; repaired: {channels or 'nothing'}"
-    return (told, *(f"repair: {r.in_words}" for r in repairs))
+    alike: dict[tuple[str, str], list[Fault]] = {}
+    for r in repairs:  # figures differ from log to log
+        alike.setdefault((re.sub(r"[0-9.]+", "", _short(r)), r.done), []).append(r)
+    told = f"run: {said}; repaired: {_columns(repairs) or 'nothing'}"
+    return (told, *(f"repair: {_together(own)}" for own in alike.values()))
+
+
+def _short(repair: Fault) -> str:
+    """Return a fault without the signs that show it."""
+    return repair.fault.partition(" by ")[0]
+
+
+def _columns(repairs: Sequence[Fault]) -> str:
+    """Return the columns of repairs by name, or their number where they are many."""
+    found = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
+    if len(found) <= _NAMED:
+        return ", ".join(f"{column} of {log}" for column, log in found)
+    logs = list(dict.fromkeys(log for _, log in found))
+    return f"{len(found)} columns of {logs[0] if len(logs) == 1 else f'{len(logs)} logs'}"
+
+
+def _together(repairs: Sequence[Fault]) -> str:
+    """Return repairs of one kind in one line."""
+    first, *others = repairs
+    columns = _columns(repairs)
+    if columns == f"{first.channel} of {first.log}":
+        return first.in_words
+    short = _short(first)
+    like = " and the like" if any(_short(r) != short for r in others) else ""
+    return f"{columns}: {short}{like}: {first.done}"
 
 
 def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
     """Return the section of notes where there are any; the band stands in the line of the run."""
-    told = tuple(f"note: {note}" for note in notes if not note.startswith("band: "))
+    logs: dict[str, list[str]] = {}  # what is said -> of which logs
+    for note in notes:
+        name, colon, said = note.partition(": ")
+        logs.setdefault(said if colon else note, []).append(name if colon else "")
+    told = tuple(
+        f"note: {', '.join(filter(None, dict.fromkeys(names)))}{': ' if any(names) else ''}{said}"
+        for said, names in logs.items()
+        if names != ["band"]
+    )
     return (Section("Notes", tuple(notes), told=told),) if notes else ()
 
 

@@ -128,7 +128,8 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
             name = joint_name(chain, own.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
-            edits.append(with_attributes(content, at, _attributes(own, at, angle)))
+            own_spring = bool(own.stiffness) or name in tree.springs
+            edits.append(with_attributes(content, at, _attributes(own, at, angle, own_spring)))
             pusher = tree.pushers.get(name)
             if pusher is not None:
                 at = _named(_by_name(tree.root, "actuator"), "actuator", pusher.name)
@@ -173,14 +174,22 @@ def _named(places: Mapping[str | None, Element], what: str, name: str) -> Elemen
     return found
 
 
-def _attributes(own: JointDynamics, joint: Element, angle: float) -> dict[str, str]:
-    """Return the attributes of a <joint> in a file that writes a radian as `angle`."""
+def _attributes(own: JointDynamics, joint: Element, angle: float, spring: bool) -> dict[str, str]:
+    """Return the attributes of a <joint> in a file that writes a radian as `angle`.
+
+    Args:
+        own: its values.
+        joint: the element.
+        angle: size of a radian in the file.
+        spring: whether the joint has a spring, or had one in the file.
+    """
     values = {
         "armature": own.armature,
         "damping": own.damping,
         "frictionloss": own.frictionloss,
-        "stiffness": own.stiffness,
     }
+    if spring:
+        values["stiffness"] = own.stiffness
     if own.stiffness:
         values["springref"] = own.springref * angle
     out = {key: repr(float(value)) for key, value in values.items()}

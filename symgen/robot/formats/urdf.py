@@ -45,6 +45,8 @@ CAVEAT = (
 )
 #: Drake's elements of an actuator: inertia of the rotor, kg m2, and motor turns per joint turn.
 ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
+#: Part of the largest entry of an inertia below which another one is only rounding.
+_ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
 
@@ -312,7 +314,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
             continue
         pose = dh.inverse(chain.link[link]) @ chain.frame[name]
         parts.setdefault(link, []).append(_moved(body, pose))
-    return {link: _joined(own) for link, own in parts.items()}
+    return {link: _without_rounding(_joined(own)) for link, own in parts.items()}
 
 
 def joint_name(chain: Chain, number: int) -> str:
@@ -361,6 +363,12 @@ def _joined(bodies: Sequence[Body]) -> Body:
         r = b.com - com
         inertia += b.inertia + b.mass * (r @ r * np.eye(3) - np.outer(r, r))
     return Body(bodies[0].joint, mass, com, inertia)
+
+
+def _without_rounding(body: Body) -> Body:
+    """Set entries of the inertia to 0 that are only what rounding leaves."""
+    least = _ROUNDING * np.abs(body.inertia).max()
+    return replace(body, inertia=np.where(np.abs(body.inertia) < least, 0.0, body.inertia))
 
 
 def _inertial(body: Body) -> list[str]:
