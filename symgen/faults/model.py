@@ -230,10 +230,11 @@ def _late(trial: Trial) -> Iterator[Fault]:
     if fault is None:
         return
     train, held = (partial(trial.right, fault, group) for group in (trial.logs, trial.held))
-    best, share = trial.share(train(), held, np.ones(trial.n, dtype=bool) if known else None)
-    filtered = held_out_error(block_errors(blocks, blocks))
-    if filtered < _CLEARER * share * held_out_error(trial.own):
+    shifted = train()
+    left = [held_out_error(block_errors(found, found)) for found in (blocks, shifted)]
+    if left[0] < _CLEARER * left[1]:
         return
+    best, share = trial.share(shifted, held, np.ones(trial.n, dtype=bool) if known else None)
     if max(best, share) <= _CLEARER:  # it is common to all joints, or none
         yield replace(fault, share=share)
 
