@@ -333,7 +333,7 @@ def test_a_load_on_another_link_is_no_load_of_the_last(robot, parameters, link) 
 
 
 def test_no_load_is_none(robot, parameters) -> None:
-    with pytest.raises(symgen.IdentificationError, match=r"no load on joint 6"):
+    with pytest.raises(symgen.IdentificationError, match=r"no load on the link of joint 6"):
         symgen.payload(robot, recorded(52, False), parameters=parameters)
 
 
