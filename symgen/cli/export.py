@@ -76,14 +76,14 @@ def export(
     for log in logs:
         say(f"comparing with {log}")
         known, own = exports.read_identified(estimate, robot)
-        errors = [exports.file_errors(path, log, known, own or copied) for path in paths]
-        whole, each = errors[0].estimate, [100 * e.file for e in errors]
+        errors = exports.file_errors(paths, log, known, own or copied)
+        each = [100 * error for error in errors.files]
         told = f"{each[0]:.3g} %"
         if samples:
             middle = sum(each) / len(each)
             spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
             told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
-        click.echo(f"torque error on {log}: {told}; the estimate {100 * whole:.3g} %")
+        click.echo(f"torque error on {log}: {told}; the estimate {100 * errors.estimate:.3g} %")
     click.echo(f"written: {to}")
 
 

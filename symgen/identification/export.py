@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -326,29 +326,31 @@ def read_identified(
 
 
 class FileErrors(NamedTuple):
-    """Relative torque errors on a log: of the parameters in a file, and of the estimate."""
+    """Relative torque errors on a log: of the parameters in each file, and of the estimate."""
 
-    file: float
+    files: list[float]
     estimate: float
 
 
 def file_errors(
-    path: str | Path, log: str | Path, estimate: Estimate, robot: str | Path | Robot
+    paths: Sequence[Path], log: str | Path, estimate: Estimate, robot: str | Path | Robot
 ) -> FileErrors:
-    """Return the torque error of the values in a robot file on a log, beside the estimate's.
+    """Return the torque error of the values in robot files on a log, beside the estimate's.
 
-    Both are taken in the band of the estimate. What the file does not hold is 0.
+    All are taken in the band of the estimate. What a file does not hold is 0.
 
     Args:
-        path: of a URDF or MJCF.
+        paths: of URDF or MJCF files.
         log: path of the log.
         estimate: identified on the robot.
         robot: that robot.
 
     Raises:
         LogError: the log cannot be read.
-        ParameterError: the file is of another robot.
+        ParameterError: a file is of another robot.
     """
     robot = read_robot(robot)
-    X = read_parameters(path, derive(robot, JUDGING))
-    return FileErrors(*torque_errors(robot, log, (X, estimate.X), estimate.band, estimate.shifts))
+    model = derive(robot, JUDGING)
+    given = [*(read_parameters(path, model) for path in paths), estimate.X]
+    *files, own = torque_errors(robot, log, given, estimate.band, estimate.shifts)
+    return FileErrors(files, own)
