@@ -643,14 +643,15 @@ def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consiste
     try:
         near, sigmas = problem.nearest(covariance)
     except ParameterError as error:
-        return Consistency(False, None, f"{fault}; the nearest that can is unknown: {error}")
+        return Consistency(False, None, f"{fault}; nearest possible values unknown: {error}")
     moves = np.abs(near - X) / np.sqrt(np.diag(covariance))
     worst = int(np.argmax(moves))
     return Consistency(
         False,
         sigmas,
-        f"{fault}; the nearest that can is {sigmas:.3g} sigmas away, {model.base.names[worst]} by "
-        f"{moves[worst]:.2g} of its own (noise alone: up to {_noise(len(X)):.2g})",
+        f"{fault}; the nearest possible values differ by {sigmas:.3g} standard deviations in all "
+        f"(noise alone: up to {_noise(len(X)):.2g}), at most {moves[worst]:.2g} for "
+        f"{model.base.names[worst]}: symgen identify --method consistent gives them",
     )
 
 
@@ -696,9 +697,10 @@ class Consistent:
         """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
-            f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
+            f"the physically possible parameters differ from the {self.base.name} estimate by "
+            f"{sigmas:.3g} standard deviations in all"
             if sigmas
-            else f"the estimate of {self.base.name} is one that a robot can have, and is kept"
+            else f"the {self.base.name} estimate is physically possible and is kept"
         )
         return replace(
             free,

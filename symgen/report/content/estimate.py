@@ -185,7 +185,7 @@ def _error_section(e: Estimate) -> Section:
     ]
     rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
     header = ("joint", "RMS torque", "RMS error", "held-out data",
-              *(() if e.noise_floor is None else ("noise alone",)), "training logs")  # fmt: skip
+              *(() if e.noise_floor is None else ("noise floor",)), "training logs")  # fmt: skip
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
