@@ -519,7 +519,7 @@ def _unexplained(
     if len(drowned):
         told = ", ".join(f"{robot.listed([int(j)])} ({percent(floor[j])})" for j in drowned)
         yield (
-            f"the torque of {told} is mostly noise: no model of it can be assessed; record a "
+            f"the torque is mostly noise at {told}: no model of it can be assessed; record a "
             "motion with larger torques"
         )
 

@@ -1,4 +1,4 @@
-"""What is said of a diagnosis."""
+"""Content of a diagnosis."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _MENDED = (
 
 
 def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Content:
-    """Return verdict, gap, effects, torques, motion, portraits, rejected, settings."""
+    """Return verdict, effects, torque error, plots, rejected effects and settings."""
     lead = (
         f"Torque that the model of {diagnosis.robot} does not explain, on logs that the search for "
         "effects did not use.",
@@ -136,7 +136,7 @@ def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
 
 
 def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The commands that come next."""
+    """Return the commands to run next."""
     out = []
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
         out.append(
