@@ -34,6 +34,7 @@ from symgen.estimation.predictive_score import (
     MISFIT,
     Columns,
     Fit,
+    Folded,
     PredictiveScore,
 )
 from symgen.estimation.values import FloatArray
@@ -94,6 +95,23 @@ class _Stage:
     keys: frozenset[Key]
 
 
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Candidates on the same joints with as many columns, which are scored together.
+
+    Attributes:
+        candidates: what they are.
+        columns: of each.
+        folded: these columns together.
+        sizes: RMS of the torque that a column of each is expected to have, N m or N.
+    """
+
+    candidates: Sequence[Candidate]
+    columns: Sequence[Columns]
+    folded: Folded
+    sizes: FloatArray
+
+
 class Search:
     """The search among candidates.
 
@@ -118,8 +136,10 @@ class Search:
         self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
         self.least, self.misfit = least, misfit
         self.expressions = Expressions(baseline) if expressions else None
-        self._fixed: dict[Candidate, Columns] = {}
-        self._moving: dict[Candidate, Columns] = {}
+        self._contacts = {c.key: c for c in self.pool if c.name == CONTACT}
+        #: Candidates whose columns do not hold the model's torque, and those whose do.
+        self._fixed: Sequence[_Group] | None = None
+        self._moving: Sequence[_Group] = ()
         #: Names of friction that is not declared; other effects may require it.
         self._plain = [
             c for c in self.pool if c.definition.native in names.FRICTION and not c.change
@@ -133,6 +153,7 @@ class Search:
         while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
+            self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
             if best[0] <= 0:
@@ -194,11 +215,9 @@ class Search:
             joints: an effect has to act on one of these; None for all.
         """
         entries: dict[Key, list[Score]] = {}
-        for candidate, columns in self._candidates(stage, joints):
-            fit = self._fit(stage, candidate, columns)
-            if fit is not None:
-                own = self._judged(stage, candidate, columns, fit)
-                entries.setdefault(candidate.key, []).append(own)
+        for candidate, columns, fit in self._fits(stage, joints):
+            own = self._judged(stage, candidate, columns, fit)
+            entries.setdefault(candidate.key, []).append(own)
         out = []
         for key, found in entries.items():
             odds = np.array([s.odds for s in found])
@@ -226,29 +245,52 @@ class Search:
                     out[k] = replace(found, odds=odds)
         return sorted(out, key=lambda s: -s.odds)
 
-    def _candidates(
+    def _fits(
         self, stage: _Stage, joints: frozenset[int] | None
-    ) -> Iterator[tuple[Candidate, Columns]]:
-        """Yield the candidates that may be added to a stage, with their columns.
+    ) -> Iterator[tuple[Candidate, Columns, Fit]]:
+        """Yield the candidates that may be added to a stage, with their columns and scores.
 
         Columns without the model's torque are computed once. Columns with it are computed for all
         joints whenever an effect is added; exchanges in between change them little.
         """
-        admitted = [c for c in self.pool if self._admitted(c, stage, joints)]
-        asked = [c for c in admitted if c.name != CONTACT]
-        contacts = {c.key: self._contact(c, stage) for c in admitted if c.name == CONTACT}
-        yield from ((c, stage.seen(c)) for c in contacts.values())
-        new = [c for c in asked if not c.uses_model and c not in self._fixed]
-        self._fixed.update(zip(new, stage.seen.each(new), strict=True))
-        yield from ((c, self._fixed[c]) for c in asked if not c.uses_model)
-        moving = [c for c in asked if c.uses_model]
-        if joints is None:
-            self._moving.clear()
-        new = [c for c in moving if c not in self._moving]
-        self._moving.update(zip(new, stage.seen.each(new), strict=True))
-        yield from ((c, self._moving[c]) for c in moving)
-        if self.expressions is not None:
-            yield from self.expressions.best(stage.system, joints)
+        for contact in self._contacts.values():
+            if self._admitted(contact, stage, joints):
+                candidate = self._contact(contact, stage)
+                columns = stage.seen(candidate)
+                yield candidate, columns, stage.score.within(columns)
+        self._fixed = self._fixed or self._grouped(stage, uses_model=False)
+        terms = [] if self.expressions is None else self.expressions.best(stage.system, joints)
+        for group in (*self._fixed, *self._moving, *self._together(stage, terms)):
+            own = [self._admitted(c, stage, joints) for c in group.candidates]
+            if any(own):
+                fits = stage.score.each(group.folded, group.sizes)
+                rows = zip(group.candidates, group.columns, fits, strict=True)
+                yield from itertools.compress(rows, own)
+
+    def _grouped(self, stage: _Stage, *, uses_model: bool) -> list[_Group]:
+        """Return candidates with their columns beside a stage, without those of no number."""
+        every = (c for c in self.pool if c.name != CONTACT)
+        candidates = [c for c in every if c.uses_model == uses_model]
+        found = zip(candidates, stage.seen.each(candidates), strict=True)
+        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
+        return self._together(stage, finite)
+
+    def _together(
+        self, stage: _Stage, found: Iterable[tuple[Candidate, Columns]]
+    ) -> list[_Group]:
+        """Return candidates and their columns, those together that are scored together."""
+        alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
+        for candidate, columns in found:
+            count = next(iter(columns.values())).shape[1]
+            alike.setdefault((candidate.joints, tuple(columns), count), []).append(
+                (candidate, columns)
+            )
+        out = []
+        for same in alike.values():
+            own, columns = zip(*same, strict=True)
+            sizes = np.array([self._expected(*x) for x in same])
+            out.append(_Group(own, columns, stage.score.folded(columns), sizes))
+        return out
 
     def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
         """Return a time window around most of its joint's residual."""
@@ -278,13 +320,17 @@ class Search:
         """Return the expected RMS torque of an effect on its joints, (n,)."""
         return candidate.definition.size * self.baseline.base.size
 
+    def _expected(self, candidate: Candidate, columns: Columns) -> float:
+        """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
+        size = self._sizes(candidate)
+        return _LOOSE * max(float(size[j]) for j in columns)
+
     def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
         if not all(np.isfinite(c).all() for c in columns.values()):
             return None
         if candidate.name == CONTACT:
             return stage.score.within(columns)
-        size = self._sizes(candidate)
-        return stage.score.beside(columns, _LOOSE * max(float(size[j]) for j in columns))
+        return stage.score.beside(columns, self._expected(candidate, columns))
 
     def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
         alone, d = stage.score.alone, candidate.definition

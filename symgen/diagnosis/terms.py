@@ -197,14 +197,25 @@ def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     return out
 
 
-def _gains(system: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:
-    """Return the share of a joint's sum of squares that each column (K, T) explains, (T,)."""
-    C = columns * (system.moves[:, j] / system.sigma[j])[:, None]
-    whole = np.sum(C**2, axis=0)
-    left = whole - np.sum((system.basis[:, j].T @ C) ** 2, axis=0)
+def _gains(
+    system: WhitenedSystem, j: int, columns: FloatArray, squares: FloatArray | None = None
+) -> FloatArray:
+    """Return the share of a joint's sum of squares that each column explains, (T,).
+
+    Args:
+        system: the model and what it leaves.
+        j: position of the joint.
+        columns: (K, T).
+        squares: (K, T) of their values, where they are known.
+    """
+    weight = system.moves[:, j] / system.sigma[j]
+    whole = weight**2 @ (columns**2 if squares is None else squares)
+    residual = system.residual[:, j]
+    own = (np.column_stack([system.basis[:, j], residual]) * weight[:, None]).T @ columns
+    left = whole - np.sum(own[:-1] ** 2, axis=0)
     free = left > _FREE**2 * whole
-    size = float(np.sum(system.residual[:, j] ** 2)) or 1.0
-    out = (C.T @ system.residual[:, j]) ** 2 / np.where(free, left, np.inf) / size
+    size = float(np.sum(residual**2)) or 1.0
+    out = own[-1] ** 2 / np.where(free, left, np.inf) / size
     return np.asarray(np.where(np.isfinite(out), out, 0.0))
 
 
@@ -223,6 +234,7 @@ class Expressions:
         self.robot, self.logs = baseline.robot, baseline.halted
         self.terms = library(self.robot, self.logs)
         self.columns = _seen(self.terms, self.logs)
+        self._squares = self.columns**2
         self._made: dict[Candidate, tuple[Term, ...]] = {}
 
     @property
@@ -235,7 +247,7 @@ class Expressions:
     ) -> Iterator[tuple[Candidate, Columns]]:
         """Yield the few terms of each joint that explain most of its residual."""
         for j in range(system.n) if joints is None else sorted(joints):
-            gains = _gains(system, j, self.columns)
+            gains = _gains(system, j, self.columns, self._squares)
             for i in np.argsort(-gains, kind="stable")[:_BEST]:
                 term = self.terms[i]
                 yield self._candidate(j, (term,)), {j: self.columns[:, [i]]}

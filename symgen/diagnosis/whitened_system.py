@@ -142,9 +142,11 @@ class WhitenedSystem:
         rows = self._whitened
         if rows.shape[1] == 0:
             return np.zeros((*self.y.shape, 0))
-        left, values, _ = np.linalg.svd(rows / column_norms(rows), full_matrices=False)
-        kept = left[:, values > 1e-9 * values[0]]
-        return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+        norms = column_norms(rows)
+        _, values, turn = np.linalg.svd(triangle(rows) / norms)
+        kept = values > 1e-9 * values[0]
+        left = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
+        return np.ascontiguousarray(left.reshape(*self.y.shape, -1))
 
     @cached_property
     def rank(self) -> int:
