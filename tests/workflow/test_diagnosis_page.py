@@ -182,7 +182,13 @@ def test_pictures_are_of_the_place_and_at_most_eight() -> None:
 def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None:
     text = Page(html).text
     for words in (
-        *("Diagnosis of planar2r", "Partly explained", "the torque error falls", "15.2 %", "21.2 %"),
+        *(
+            "Diagnosis of planar2r",
+            "Partly explained",
+            "the torque error falls",
+            "15.2 %",
+            "21.2 %",
+        ),
         *(
             "gravity_spring on joint 2",
             "0.812",

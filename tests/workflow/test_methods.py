@@ -315,4 +315,6 @@ def test_models_that_see_something_else_are_said_where_the_model_misses_somethin
     apart = symgen.identify(
         folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
     )
-    assert any("gives other values than the" in r for use in apart.uses for r in use.reasons), apart.uses
+    assert any("gives other values than the" in r for use in apart.uses for r in use.reasons), (
+        apart.uses
+    )
