@@ -801,8 +801,8 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
                 continue
             says = (
                 f"{key}{j + 1} of {samples.name} is constant from t = {samples.t[at][0]:.4g} s "
-                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or check "
-                "the sensor"
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or "
+                "check the sensor"
             )
             yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
 

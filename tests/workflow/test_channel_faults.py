@@ -58,12 +58,12 @@ FAULTS = {
     "a torque scaled": (
         _times(1.6, 1, "tau"),
         ("tau2",),
-        "times as large as the other joints require",
+        "as large as the other joints require",
     ),
     "a torque in N mm": (
         _times(1e3, 0, "tau"),
         ("tau1",),
-        "times as large as the other joints require",
+        "as large as the other joints require",
     ),
     "another gear ratio": (_geared(1.6, 1), ("q2", "tau2"), "gear ratio of joint 2 is off by a"),
     "a motion in degrees": (_times(180 / np.pi, 1, "q", "qd"), ("q2", "qd2"), "degrees"),
