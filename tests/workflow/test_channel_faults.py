@@ -49,9 +49,9 @@ def _times(factor: float, j: int, *keys: str) -> Callable[[Channels], None]:
 
 #: The fault, the channels that have to be named, and a word.
 FAULTS = {
-    "motions exchanged": (_swap("q", "qd"), ("q1", "qd2"), "other's place"),
-    "joints exchanged": (_swap("q", "qd", "tau"), ("q1", "tau2"), "other's place"),
-    "torques exchanged": (_swap("tau"), ("tau1", "tau2"), "other's place"),
+    "motions exchanged": (_swap("q", "qd"), ("q1", "qd2"), "are exchanged"),
+    "joints exchanged": (_swap("q", "qd", "tau"), ("q1", "tau2"), "are exchanged"),
+    "torques exchanged": (_swap("tau"), ("tau1", "tau2"), "are exchanged"),
     # Turned joints are links whose MX2 is negative: the two cannot be told apart on this arm.
     "a motion turned": (_times(-1.0, 1, "q", "qd"), ("2",), "the wrong sign"),
     "a torque turned": (_times(-1.0, 1, "tau"), ("2",), "the wrong sign"),

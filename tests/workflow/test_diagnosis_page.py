@@ -111,7 +111,7 @@ def test_page_holds_the_motion_under_measured_torques_where_there_is_one(html: s
     heading = "Motion under the measured torques"
     assert heading in page.text
     assert heading not in Page(html).text
-    for words in ("0.0200", "0.00100", "on again.csv", "does not hold: torque_ripple"):
+    for words in ("0.0200", "0.00100", "on again.csv", "cannot contain: torque_ripple"):
         assert words in page.text, words
     figure = page.figures[3]
     assert [c["name"] for c in figure["data"]] == ["before", "after"] * 2
@@ -210,7 +210,7 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
     ("verdict", "words"),
     [("consistent", "no effect that matters is probable"),
      ("explained", "The model lacks one effect."),
-     ("unexplained", "no effect explains"), ("bad-measurement", "the measurement is wrong")],
+     ("unexplained", "no known effect explains it"), ("bad-measurement", "The measurement is wrong")],
 )  # fmt: skip
 def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:
     found = synthetic()
