@@ -2,7 +2,7 @@
 
     prediction  the torque error on held-out motion is small, not learned by heart, and what the
                 noise of X says of other motions in the same range is no larger
-    parameters  which of them are known, and whether a robot can have them
+    parameters  which of them are known, and whether they are physically possible
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
 

@@ -399,7 +399,7 @@ class Feasibility:
             return widest
 
     def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
-        """Return the nearest base parameters that a robot can have, and their distance."""
+        """Return the nearest physically possible base parameters, and their distance."""
         whiten = _whitening(covariance, len(self.X))
         n, p = len(self.names), len(self.X)
         onto = whiten @ self.G * self.scale
@@ -585,7 +585,7 @@ def link_parameters(
         if nearest is None:
             raise ParameterError(
                 f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
-                "accepted: nearest=covariance of X, for the nearest that a robot can have"
+                "accepted: nearest=covariance of X, for the nearest possible values"
             )
         near, sigmas = problem.nearest(np.asarray(nearest, dtype=float))
         problem = Feasibility(model, near)
@@ -597,7 +597,7 @@ def link_parameters(
 def nearest_consistent(
     model: Model, X: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the nearest base parameters that a robot can have, and their distance.
+    """Return the nearest physically possible base parameters, and their distance.
 
         minimise (X - X0)' C^-1 (X - X0)
 
@@ -626,7 +626,7 @@ def nearest_consistent(
 
 
 def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
-    """Return whether a robot can have these base parameters, and the distance to the nearest.
+    """Return whether base parameters are physically possible, and the distance to the nearest.
 
     Args:
         model: whose parameters they are.

@@ -210,7 +210,8 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
     ("verdict", "words"),
     [("consistent", "no effect that matters is probable"),
      ("explained", "The model lacks one effect."),
-     ("unexplained", "no known effect explains it"), ("bad-measurement", "The measurement is wrong")],
+     ("unexplained", "no known effect explains it"),
+     ("bad-measurement", "The measurement is wrong")],
 )  # fmt: skip
 def test_every_verdict_is_a_sentence(verdict: str, words: str) -> None:
     found = synthetic()
