@@ -154,13 +154,15 @@ class Search:
             self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
-            if best[0] <= 0:
-                break
-            chosen = [self._plainest(stage, s, options) for s in best[1]]
-            accepted = self._backward([*accepted, *(self._refined(stage, s) for s in chosen)])
-            accepted = self._exchanged(accepted)
+            if best[0] > 0:
+                chosen = [self._plainest(stage, s, options) for s in best[1]]
+                new = [self._refined(stage, s) for s in chosen]
+                accepted = self._exchanged(self._backward([*accepted, *new]), new)
+            else:
+                accepted = self._exchanged(self._backward(accepted), accepted)
             keys = frozenset(s.candidate.key for s in accepted)
-            if keys in seen:  # one displaces the other in turn: they are as good as each other
+            # One that displaces the other in turn is as good as it.
+            if keys in seen or keys == stage.keys:
                 break
             seen.add(keys)
         # The last exchange may have left one without which the others do as well.
@@ -439,15 +441,26 @@ class Search:
             accepted = leave_out(accepted, accepted[worst])
         return accepted
 
-    def _exchanged(self, accepted: list[Score]) -> list[Score]:
-        """Choose each effect again among all on its joints, now that the others stand beside it."""
+    def _exchanged(self, accepted: list[Score], new: Sequence[Score]) -> list[Score]:
+        """Choose effects again among all on their joints, now that others stand beside them.
+
+        Args:
+            accepted: all effects.
+            new: those that stand beside the others since these were chosen; what shares no joint
+                with another of them is as it was.
+        """
+        fresh = [s.candidate.key for s in new]
+        joints = {key: frozenset(s.columns) for key, s in zip(fresh, new, strict=True)}
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
-            if len(leave_out(accepted, own)) < len(rest):
-                continue  # others would not be there without it
+            beside = [joints[key] for key in fresh if key != own.candidate.key]
+            if len(leave_out(accepted, own)) < len(rest) or not any(
+                map(frozenset(own.columns).intersection, beside)
+            ):
+                continue  # others would not be there without it, or it is as it was
             stage = self._stage(rest)
-            joints = frozenset(own.candidate.joints) or None
-            options = [s for s in self._options(stage, joints) if s.worth >= self.least]
+            near = frozenset(own.candidate.joints) or None
+            options = [s for s in self._options(stage, near) if s.worth >= self.least]
             if options and options[0].candidate.key != own.candidate.key:
                 options = self._between(stage, options)
                 best = self._refined(stage, self._plainest(stage, options[0], options))
@@ -456,6 +469,8 @@ class Search:
                     and best.odds > self._again(stage, own).odds
                 ):
                     accepted = [*accepted[:at], best, *accepted[at + 1 :]]
+                    fresh.append(best.candidate.key)
+                    joints[best.candidate.key] = frozenset(best.columns)
         return accepted
 
     def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:
