@@ -31,7 +31,7 @@ from symgen.faults.recorder import cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
-from symgen.faults.undo import multiplied
+from symgen.faults.undo import completed, left_out, multiplied
 from symgen.runtime.evaluator import Evaluator
 
 #: What is named leaves so much of the error that is there without it, at most.
@@ -77,6 +77,7 @@ class Cause:
         value: its first coefficient.
         fault: of channels, that can be undone; None where nothing in the logs can.
         regressor: (K, n, p) of the model with it; None where it has another.
+        shares: of the torque of motion and of weight that it leaves in the logs.
     """
 
     kind: str
@@ -88,6 +89,7 @@ class Cause:
     value: float = math.nan
     fault: Fault | None = None
     regressor: FloatArray | None = None
+    shares: tuple[float, float] = (1.0, 1.0)
 
     @property
     def physics(self) -> bool:
@@ -294,7 +296,8 @@ def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
     if np.any(rest):
         fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
         kind = "weightless" if share == 0 else "upside down"
-        yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
+        better = fit.score - scene.score.alone.score
+        yield Cause(kind, (), says, better, fit.left, shares=(1.0, share))
 
 
 def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
@@ -341,10 +344,10 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     better = fit.score - scene.score.alone.score
     if clock:
         says = fast if abs(slow - 1) > FACTOR else ""
-        yield Cause("clock", (), says, better, fit.left, regressor=W)
+        yield Cause("clock", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
     if share < 1:
         says = asked if 1 - share > FACTOR else ""
-        yield Cause("command", (), says, better, fit.left, regressor=W)
+        yield Cause("command", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
 
 
 def _late(scene: Scene) -> Iterator[Cause]:
@@ -746,6 +749,43 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
         left.append(np.sum(error**2, axis=0) / np.maximum(size, 1e-300))
     ratio = left[1] / np.maximum(left[0], 1e-300)
     return bool(ratio.min() <= part**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
+
+
+def unmendable(scene: Scene, cause: Cause) -> Fault:
+    """Return a cause that only a new record mends as a fault, with what stands in for it.
+
+    A channel that holds nothing has no say; what torques lack, the model says with the parameters
+    that fit what they hold.
+    """
+    if cause.kind == "constant":
+        undo = partial(left_out, name=None, at=slice(None), joints=cause.joints)
+    else:
+        model = scene.rows.evaluator
+        X = _expected_parameters(scene, cause.shares)
+        X = np.pad(X, (0, len(model.model.base.parameters) - len(X)))
+        undo = partial(completed, torque=model["inverse_dynamics"], shares=cause.shares, X=X)
+    return Fault(
+        EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints, undo=undo
+    )  # fmt: skip
+
+
+def _expected_parameters(scene: Scene, shares: tuple[float, float]) -> FloatArray:
+    """Return X (p,) that fits torques which hold a share of those of motion and of weight.
+
+    What they hardly show is drawn to zero, as by a normal prior of the size of a joint's torque for
+    what each parameter gives: more would be lacking than was ever recorded.
+    """
+    rows, (moving, weight) = scene.rows, shares
+    more = [dense(c, rows.y.shape) for c in scene.physics]
+    whole = np.concatenate([rows.W, *more], axis=2)
+    own = moving * rows.W + (weight - moving) * rows.at_rest
+    held = np.concatenate([own, *more], axis=2)
+    sigma = scene.fitted(scene.blocks(held, rows.weight))[1]
+    each = rows.weight / sigma / math.sqrt(TEMPERATURE)
+    A = (held * each[:, :, None]).reshape(rows.y.size, -1)
+    size = np.mean(np.sum((whole / rows.size[:, None]) ** 2, axis=1), axis=0)
+    found = np.linalg.solve(A.T @ A + np.diag(size + 1e-300), A.T @ (rows.y * each).ravel())
+    return np.asarray(found[: rows.W.shape[2]])
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
