@@ -124,14 +124,16 @@ def diagnose(
     given = None if known is None else known.X
     asked = _Question(source, evaluator, opened, band_of, given, effects, least, misfit, progress)
     progress("checking the logs")
-    faults = check(evaluator, *asked.logs, opened.repairs)
-    if any(f.undo is None for f in faults):  # the log has to be recorded again
-        try:
-            found = judged(faults, asked.declared, asked.declared)
-            return _with_left_out(found, source)
-        except IdentificationError as error:  # with a dead channel, nothing can be identified
-            raise IdentificationError(f"{faults[0].fault} ({error})") from error
-    whole = asked.answer(faults)
+    faults, lasting = check(evaluator, *asked.logs, opened.repairs)
+    try:
+        whole = asked.answer(faults, lasting)
+    except IdentificationError as error:
+        if not lasting:
+            raise
+        try:  # without these channels, nothing can be identified
+            whole = judged(faults, asked.declared, asked.declared)
+        except IdentificationError:
+            raise IdentificationError(f"{lasting[0].fault} ({error})") from error
     rivals = [f for f in faults if rivals_physics(f)]
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
@@ -339,27 +341,46 @@ class _Question:
         found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)
 
-    def answer(self, faults: Sequence[Fault]) -> Diagnosis:
-        """Undo the faults whose correction closes a part of the gap, then search for physics."""
+    def undone(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Baseline:
+        """Return the model on the corrected logs.
+
+        Validation logs may be without a fault of the training logs. They are corrected if the model
+        then predicts them better.
+        """
+        train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
+        if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
+            recorded = [log.samples for log in train], [log.samples for log in held]
+            train, held = _in_band(recorded, self.band_of(recorded[0]))
+        fixed = self.fitted((train, held))
+        if not held or not lasting:
+            return fixed
+        other = self.fitted((train, self.logs[1]))
+        return min(fixed, other, key=lambda b: plain(b, self.notes).before.total)
+
+    def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
+        """Undo the faults whose correction closes a part of the gap, then search for physics.
+
+        Args:
+            faults: faults of the logs, each with its correction.
+            lasting: those that need a new record. They are corrected and named in any case.
+        """
         named: list[FoundEffect] = []
         says: tuple[str, ...] = ()
         whole, closes = None, 0.0
         if faults:
-            train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
-            if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
-                recorded = [log.samples for log in train], [log.samples for log in held]
-                train, held = _in_band(recorded, self.band_of(recorded[0]))
-            fixed = self.fitted((train, held))
+            fixed = self.undone(faults, lasting)
             undone = plain(fixed, self.notes)
             repaired = judged(faults, self.declared, undone)
-            if matters(self.declared.moving[0], undone.moving[0], self.least):
+            if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
                 share = closed(repaired.before, repaired.after)
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
-                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
+                drawn = undone_channels(self.logs[0], fixed.base.logs, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
                 whole = replace(whole, mended=drawn)
+                if lasting:
+                    whole = replace(whole, where=repaired.where)
         whole = whole or self.physics
         before = self.declared.before
         if self.raw is not None:
@@ -369,7 +390,7 @@ class _Question:
             before = self.raw.before
         if named or says:
             before = before if self.given is None else whole.before
-            whole = with_chain(whole, named, before, closes, says)
+            whole = with_chain(whole, named, before, closes, says, lasting)
         if self.rests and whole.verdict in ("unexplained", "partly-explained"):
             whole = replace(whole, advice=(*whole.advice, *self.rests))
         return whole

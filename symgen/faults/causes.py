@@ -31,7 +31,7 @@ from symgen.faults.recorder import cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
-from symgen.faults.undo import multiplied
+from symgen.faults.undo import completed, left_out, multiplied
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
@@ -77,6 +77,7 @@ class Cause:
         value: the first coefficient.
         fault: the channel fault, if it can be undone; None if nothing in the logs can be corrected.
         regressor: (K, n, p) of the model with the cause, if it differs from that of the model.
+        shares: shares of the torque of motion and of gravity that the logs contain.
     """
 
     kind: str
@@ -88,6 +89,7 @@ class Cause:
     value: float = math.nan
     fault: Fault | None = None
     regressor: FloatArray | None = None
+    shares: tuple[float, float] = (1.0, 1.0)
 
     @property
     def physics(self) -> bool:
@@ -295,7 +297,8 @@ def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
     if np.any(rest):
         fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
         kind = "weightless" if share == 0 else "upside down"
-        yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
+        better = fit.score - scene.score.alone.score
+        yield Cause(kind, (), says, better, fit.left, shares=(1.0, share))
 
 
 def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
@@ -344,10 +347,10 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     better = fit.score - scene.score.alone.score
     if clock:
         says = fast if abs(slow - 1) > FACTOR else ""
-        yield Cause("clock", (), says, better, fit.left, regressor=W)
+        yield Cause("clock", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
     if share < 1:
         says = asked if 1 - share > FACTOR else ""
-        yield Cause("command", (), says, better, fit.left, regressor=W)
+        yield Cause("command", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
 
 
 def _late(scene: Scene) -> Iterator[Cause]:
@@ -758,6 +761,43 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
         left.append(np.sum(error**2, axis=0) / np.maximum(size, 1e-300))
     ratio = left[1] / np.maximum(left[0], 1e-300)
     return bool(ratio.min() <= part**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
+
+
+def unmendable(scene: Scene, cause: Cause) -> Fault:
+    """Return the fault of a cause that needs a new record, with a correction for the search.
+
+    A channel without a signal is left out. The model computes the missing part of the torques, with
+    the parameters that fit the recorded part.
+    """
+    if cause.kind == "constant":
+        undo = partial(left_out, name=None, at=slice(None), joints=cause.joints)
+    else:
+        model = scene.rows.evaluator
+        X = _expected_parameters(scene, cause.shares)
+        X = np.pad(X, (0, len(model.model.base.parameters) - len(X)))
+        undo = partial(completed, torque=model["inverse_dynamics"], shares=cause.shares, X=X)
+    return Fault(
+        EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints, undo=undo
+    )  # fmt: skip
+
+
+def _expected_parameters(scene: Scene, shares: tuple[float, float]) -> FloatArray:
+    """Return X (p,) for torques with only a share of those of motion and of gravity.
+
+    The torque of each parameter has a normal prior with the size of a joint's torque. It decides
+    the parameters that the recorded part does not show.
+    """
+    rows, (moving, weight) = scene.rows, shares
+    more = [dense(c, rows.y.shape) for c in scene.physics]
+    whole = np.concatenate([rows.W, *more], axis=2)
+    own = moving * rows.W + (weight - moving) * rows.at_rest
+    held = np.concatenate([own, *more], axis=2)
+    sigma = scene.fitted(scene.blocks(held, rows.weight))[1]
+    each = rows.weight / sigma / math.sqrt(TEMPERATURE)
+    A = (held * each[:, :, None]).reshape(rows.y.size, -1)
+    size = np.mean(np.sum((whole / rows.size[:, None]) ** 2, axis=1), axis=0)
+    found = np.linalg.solve(A.T @ A + np.diag(size + 1e-300), A.T @ (rows.y * each).ravel())
+    return np.asarray(found[: rows.W.shape[2]])
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:

@@ -34,7 +34,7 @@ from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
-from symgen.faults.undo import exchanged, levelled, multiplied
+from symgen.faults.undo import backwards, exchanged, levelled, multiplied
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -406,14 +406,14 @@ def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
 
 
 def against_physics(trial: Trial) -> list[Fault]:
-    """Find torques with the wrong sign and reversed time. They are reported, not undone.
+    """Find torques with the wrong sign and reversed time.
 
     The equations of each joint alone show them: inertia is positive, and friction dissipates.
     """
     found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in trial.moving}
     if found and all(loss and not mass for mass, loss in found.values()):
         says = "t: friction would add energy at every joint: time runs backwards in these logs"
-        return [_fault("time", "t", says, (), -1.0)]
+        return [_fault("time", "t", says, (), -1.0, backwards)]
     return [
         _fault(
             "sign",
@@ -423,6 +423,7 @@ def against_physics(trial: Trial) -> list[Fault]:
             "inertia would be negative: change the sign",
             (j,),
             -1.0,
+            partial(multiplied, joints=(j,), factor=-1.0, keys=("tau",)),
         )
         for j, both in found.items()
         if all(both)

@@ -35,7 +35,16 @@ from symgen.estimation.band import OPEN
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import solve_gram
 from symgen.faults.fault import Fault, fault_of, undo_faults
-from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
+from symgen.faults.undo import (
+    bridged,
+    derived,
+    left_out,
+    masked,
+    moved_back,
+    shifted,
+    sloped,
+    with_column,
+)
 
 #: Largest disagreement with a uniform clock, relative to that with the stamps, to use the clock.
 _CLOCK = 0.8
@@ -786,7 +795,8 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             if key == "qd":
                 at = at[[not _moved(samples.q[:, j], x[:, j], i, samples.step) for i in at]]
             if len(at):
-                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else None)
+                undo = partial(moved_back, name=samples.name, j=j, at=tuple(at))
+                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else undo)
 
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
@@ -804,7 +814,9 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
                 f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or "
                 "check the sensor"
             )
-            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
+            joints = (j,) if key == "tau" else range(samples.q.shape[1])
+            undo = partial(left_out, name=samples.name, at=at, joints=joints)
+            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]), undo=undo)
 
 
 def torques_look_computed(samples: Samples) -> bool:
