@@ -25,9 +25,9 @@ from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.values import FloatArray
-from symgen.experiment.plant import KERNELS, Plant, plant
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.plant import KERNELS, Plant, plant
 
 #: Of the feedback, rad/s.
 BANDWIDTH = 2 * np.pi
@@ -165,7 +165,7 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
     It begins in the measured state; between the samples of a log stand cubic splines.
 
     Args:
-        evaluator: with the kernels of `symgen.experiment.plant`.
+        evaluator: with the kernels of `symgen.runtime.plant`.
         X: base parameters (p,).
         seen: the measured motion and torque.
         t: (K,) stamps within those of seen, s.
@@ -178,7 +178,7 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
             that it takes too long.
     """
     # SciPy's integrators take longer to import than a page takes that has no motion.
-    from symgen.experiment.integrator import integrate
+    from symgen.runtime.integrator import integrate
 
     if len(X) != len(evaluator.model.base.names) or not np.isfinite(X).all():
         raise ParameterError("its parameters are not all known")
