@@ -31,7 +31,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Sizes of batches that have buffers of their own.
-_SIZES = 16
+_SIZES = 64
 
 
 class Repeated:
@@ -72,16 +72,16 @@ class _Inverse:
     """
 
     def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
-        self._torque, self._X = evaluator["inverse_dynamics"], X
+        self._torque = Repeated(evaluator, "inverse_dynamics", X)
 
     def bias(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        return np.asarray(self._torque(q, qd, np.zeros_like(q), self._X))
+        return np.asarray(self._torque(q, qd, np.zeros_like(q)))
 
     def mass(self, q: FloatArray) -> FloatArray:
         runs, n = q.shape
         still, at = np.zeros(((n + 1) * runs, n)), np.tile(q, (n + 1, 1))
         unit = np.repeat(np.eye(n + 1, n, -1), runs, axis=0)
-        columns = self._torque(at, still, unit, self._X).reshape(n + 1, runs, n)
+        columns = self._torque(at, still, unit).reshape(n + 1, runs, n)
         M = (columns[1:] - columns[0]).transpose(1, 2, 0)
         return np.asarray((M + M.transpose(0, 2, 1)) / 2)
 
@@ -172,11 +172,14 @@ class Plant:
         applied = tau - np.einsum("rm,mj->rj", f, self.A)
         if self.shown.any():
             qd = self._seen(qd, mode)
-        qdd = self.forward(q, qd, applied)
-        if not mode.all():
-            rows = np.flatnonzero((mode == 0).any(axis=1))
-            qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
-            f[rows] += held
+        if mode.all():
+            return self.forward(q, qd, applied), f
+        qdd, sticks = np.empty_like(q), ~mode.all(axis=1)
+        rows, others = np.flatnonzero(sticks), np.flatnonzero(~sticks)
+        qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
+        f[rows] += held
+        if len(others):
+            qdd[others] = self.forward(q[others], qd[others], applied[others])
         return qdd, f
 
     def _seen(self, qd: FloatArray, mode: FloatArray) -> FloatArray:
