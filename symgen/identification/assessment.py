@@ -28,7 +28,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, first_of
+from symgen.errors import IdentificationError, ParameterError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -37,6 +37,16 @@ from symgen.estimation.floor import noise_fit, quiet, unexplained_from
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
+from symgen.estimation.playback import (
+    HORIZONS,
+    Gains,
+    Horizon,
+    PlantMover,
+    Window,
+    play,
+    position_errors,
+    windows_of,
+)
 from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
@@ -94,6 +104,8 @@ WINDOWS = 3.0
 SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
+#: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
+WINDOWS_PLAYED = 24
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
@@ -134,6 +146,22 @@ class Outcome:
     provenance: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """What is simulated on held-out motion beside the estimate.
+
+    Attributes:
+        own_values: parameters (p,) of the robot's own file, None where it has none.
+        gains: of a controller that holds the robot to the measured motion, None without one.
+    """
+
+    own_values: FloatArray | None = None
+    gains: Gains | None = None
+
+
+NO_TRIALS = Trials()
+
+
 def outcome(
     solution: Solution,
     model: EquationModel,
@@ -162,13 +190,16 @@ def outcome(
     return Outcome(solution, *residuals, own, seen, windows, repairs, notes, provenance)
 
 
-def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
+def assess(
+    chosen: ChosenModel, method: Method, found: Outcome, trials: Trials = NO_TRIALS
+) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
         chosen: the run with the equations that were solved, or with those of a sample.
         method: that solved them.
         found: the solution, and how it fits all logs.
+        trials: what is simulated beside the estimate.
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
@@ -213,7 +244,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             physical,
             (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
         ),
-        simulation_use(evaluator, run.train, X, parameters, limits),
+        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, trials),
     )
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
@@ -696,20 +727,32 @@ def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:
 
 def simulation_use(
     evaluator: Evaluator,
-    logs: Sequence[FilteredLog],
+    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
     limits: Sequence[str] = (),
+    trials: Trials = NO_TRIALS,
 ) -> Use:
     """Judge whether the model can be simulated over the range of the motion.
 
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
-    joints are drawn from them independently; coefficients of friction must not be negative. A
-    simulated robot keeps no proportion: a model with `limits`, of motion alone, is good for none.
+    joints are drawn from them independently; coefficients of friction must not be negative. On
+    held-out motion, the model has to come nearer to the log than a robot that stands still: after
+    the shortest horizon, its position error must be below the distance moved. A simulated robot
+    keeps no proportion: a model with `limits`, of motion alone, is good for none.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the training logs, and the held-out ones.
+        X: the parameters, (p,).
+        parameters: the same with their standard deviations.
+        limits: what the model is restricted to, in words.
+        trials: what is simulated beside X.
     """
     if limits:
         return Use("simulation", tuple(limits))
-    q = np.concatenate([log.q[log.kept] for log in logs])
+    train, held = logs
+    q = np.concatenate([log.q[log.kept] for log in train])
     at = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
     M = mass_matrices(evaluator, at, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
@@ -725,7 +768,43 @@ def simulation_use(
         reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
     if reasons:
         reasons.append("symgen identify --method consistent gives physically possible parameters")
-    return Use("simulation", tuple(reasons))
+    windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
+    horizons, diverged = _played(evaluator, windows, X)
+    before, _ = _played(evaluator, windows, trials.own_values)
+    held_by, _ = _played(evaluator, windows, X, trials.gains) if trials.gains else ((), 0)
+    if horizons and horizons[0].position_error >= 1:
+        first = horizons[0]
+        reasons.append(
+            f"under the torques of held-out motion it is {percent(first.position_error)} of the "
+            f"distance moved away after {first.seconds:g} s"
+        )
+    return Use(
+        "simulation",
+        tuple(reasons),
+        horizons=horizons,
+        before=before,
+        with_feedback=held_by,
+        windows=len(windows) if horizons else 0,
+        diverged=diverged,
+    )
+
+
+def _played(
+    evaluator: Evaluator,
+    windows: Sequence[Window],
+    X: FloatArray | None,
+    gains: Gains | None = None,
+) -> tuple[tuple[Horizon, ...], int]:
+    """Return the position errors over windows, and how many diverged; none without a motion."""
+    robot = evaluator.model.robot
+    if X is None or not windows or robot.loaded or robot.on_logs:
+        return (), 0
+    try:
+        mover = PlantMover.of(evaluator, X)
+    except ParameterError:  # negative friction: the reasons name it
+        return (), 0
+    t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
+    return position_errors(windows, t, play(mover, windows, t, gains))
 
 
 def headline(
@@ -752,10 +831,26 @@ def headline(
     second = ["Parameters: ", *unread, told, *others]
     if known < count:
         second.append(_RICHER.replace("them", "more of them").removesuffix(" better"))
-    third = ["Good for simulation"]
+    third = ["Good for simulation", *filter(None, [_told_of_simulation(simulation)])]
+    third[:1] = [f"{third[0]}: "] if len(third) > 1 else third[:1]
     if not simulation.ok:
         third = ["Not good for simulation: ", *simulation.reasons]
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
+
+
+def _told_of_simulation(use: Use) -> str:
+    """Say how far the simulated robot is from held-out motion at the end; "" where unknown."""
+    if not use.horizons:
+        return ""
+    last = use.horizons[-1]
+    told = f"position error after {last.seconds:g} s {percent(last.position_error)} of the distance"
+    if use.before:
+        told += f" moved ({percent(use.before[-1].position_error)} with the values of the file)"
+    else:
+        told += " moved"
+    if use.diverged:
+        told += f", {use.diverged} of {use.windows} windows diverge"
+    return told
 
 
 def hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def test_a_verdict_has_one_line_for_each_use() -> None:
     assert found.verdict == "trusted"
     assert first.startswith("Good for torque prediction: 0.")
     assert second == "Parameters: 6 of 6 are known to 30 %."
-    assert third == "Good for simulation."
+    assert third.startswith("Good for simulation: position error after 1 s 0.0")
 
 
 def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from symgen.identification.assessment import KNOWN, LEVEL, in_words
 from symgen.identification.estimate import BETWEEN_USES, Estimate, ParameterEstimate
 from symgen.report.content.parts import (
+    PLAYBACK,
     Banner,
     Content,
     Section,
@@ -19,6 +20,7 @@ from symgen.report.content.parts import (
     counted,
     errors_in_units,
     frames_section,
+    horizon_table,
     notes_section,
     number,
     percent,
@@ -126,10 +128,41 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
         _known_section(e),
+        *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
     return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
+
+
+def _simulation_sections(e: Estimate) -> list[Section]:
+    """Return the position errors of the simulated robot, where there are any."""
+    use = next((use for use in e.uses if use.name == "simulation" and use.horizons), None)
+    if use is None:
+        return []
+    own = (("values of the robot file", use.before),) if use.before else ()
+    led = (("identified, with feedback", use.with_feedback),) if use.with_feedback else ()
+    models = (*own, ("identified", use.horizons), *led)
+    table = horizon_table("model", models)
+    units = ["m" if joint.unit == "N" else "rad" for joint in e.joints]
+    last = use.horizons[-1]
+    by_joint = [
+        (joint.label, *(f"{h[-1].per_joint[j]:.3g} {units[j]}" for _, h in models))
+        for j, joint in enumerate(e.joints)
+    ]
+    text = [
+        f"{counted(use.windows, 'window')} of held-out motion. Each begins in the measured state "
+        f"and replays the measured torque. {PLAYBACK}"
+    ]
+    if use.diverged:
+        text.append(f"The identified model diverges in {use.diverged} of the windows.")
+    return [
+        Section("Position error in simulation", tuple(text), table, told=()),
+        Section(
+            f"Position error in simulation by joint after {last.seconds:g} s", (),
+            Table(("joint", *(name for name, _ in models)), by_joint), told=(), folded=True,
+        ),
+    ]  # fmt: skip
 
 
 def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from symgen.data.raw import FloatArray
     from symgen.estimation.band import Band
+    from symgen.estimation.playback import Horizon
     from symgen.faults.fault import Fault
     from symgen.identification.estimate import Joint
     from symgen.robot.types import Robot
@@ -223,3 +224,35 @@ def errors_in_units(
 def counted(count: int, noun: str) -> str:
     """Return "1 pair", "2 pairs"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+#: How the error of a simulated position is measured.
+PLAYBACK = (
+    "The error is the RMS of simulated minus measured position, over the RMS of the distance that "
+    "the joints moved; ± is its standard deviation over the windows."
+)
+
+
+def horizon_table(
+    first: str,
+    models: Sequence[tuple[str, Sequence[Horizon]]],
+    more: Mapping[str, Sequence[str]] | None = None,
+) -> Table:
+    """Return the position errors of simulated robots, a row each and a column for each horizon.
+
+    Args:
+        first: heading of the names.
+        models: names and errors.
+        more: further columns.
+    """
+    others = more or {}
+    header = (first, *(f"{h.seconds:g} s" for h in models[0][1]), *others)
+    rows = [
+        (
+            name,
+            *(f"{percent(h.position_error)} ± {percent(h.spread)}" for h in horizons),
+            *(column[k] for column in others.values()),
+        )
+        for k, (name, horizons) in enumerate(models)
+    ]
+    return Table(header, rows)
