@@ -44,7 +44,8 @@ MARKER, WINDOW = "simulation.json", "window.csv"
 HORIZONS = (0.2, 0.5, 1.0)
 _WINDOWS = 40  # of a log, at most
 _SMOOTH = 5.0  # of the comparison band: where the motion of a log is filtered
-#: A position error above this part of the joint's range of motion counts as having run away.
+#: A position error above this multiple of the joint's range of motion counts as having run away,
+#: and as this much.
 _AWAY = 10.0
 
 
@@ -55,7 +56,8 @@ class Horizon:
     Attributes:
         seconds: after the start of a window.
         position_error: RMS over windows and joints of simulated minus measured position, over the
-            RMS of the distance that the joints moved.
+            RMS of the distance that the joints moved. An error counts as ten times the joint's range
+            of motion at most.
         spread: standard deviation of that over the windows.
         per_joint: (n,) RMS over windows, rad or m.
     """
@@ -258,6 +260,7 @@ def _judged(
 ) -> Simulated:
     """Return the errors of a file over all windows."""
     ranges = np.ptp(np.concatenate([log.q for log, _ in windows]), axis=0)
+    far = _AWAY * np.maximum(ranges, 1e-9)
     out, diverged = [], 0
     for seconds in HORIZONS:
         errors, ways = [], []
@@ -265,10 +268,9 @@ def _judged(
             at = round(seconds / log.step)
             errors.append(q[at] - log.q[k + at])
             ways.append(log.q[k + at] - log.q[k])
-        e, way = np.array(errors), np.array(ways)
-        bad = ~(np.abs(e) <= _AWAY * np.maximum(ranges, 1e-9)).all(axis=1)
-        diverged = max(diverged, int(bad.sum()))
-        e = np.where(bad[:, None], np.sign(np.nan_to_num(e)) * ranges, e)
+        e, way = np.nan_to_num(np.array(errors), nan=np.inf), np.array(ways)
+        diverged = max(diverged, int((np.abs(e) > far).any(axis=1).sum()))
+        e = np.clip(e, -far, far)
         size = float(np.sqrt(np.mean(way**2))) or 1.0
         each = np.sqrt(np.mean(e**2, axis=1)) / size
         per_joint = tuple(float(x) for x in np.sqrt(np.mean(e**2, axis=0)))
