@@ -56,8 +56,8 @@ class Horizon:
     Attributes:
         seconds: after the start of a window.
         position_error: RMS over windows and joints of simulated minus measured position, over the
-            RMS of the distance that the joints moved. An error counts as ten times the joint's range
-            of motion at most.
+            RMS of the distance that the joints moved. An error counts as ten times the range of
+            motion of its joint at most.
         spread: standard deviation of that over the windows.
         per_joint: (n,) RMS over windows, rad or m.
     """

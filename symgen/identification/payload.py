@@ -339,7 +339,9 @@ def read_equations(
     )
     equations = [model.equations(evaluator, log) for log in logs_in_band]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
-    return Seen(equations, band, notes, (*repairs, *mended, *(r for _, own in shifted for r in own)))
+    return Seen(
+        equations, band, notes, (*repairs, *mended, *(r for _, own in shifted for r in own))
+    )
 
 
 @dataclass(frozen=True, eq=False)
