@@ -65,6 +65,7 @@ from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
+from symgen.faults.undo import with_known_shifts
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
@@ -316,24 +317,31 @@ def read_equations(
     logs: Sequence[Source],
     reading: Reading | None,
     cutoff: float | None,
-    band: Band | None,
+    given: Given | None,
     progress: Say,
 ) -> Seen:
-    """Read logs of motions: in one band, that of the parameters where they have one."""
+    """Read logs of motions in one band.
+
+    If the given parameters come from an estimate, its band and its shifts of the torques apply.
+    """
     (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
     require_other_data(samples, [])
     samples, _, mended = join_bands(samples, [])
-    band = band or choose_band(evaluator, samples, cutoff)
+    known = None if given is None else given.band
+    band = known or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     progress(f"band: {band.in_words()}")
-    logs_in_band = [filter_log(s, band) for s in samples]
+    shifted = [with_known_shifts(s, () if given is None else given.shifts) for s in samples]
+    logs_in_band = [filter_log(s, band) for s, _ in shifted]
     model = EquationModel(
         "torque", 0.0, features=features_of(logs_in_band, evaluator.model.robot.sigma)
     )
     equations = [model.equations(evaluator, log) for log in logs_in_band]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
-    return Seen(equations, band, notes, (*repairs, *mended))
+    return Seen(
+        equations, band, notes, (*repairs, *mended, *(r for _, own in shifted for r in own))
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -586,8 +594,7 @@ def payload(
         said = tuple(n for s in poses for n in s.notes)
         seen = Seen([pose_equations(evaluator, s) for s in poses], None, said)
     else:
-        band = None if given is None else given.band
-        seen = read_equations(evaluator, every, reading, cutoff, band, progress)
+        seen = read_equations(evaluator, every, reading, cutoff, given, progress)
     with_load, alone = (
         [e for own in part for e in own]
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
