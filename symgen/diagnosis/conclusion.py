@@ -516,7 +516,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
-        noise = noise_floor(log, log.tau - whole, after_torque, others)
+        # What friction leaves at rest is no noise: `at_rest` counts it.
+        noise = noise_floor(log, log.tau - whole, after_torque, others, free & ~held)
         extended_torque = partial(torque_at, model.evaluator, X)
         still = at_rest(log, held, measured - after, extended_torque)
         beyond[0] += beyond_friction(log, measured - before, declared_torque)
