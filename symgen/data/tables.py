@@ -461,8 +461,9 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
                 for own, name in zip(stored, names, strict=True)
                 if own and name != "t" and NUMBERED.fullmatch(name) is None
             ]
-            marks = [mark for mark in _MARKS if stored[0].count(mark) > 1]
-            if len(stored) == 1 and marks:
+            single = stored[0] if len(stored) == 1 else ""
+            marks = [mark for mark in _MARKS if single.count(mark) > 1]
+            if marks:
                 how = f"--separator '{marks[0]}'"
             elif role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
                 how = f'--columns "t={plain(others[0])}"'
