@@ -164,7 +164,7 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
         where=_where(faults, before, robot),
         effects=tuple(sorted(effects, key=lambda e: -e.gap_reduction)),
         rejected=tuple(rejected(f, robot) for f in faults if not is_effect(f)),
-        advice=(*(f.fault for f in faults), "no physics is looked for in a log that is wrong"),
+        advice=(*(f.fault for f in faults), "symgen searches for no effects in a faulty log"),
         curves=curves,
     )
 

@@ -162,8 +162,8 @@ def _of_rivals(
         return undone
     names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
     so = (
-        f": undone, {100 * undone.after.total:.3g} % of the torque is left; "
-        f"with {names} in its place {100 * physics.after.total:.3g} %"
+        f": the torque error is {100 * undone.after.total:.3g} % if it is corrected, and "
+        f"{100 * physics.after.total:.3g} % with {names} instead"
     )
     told = (rejected(f, robot, so) for f in faults)
     return replace(physics, rejected=(*told, *physics.rejected))
@@ -176,7 +176,7 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
     if not left:
         return diagnosis
     listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in left)
-    note = f"not named, hence not in the extended robot.toml: {listed}"
+    note = f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
     return replace(diagnosis, notes=(*diagnosis.notes, note))
 
 
@@ -283,8 +283,9 @@ class _Question:
         if opened.held:
             return notes
         return (
-            *notes, "no validation log is given: the gap is that of the last fifth of each log"
-        )  # fmt: skip
+            *notes,
+            "no validation log is given: the torque error is that of the last fifth of each log",
+        )
 
     @cached_property
     def baseline(self) -> Baseline:
@@ -334,8 +335,8 @@ class _Question:
         notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
         if not bent and self.effects is not None and STIFFNESS in self.effects:
             notes += (
-                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
-                "its resonance alone",
+                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows only "
+                "near its resonance",
             )
         found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)

@@ -278,16 +278,16 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
 def _upside_down(scene: Scene) -> Iterator[Cause]:
     """Yield gravity in the opposite direction."""
     yield from _weighing(
-        scene, -1.0, "gravity points the other way: change the sign of gravity in the robot file, "
-        "or turn the base"
+        scene, -1.0, "gravity points in the opposite direction: change the sign of gravity in the "
+        "robot file"
     )  # fmt: skip
 
 
 def _weightless(scene: Scene) -> Iterator[Cause]:
     """Yield torques that do not contain the weight of the links."""
     yield from _weighing(
-        scene, 0.0, "the torques hold no weight: a controller's gravity compensation is not in "
-        "them; log the whole torque of the motors"
+        scene, 0.0, "the torques do not contain the weight of the links: they lack the gravity "
+        "compensation of the controller; log the total torque of the motors"
     )  # fmt: skip
 
 
@@ -336,12 +336,13 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     fit = scene.scored(W).alone
     slow = math.sqrt(share)
     fast = (
-        f"t: the stamps run about {1 / slow:.3g} times as fast as the robot moves: check the unit "
-        "and the clock of t"
+        f"t: the time stamps run about {1 / slow:.3g} times too fast: check the unit and the clock "
+        "of t (--time-unit)"
     )
     asked = (
-        f"tau looks like a controller's command, the weight and about {100 * share:.2g} % of what "
-        "the motion asks for: log the measured torque or the motor current"
+        "tau looks like a controller's command, with the weight of the links and about "
+        f"{100 * share:.2g} % of the torque of the motion: log the measured torque or the motor "
+        "current"
     )
     better = fit.score - scene.score.alone.score
     if clock:
@@ -399,12 +400,11 @@ def _computed(scene: Scene) -> Cause | None:
     rubs = power[:, : len(scene.X)] @ scene.X / np.maximum(speed * rows.size, 1e-300)
     if (rubs[joints] > LEAST).any():
         return None
-    says = (
-        "tau looks like a controller's command, or another model's torque: it has no noise, and no "
-        "joint has friction; log the measured torque or the motor current (where the robot has "
-        "no friction, declare friction = [])"
+    return _command(
+        rows,
+        "it has no noise, and no joint has friction",
+        "if the robot has no friction, declare friction = []",
     )
-    return Cause("command", (), says, math.inf, rows.size)
 
 
 def _lacks_friction(scene: Scene) -> Cause | None:
@@ -432,10 +432,17 @@ def _lacks_friction(scene: Scene) -> Cause | None:
     most = mean + _SIGMAS / math.sqrt(precision.sum())
     if most > LEAST or (np.abs(share) > np.maximum(_SIGMAS * std, FACTOR)).any():
         return None
+    return _command(
+        rows,
+        "no joint has Coulomb friction, and the residual is larger than noise",
+        "if the drives have none, leave coulomb out of friction in the robot file",
+    )
+
+
+def _command(rows: Rows, sign: str, otherwise: str) -> Cause:
     says = (
-        "tau looks like a controller's command: no joint has Coulomb friction, and what is left is "
-        "no noise; log the measured torque or the motor current (where the drives have "
-        "none, leave coulomb out of friction)"
+        f"tau looks like a controller's command: {sign}; log the measured torque or the motor "
+        f"current ({otherwise})"
     )
     return Cause("command", (), says, math.inf, rows.size)
 
@@ -470,8 +477,8 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         ""
         if angle <= TILT
         else (
-            f"gravity points {math.degrees(angle):.2g} degrees away from where the robot file "
-            f"says: write gravity = [{written}], or check the base and the zeros of the joints"
+            f"gravity is {math.degrees(angle):.2g} degrees off its direction in the robot file: "
+            f"write gravity = [{written}], or check the base and the zeros of the joints"
         )
     )
     share = after.left / np.maximum(before.left, 1e-300)
@@ -507,7 +514,7 @@ def _signs(scene: Scene) -> Iterator[Cause]:
         return
     told = ", ".join(f"tau{j + 1}" for j in joints)
     fit = replace(scene, rows=rows.turned(best)).score.alone
-    says = f"{told} {'has' if len(joints) == 1 else 'have'} the other sign, or q and qd beside"
+    says = f"{told} {'has' if len(joints) == 1 else 'have'} the wrong sign, or q and qd there have"
     undo = partial(multiplied, joints=tuple(joints), factor=-1.0, keys=("tau",))
     fault = Fault(EVERYWHERE, told, says, kind="sign", joints=tuple(joints), value=-1.0, undo=undo)
     better = fit.score - scene.score.alone.score
@@ -533,7 +540,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
         if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
             continue
         channel, factor = f"tau{j + 1}", 1 / inverse
-        says = f"{channel} is {factor:.3g} times what the other joints ask for (unit)"
+        says = f"{channel} is {factor:.3g} times as large as the other joints require (unit)"
         undo = partial(multiplied, joints=(j,), factor=inverse, keys=("tau",))
         fault = Fault(EVERYWHERE, channel, says, kind="gain", joints=(j,), value=factor, undo=undo)
         yield from _undone(scene, fault)
@@ -628,8 +635,8 @@ def _moments(scene: Scene) -> Iterator[Cause]:
         yield Cause(
             "moment",
             (),
-            f"something was touched or hit in {log.name} between {best[1]:.3g} and {best[2]:.3g} "
-            "s: the torque there is none of the robot's own; leave this time out",
+            f"a contact or collision in {log.name} between {best[1]:.3g} and {best[2]:.3g} s: "
+            "leave this time out of the log",
             gained,
             scene.score.alone.left * share,
         )

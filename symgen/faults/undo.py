@@ -14,6 +14,7 @@ from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
 from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.faults.fault import Fault, delay_of
 
 #: Torque from q, qd, qdd and parameters.
 TorqueModel = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
@@ -79,6 +80,15 @@ def with_earlier_torques(
     for j in range(tau.shape[1]) if joints is None else joints:
         tau[:, j] = shifted(tau[:, j], delay, samples.step)
     return replace(samples, tau=read_only(tau))
+
+
+def with_known_shifts(
+    samples: Samples, shifts: Sequence[Fault]
+) -> tuple[Samples, tuple[Fault, ...]]:
+    """Return a log with the torques shifted as an estimate did, and the repairs of this log."""
+    for fault in shifts:
+        samples = with_earlier_torques(samples, delay_of(fault))
+    return samples, tuple(replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
 
 
 # Logs in the band of a run.
