@@ -304,7 +304,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     """Yield physics of one joint that a model may lack.
 
     Its friction, load, position and inertia, what the motion of other joints does to it, and any
-    smooth function of positions and speeds.
+    function of positions and speeds, smooth but where the joint turns back.
     """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
@@ -328,7 +328,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     known = features_of(scene.rows.logs, scene.rows.evaluator.model.robot.sigma)
     waves = scene.rows.along(lambda q, qd, _: known(q, qd))
     for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(2 * WAVES)):
-        yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
+        yield Shape(_PHYSICS, (j,), {j: waves[:, j]}, size=float(size))
 
 
 #: What is tried beside a model.
