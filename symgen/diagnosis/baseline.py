@@ -1,4 +1,4 @@
-"""The model as it is declared, its logs, and the model's torques on them."""
+"""The declared model, its training and validation logs, and its torque along them."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ KERNELS = ("torque_regressor", "inverse_dynamics")
 
 
 def model_of(robot: Robot) -> Evaluator:
-    """Return the compiled model of a robot, derived once for a text of its file."""
+    """Return the compiled model of a robot. Robots with the same file content share one model."""
     return load_model(robot_toml(robot), KERNELS)
 
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """What a search begins with.
+    """The start of a search: the declared model, its logs, and the rows of its equations.
 
     Attributes:
-        evaluator: the model as it is declared.
-        base: what it leaves of the training logs.
-        held: the logs that show the gap.
+        evaluator: the declared model, compiled.
+        base: the whitened equations of the declared model on the training logs.
+        held: the validation logs, on which the gap is measured.
         X: (p,) parameters of the model: fitted to the training logs, or given.
-        given: whether they are given.
+        given: true if the parameters are given, false if they are fitted.
     """
 
     evaluator: Evaluator
@@ -60,14 +60,14 @@ class Baseline:
 
     @property
     def robot(self) -> Robot:
-        """The robot as it is declared."""
+        """The robot as its file declares it."""
         return self.evaluator.model.robot
 
     def torques(self, found: WhitenedSystem) -> Sequence[Torques]:
-        """Return the model's torques along every training log, thinned, beside what is found.
+        """Return the model's torque along every training log, at a reduced rate.
 
         Args:
-            found: the system with the columns of what was accepted so far.
+            found: the equations, with the columns of the effects that were accepted so far.
         """
         X = self.parameters(found)
         return [self.torques_along(log.thinned, X) for log in self.base.logs]
@@ -79,13 +79,14 @@ class Baseline:
         extended: Evaluator | None = None,
         inside: FloatArray | None = None,
     ) -> Torques:
-        """Return a model's torques along a log.
+        """Return a model's torque along a log.
 
         Args:
-            log: in the band of the run.
-            X: (p,) parameters of the declared model, or of an extended one.
-            extended: that one, compiled.
-            inside: (p,) parameters of the declared model whose links stand in columns; None for X.
+            log: a log in the band of the run.
+            X: (p,) parameters of the declared model, or of the extended one.
+            extended: the extended model; None for the declared one.
+            inside: (p,) parameters of the declared model from which link parameters in columns are
+                taken; None for X.
         """
         whole, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
@@ -95,54 +96,54 @@ class Baseline:
     def _of_links(
         self, links: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
     ) -> FloatArray:
-        """Return the torque (k, n) of links (links, 10) alone."""
+        """Return the torque (k, n) of links with parameters (links, 10), without friction."""
         return torque_at(self.evaluator, self._regrouping @ links.ravel(), q, qd, qdd)
 
     @cached_property
     def _regrouping(self) -> FloatArray:
-        """(p, 10 links) from parameters of the links to base parameters."""
+        """(p, 10 links) matrix from link parameters to base parameters."""
         model = self.evaluator.model
         at = {p.name: k for k, p in enumerate(model.base.standard)}
         own = [at[f"{key}{joint.number}"] for joint in self.robot.joints for key in names.LINK]
         return regrouping(model)[:, own]
 
     def seen(self, found: WhitenedSystem) -> Seen:
-        """Return what candidates show on the training logs beside what is found, see `torques`.
+        """Return what gives columns of candidates on the training logs, see `torques`.
 
-        A joint that stands has no speed.
+        The speed of a joint at rest is set to zero.
         """
         return Seen(self.halted, self.torques(found))
 
     @property
     def halted(self) -> tuple[FilteredLog, ...]:
-        """The training logs, without speed of joints that stand."""
+        """The training logs, with the speed of joints at rest set to zero."""
         return self.base.logs if self._resting is None else self._resting.halted
 
     def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
-        """Return the system of the declared model on some logs."""
+        """Return the whitened equations of the declared model on some logs."""
         return _system(self.evaluator, logs, self.X if self.given else None)
 
     def parameters(self, found: WhitenedSystem) -> FloatArray:
-        """Return X beside what is found, (p,)."""
+        """Return X (p,), fitted together with the columns of `found`."""
         return self.X if self.given else found.X[: len(self.X)]
 
     def coefficients(self, found: WhitenedSystem) -> FloatArray:
-        """Return the coefficients of what is found, one effect after the other."""
+        """Return the coefficients of the accepted effects, one effect after the other."""
         return found.X[self.base.W.shape[2] :]
 
     def beside(self, accepted: Iterable[Score]) -> WhitenedSystem:
-        """Return the system of the model with the columns of some effects."""
+        """Return the equations of the model with the columns of some effects added."""
         return self.base.with_columns(s.columns for s in accepted)
 
     def score(
         self, found: WhitenedSystem, misfit: float, accepted: Sequence[Score] | None = None
     ) -> PredictiveScore:
-        """Return what predicts the rows of a system: candidates beside it compete by it.
+        """Return the predictive score by which candidates beside `found` compete.
 
         Args:
-            found: the system with the columns of what was accepted so far.
-            misfit: part of a joint's torque that no model is righter than.
-            accepted: that; None where rests have no say.
+            found: the equations, with the columns of the effects that were accepted so far.
+            misfit: smallest model error to expect, as a part of a joint's torque.
+            accepted: these effects; None leaves out samples at rest.
         """
         left = found.y - found.W @ found.X
         size = misfit * self.base.size
@@ -155,7 +156,7 @@ class Baseline:
 
     @cached_property
     def _still(self) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
-        """The model at rests: regressor (R, p), torque (R,), and torque (K, n) creeping."""
+        """(R, p) regressor, (R,) torque and (K, n) torques at creeping speed, at rests."""
         resting = self._resting
         assert resting is not None
         X = np.pad(self.X, (0, len(self.evaluator.model.base.parameters) - len(self.X)))
@@ -169,7 +170,7 @@ class Baseline:
         return resting.means(W), resting.means(self.base.y), torques
 
     def _rests(self, found: WhitenedSystem, accepted: Sequence[Score]) -> Rests | None:
-        """Return what rests say beside what is found; None where the fit is made of them."""
+        """Return the equations at rest; None if the fit contains only samples at rest."""
         resting = self._resting
         if resting is None or np.any(resting.means(found.moves)):
             return None
@@ -208,13 +209,13 @@ def baseline(
 def _system(
     evaluator: Evaluator, logs: Sequence[FilteredLog], given: FloatArray | None
 ) -> WhitenedSystem:
-    """Return the system of a model on some logs, fitted to them or of given parameters."""
+    """Return the equations of a model on some logs, with fitted or given parameters."""
     if given is None:
         return fitted_system(evaluator, logs)
     return given_system(evaluator, logs, given)
 
 
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
-    """Return the torque of a model along a log, and what of it the rigid body asks, (N, n)."""
+    """Return the torque of a model along a log, and its rigid-body part, (N, n) each."""
     rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
     return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)

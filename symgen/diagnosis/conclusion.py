@@ -1,4 +1,4 @@
-"""What a diagnosis concludes from what was found: the extended model, its gap, and the answer."""
+"""The conclusion of a diagnosis: the extended model, its gap, and the verdict."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 _EXPLAINED = 0.15  # the largest gap that is called explained
-_REPEATED = 0.9  # largest probability of what data that repeat one motion show
+_REPEATED = 0.9  # largest probability of an effect that is found on data that repeat one motion
 _REPEAT = (
     "these data repeat one motion, which confirms no effect: record a second log of another motion "
     "(symgen excite plans one) and give it with --validation"
 )
 _SHOWN = 12
 _SETTLING = 4
-#: What a verdict says is missing, and what to do about it.
+#: The first half of the headline of a verdict with an unexplained part.
 _MISSING = {
     "partly-explained": "a part of the gap has no name",
     "unexplained": "no effect of the library explains the gap",
@@ -74,21 +74,22 @@ _LOOK = "look at the portraits of the residual"
 
 
 def plain(baseline: Baseline, notes: tuple[str, ...], least: float = LEAST) -> Diagnosis:
-    """Return what the model says as it is declared."""
+    """Return the diagnosis of the declared model, without any effect."""
     return conclude(baseline, Selection(()), notes, least)
 
 
 def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selection:
-    """Ask the held-out data for each effect: what does not show there is not kept.
+    """Confirm effects on the validation data, and drop those that these data contradict.
 
-    With the parameters fitted to the training logs, each has to lower the error of a joint by what
-    matters, beside all others that do; the one that does least goes first. Data that only repeat
-    the motion of the training logs confirm nothing: then all stay, as suspected.
+    With the parameters fitted to the training logs, each effect has to lower the validation error
+    of a joint by at least `least`, in the presence of the other effects. The effect with the
+    smallest improvement is dropped first. Data that only repeat the motion of the training logs
+    confirm nothing: then all effects stay, marked as suspected.
 
     Args:
-        baseline: the model as it is declared, and its logs.
-        selection: of the training logs.
-        least: part of a joint's torque that matters.
+        baseline: the declared model and its logs.
+        selection: effects that the search found on the training logs.
+        least: smallest torque that matters, as a part of the joint's torque.
     """
     if not selection.accepted:
         return selection
@@ -137,19 +138,18 @@ def conclude(
     least: float = LEAST,
     misfit: float | None = None,
 ) -> Diagnosis:
-    """Add what was found, identify again, and measure the gap on the held-out data.
+    """Add the effects, identify the model again, and measure the gap on the validation data.
 
-    What the held-out data do not confirm is not added.
-    Effects with which the model cannot be identified are left out, the least one first; so they are
-    where they make the gap larger.
+    Effects that the validation data do not confirm are not added. If the logs do not determine the
+    extended model, or if the gap grows, the weakest effect is left out and the model solved again.
 
     Args:
-        baseline: the model as it is declared, and its logs.
-        selection: what the search found.
-        notes: what was done to the logs.
-        least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than; None: of the model as it
-            is declared, it is not asked where the gap is or what free functions explain.
+        baseline: the declared model and its logs.
+        selection: effects that the search found.
+        notes: changes that were made to the logs.
+        least: smallest torque that matters, as a part of the joint's torque.
+        misfit: smallest model error to expect, as a part of a joint's torque; None for the declared
+            model: then neither the places of the gap nor free functions are searched.
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
@@ -160,7 +160,7 @@ def conclude(
         try:
             model = _extended_model(baseline, accepted, seen)
         except (IdentificationError, RobotError) as error:
-            if not accepted:  # it is the model as it is declared
+            if not accepted:  # this is the declared model
                 raise
             fault = "it explains a part of the gap, but the model with it cannot be identified"
             culprit = _culprit(baseline, accepted)
@@ -170,7 +170,7 @@ def conclude(
         before, after = gaps.moving.before, gaps.moving.after
         if not accepted or after.total <= before.total:
             break
-        # It was no improvement on data that the search never saw: the least one goes.
+        # The effects do not improve the prediction of unseen data: drop the weakest one.
         fault = (
             "accepted on the training log, but with it the gap on the validation data grows from "
             f"{100 * before.total:.2g} to {100 * after.total:.2g} %"
@@ -246,15 +246,15 @@ class _Extended:
     """The model with the effects that were found, identified again.
 
     Attributes:
-        robot: with the effects that a robot file declares.
-        evaluator: of that robot.
-        names: of its base parameters, as they were identified.
+        robot: the robot with the effects that a robot file can declare.
+        evaluator: the compiled model of that robot.
+        names: names of its base parameters.
         accepted: the effects.
-        alone: their coefficients, all beside the declared model.
-        declared: the effects that the robot declares.
-        corrected: the others, whose columns stand beside the model.
-        X: parameters of the robot, then coefficients of the others.
-        std: the same, then those of smooth constants.
+        alone: coefficients of each effect, fitted together beside the declared model.
+        declared: the effects that the robot file declares.
+        corrected: the other effects, whose columns stand beside the model.
+        X: parameters of the robot, followed by the coefficients of the corrected effects.
+        std: standard deviations of X, followed by those of the searched constants.
     """
 
     robot: Robot
@@ -269,11 +269,11 @@ class _Extended:
 
 
 def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -> _Extended:
-    """Declare what a robot file can declare, derive that robot, and identify it again.
+    """Declare the effects that a robot file can hold, derive the robot, and identify it again.
 
     Raises:
-        IdentificationError: the logs do not determine it.
-        RobotError: an effect says nothing new with its constants.
+        IdentificationError: the logs do not determine the extended model.
+        RobotError: with its constants, the column of an effect depends on the others.
     """
     fitted = iter(baseline.coefficients(baseline.beside(accepted)))
     robot, declared = baseline.robot, []
@@ -290,7 +290,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     if not baseline.given and robot is not baseline.robot:
         evaluator = model_of(robot)
         system = fitted_system(evaluator, system.logs)
-    # Beside what is given stand the columns of all effects.
+    # With given parameters, the columns of all effects stand beside the model.
     corrected = [s for s in accepted if baseline.given or s not in declared]
     names = () if baseline.given else evaluator.model.base.names
     system = system.with_columns(seen(s.candidate) for s in corrected)
@@ -299,8 +299,9 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     std = solution.std
     along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
     if along:
-        # What a coefficient is worth depends on the constants beside it: the slopes of the columns
-        # along them stand in the covariance (the linearised model of nonlinear least squares).
+        # The uncertainty of a coefficient includes that of the constants: the slopes of the
+        # columns along the constants enter the covariance (linearised model of nonlinear least
+        # squares).
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
@@ -311,7 +312,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
 
 
 def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
-    """Settle columns that hold the model's torque, then the constants of all effects.
+    """Iterate the columns that depend on the model's torque, then the constants of all effects.
 
     Returns:
         The effects, and what gives columns beside them.
@@ -326,10 +327,10 @@ def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score
 
 
 def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[FoundParameter]]:
-    """Return the coefficients of each effect, all beside the declared model.
+    """Return the coefficients of each effect, fitted together beside the declared model.
 
-    One that the model says as well, as the inertia of a drive that turns two parallel joints, has
-    no std of its own: then these are the shortest of all that fit.
+    A coefficient that the declared model can absorb has no std of its own, for example the inertia
+    of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
     """
     names = () if baseline.given else baseline.evaluator.model.base.names
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
@@ -349,18 +350,18 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
 
 
 def _told(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
-    """Return name and unit of the coefficients of an effect that mean something."""
+    """Return name and unit of the coefficients of an effect that have a physical meaning."""
     return candidate.coefficients or candidate.definition.coefficients(*_place(robot, candidate))
 
 
 def _p_value(parameters: Sequence[FoundParameter]) -> float:
-    """Return how likely noise alone gives the surest of some coefficients, their number counted."""
+    """Return the p-value of the most significant coefficient, corrected for their number."""
     sure = [abs(p.value) / p.std for p in parameters if p.std > 0]
     return min(1.0, len(sure) * math.erfc(max(sure, default=0.0) / math.sqrt(2)))
 
 
 def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, ...]:
-    """Return what is said of each effect: its coefficients, then its constants, with their std."""
+    """Return the effects with their coefficients, constants and standard deviations."""
     robot, p = baseline.robot, len(model.names)
     rows = zip(model.evaluator.model.base.parameters[:p], model.X, model.std, strict=False)
     known = {own.name: FoundParameter(own.name, float(x), float(s), own.unit) for own, x, s in rows}
@@ -373,7 +374,7 @@ def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, .
         if score in model.corrected:
             pairs = zip(own, list(islice(beside, c.size)), strict=False)
             parameters = [replace(p, value=float(x), std=float(s)) for p, (x, s) in pairs]
-        else:  # native ones without a parameter are part of the extended geometry or gravity
+        else:  # built-in effects without a parameter belong to the extended geometry or gravity
             parameters = [known.get(p.name, p) for p in own if p.name in known or not d.native]
         parameters += [
             FoundParameter(
@@ -392,7 +393,7 @@ def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, .
 def _found(
     robot: Robot, score: Score, parameters: Sequence[FoundParameter], declared: bool
 ) -> FoundEffect:
-    """Return what is said of an effect."""
+    """Return a confirmed effect with its numbers."""
     c, d = score.candidate, score.candidate.definition
     alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate)) for s in score.alike)
     return FoundEffect(
@@ -412,7 +413,7 @@ def _found(
 
 
 def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> FoundEffect:
-    """Return what is said of an effect that no other motion confirms: the robot is without it."""
+    """Return a suspected effect, which no other motion confirms and the robot does not have."""
     d, (suffix, sigma) = score.candidate.definition, _place(robot, score.candidate)
     constants = (
         FoundParameter(d.named(name, suffix), float(value), math.nan, d.unit_of(name, sigma))
@@ -422,12 +423,12 @@ def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> Fou
 
 
 def numbers(robot: Robot, candidate: Candidate) -> tuple[int, ...]:
-    """Return the numbers of the joints that an effect acts on."""
+    """Return the joint numbers, as in the robot file, that an effect acts on."""
     return tuple(robot.movable[j].number for j in candidate.joints)
 
 
 def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
-    """Return the number that an effect's names end in, and the type of its first joint."""
+    """Return the joint number that ends the names of an effect, and the type of its first joint."""
     joints = numbers(robot, candidate)
     return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
 
@@ -435,7 +436,7 @@ def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
 def _parameters(
     baseline: Baseline, model: _Extended, found: Sequence[FoundEffect]
 ) -> tuple[FoundParameter, ...]:
-    """Return the base parameters of the extended robot; given ones with what effects add."""
+    """Return the base parameters of the extended robot; given values plus what effects add."""
     whole, X, std = model.evaluator.model, model.X, model.std
     if baseline.given:
         if model.robot is not baseline.robot:
@@ -448,18 +449,18 @@ def _parameters(
 
 
 def _changed(baseline: Baseline, whole: Model, added: Sequence[FoundParameter]) -> FloatArray:
-    """Return the base parameters of an extended model: those given, and what effects add.
+    """Return the base parameters of an extended model: given values plus what effects add.
 
     Args:
-        baseline: with the given parameters.
+        baseline: the declared model with the given parameters.
         whole: the model with the effects declared.
-        added: standard parameters of that model that effects add to or bring.
+        added: standard parameters of `whole` that effects change or add.
     """
     values = {p.name: 0.0 for p in whole.base.standard}
     for value, given in zip(baseline.X, baseline.evaluator.model.base.parameters, strict=True):
         values[given.head] = float(value)
     for p in added:
-        # A load's parameter that others join is R of its name.
+        # A parameter of the load that regroups others has R appended.
         name = p.name if p.name in values else p.name.removesuffix("R")
         if name in values:
             values[name] += p.value
@@ -467,7 +468,7 @@ def _changed(baseline: Baseline, whole: Model, added: Sequence[FoundParameter]) 
 
 
 class _Judged(NamedTuple):
-    """Gap before and after, and noise floor."""
+    """The gap before and after, and the noise floor."""
 
     before: Gap
     after: Gap
@@ -475,10 +476,10 @@ class _Judged(NamedTuple):
 
 
 class _Gaps(NamedTuple):
-    """Gaps on the held-out data: of all rows, and where friction at rest has no say.
+    """Gaps on the validation data: over all samples, and without static friction at rest.
 
-    What is beyond static friction at rest counts in both; `held` is that part of each joint's
-    torque.
+    Torque at rest beyond the limits of static friction counts in both. `held` is that part of each
+    joint's torque.
     """
 
     all: _Judged
@@ -488,12 +489,12 @@ class _Gaps(NamedTuple):
 
 
 def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
-    """Compare the model before and after with the held-out data."""
+    """Measure the gap of the declared and of the extended model on the validation data."""
     declared, p = baseline.evaluator, len(model.names)
     X = model.X[:p]
-    if baseline.given or not model.accepted:  # nothing changes, not even the weights of the joints
+    if baseline.given or not model.accepted:  # X and the weights of the joints stay
         X = baseline.X
-    # What stands in the effects' columns.
+    # The torque that enters the columns of the effects.
     inside = baseline.parameters(baseline.beside(model.accepted))
     others = (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
@@ -538,29 +539,29 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
 
 
 def _judged(was: TorqueFit, now: TorqueFit, noise: FloatArray) -> _Judged:
-    """Return gaps and floor of sums of squares, (n,) of noise.
+    """Return the gaps and the noise floor of sums of squares; `noise` has shape (n,).
 
-    Noise above the band is not always white: in the band there is no more than what is left.
+    The noise above the band is not always white. The floor is at most the remaining error.
     """
     noise = np.minimum(noise, np.minimum(was.error, now.error))
     return _Judged(*(_gap(x, was.size) for x in (was.error, now.error, noise)))
 
 
 def _gap(error: FloatArray, size: FloatArray) -> Gap:
-    """Return the gap of sums of squares (n,) of error and measured torque."""
+    """Return the gap for sums of squares (n,) of the error and of the measured torque."""
     found = relative_error(error, size)
     return Gap(found.per_joint or (), found.relative)
 
 
 def _without(selection: Selection, scores: Sequence[Score], fault: str) -> Selection:
-    """Return a selection without some effects, and why they are not in it."""
+    """Return a selection without some effects, which are listed as rejected with the reason."""
     accepted = tuple(s for s in selection.accepted if s not in scores)
     failed = (replace(s, fault=fault) for s in scores)
     return replace(selection, accepted=accepted, rejected=(*failed, *selection.rejected))
 
 
 def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
-    """Return the least of the effects that the logs do not tell from the rest of the model."""
+    """Return the weakest of the effects that the logs cannot distinguish from the model."""
     whole = baseline.beside(accepted).rank
     tied = [
         s
@@ -571,7 +572,7 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
 
 
 def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]) -> Solution:
-    """Solve a final model; nothing is identified where all is given and nothing was found."""
+    """Solve the final model; the solution is empty if no parameter is unknown."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())

@@ -1,4 +1,4 @@
-"""What a diagnosis says: the gap before and after, where it is, and the effects that close it."""
+"""The result of a diagnosis: the gap before and after, its place, and the effects that close it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-m
 class Gap:
     """RMS of measured minus modelled torque over RMS of measured torque, in the motion's band.
 
-    The torque error of `identify`, per joint and over all joints stacked.
+    This is the torque error of `identify`, per joint and over all joints stacked.
     """
 
     per_joint: tuple[OrNan, ...]
@@ -47,7 +47,7 @@ class FoundParameter:
 
 
 class Alike(NamedTuple):
-    """An effect that these data cannot tell from another."""
+    """An effect that these data cannot distinguish from another one."""
 
     name: str
     joints: tuple[int, ...]
@@ -58,19 +58,21 @@ class FoundEffect:
     """One effect that the data show.
 
     Attributes:
-        name: of the library, "unnamed", or the robot file's.
-        joints: numbers in the file; empty for the whole arm.
-        parameters: with units and standard deviations.
+        name: name in the library or in the robot file, or "unnamed".
+        joints: joint numbers in the robot file; empty for an effect on the whole arm.
+        parameters: coefficients and constants, with units and standard deviations.
         expression: the torque ON the joint.
-        p_value: of its surest coefficient, the number of its coefficients counted.
-        gap_reduction: share of the gap's square on its joints that it closes.
-        indistinguishable_from: (name, joints) of others that these data cannot tell from it.
-        separate: the motion that would tell them apart.
-        declared: whether the extended robot.toml and its C code hold it.
-        probability: that it, or one of those that the data cannot tell from it, is there.
+        p_value: of the most significant coefficient, corrected for the number of coefficients.
+        gap_reduction: share of the squared gap on its joints that the effect closes.
+        indistinguishable_from: (name, joints) of effects that these data cannot distinguish from
+            it.
+        separate: the motion that would distinguish them.
+        declared: whether the extended robot.toml and its C code contain the effect.
+        probability: that this effect, or one that the data cannot distinguish from it, is present.
         torque_rms: RMS of its torque on its joint, N m or N.
-        confirmed: whether motion that it was not found on shows it; only then the robot has it.
-        note: a doubt about it, NOISE; None without any.
+        confirmed: whether data with another motion confirm the effect; only then the extended robot
+            has it.
+        note: a doubt about the effect, NOISE; None without any.
     """
 
     name: str
@@ -90,23 +92,23 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class FreeFunction:
-    """A torque on a joint that no known law has the shape of.
+    """A torque on a joint that follows no known law.
 
     Attributes:
-        joint: number in the file.
-        variables: one or two of q, qd and taur with the number of their joint: the torque is a
-            function of these.
-        effects: the named laws that it predicts much better than; none where no law explains
-            anything.
+        joint: joint number in the robot file.
+        variables: one or two of q, qd and taur with their joint number: the arguments of the
+            function.
+        effects: the named laws that the function predicts much better than; empty if no law
+            explains anything.
         grid: (G,) values of the first variable.
-        at: (L,) of the second one; empty where there is none.
-        torque: (1 or L, G) of the function, N m or N, the declared friction of the joint with it:
-            only the sum is determined.
-        std: of the torque.
-        law: what the named laws give in its place; empty where there is none.
-        gain_ratio: what the laws gain in predicting other motion, over what the function gains.
-        before, after: RMS of what is left of the joint's held-out torque, without the function and
-            with it in place of the laws, as a part of the torque.
+        at: (L,) values of the second variable; empty if there is none.
+        torque: (1 or L, G) values of the function, N m or N. They include the declared friction of
+            the joint, because only the sum is determined.
+        std: standard deviations of `torque`.
+        law: torque of the named laws on the same grid; empty if there is none.
+        gain_ratio: gain of the laws over the gain of the function, in predicting other motion.
+        before, after: RMS residual on held-out data relative to the joint's torque, without the
+            function, and with it instead of the laws.
     """
 
     joint: int
@@ -124,7 +126,7 @@ class FreeFunction:
 
 @dataclass(frozen=True)
 class Place:
-    """Where the gap is: a joint, its share, and what it is organised by."""
+    """The place of a gap: a joint, its share of the gap, and the pattern of its residual."""
 
     joint: int
     share: float
@@ -134,7 +136,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A candidate that was looked at, and why it is not named."""
+    """A candidate that was tried, and the reason why it is not named."""
 
     name: str
     joints: tuple[int, ...]
@@ -143,9 +145,9 @@ class Rejected:
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Torques of one validation log in the motion's band, (K, n), and the motion beside them.
+    """Torques (K, n) and motion of one validation log, in the band of the motion.
 
-    Where `free` (K, n) is given, torques count where it is true: the user masked the others.
+    If `free` (K, n) is given, torques count only where it is true; the user masked the others.
     """
 
     name: str
@@ -160,10 +162,10 @@ class Curves:
 
 @dataclass(frozen=True)
 class Work:
-    """The gap as energy: RMS of the work that a model leaves over RMS of the measured work.
+    """The gap as energy: RMS error of the modelled work over RMS of the measured work.
 
-    Work is the integral of qd' tau over windows of `window_s`, as in the energy model: joints
-    count by their power, not each for itself.
+    The work is the integral of qd' tau over windows of `window_s`, as in the energy model. Joints
+    count by their power.
     """
 
     window_s: float
@@ -172,7 +174,7 @@ class Work:
 
 
 def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
-    """Compare measured and modelled work on validation logs; None where no window fits."""
+    """Compare measured and modelled work on validation logs; None if no window fits."""
     parts = []
     for c in curves:
         step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
@@ -196,33 +198,33 @@ def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(Viewable):
-    """The answer of `diagnose`.
+    """The result of `diagnose`.
 
     Attributes:
-        robot: name.
+        robot: name of the robot.
         verdict: one of VERDICTS.
-        cutoff_hz: of the low-pass that every torque passes; None where none fits.
-        metric: of the gap: "torque".
-        before, after, floor: the gap on data that the selection never saw.
-        energy: the same as work of the curves; None without them.
-        where: joints with the gap, the largest share first; empty where consistent.
-        effects: in the order of their share in closing the gap.
-        free_functions: curves of torques that no known law has the shape of; None without any.
-        rejected: what else was looked at.
-        advice: what to do, in words.
-        notes: what was done to the logs, and what the extended robot leaves out.
+        cutoff_hz: cutoff of the low-pass for all torques, Hz; None if no low-pass fits.
+        metric: the quantity that the gap measures: "torque".
+        before, after, floor: gap before and after, and noise floor, on held-out data.
+        energy: the same comparison as work; None without curves.
+        where: joints with a gap, the largest share first; empty if consistent.
+        effects: the effects, the largest share in closing the gap first.
+        free_functions: torques that follow no known law; None if none was searched.
+        rejected: other candidates that were tried.
+        advice: what to do next.
+        notes: changes that were made to the logs, and what the extended robot leaves out.
         extended: the robot with the effects added.
-        joints: numbers of the movable joints.
-        curves: for drawing.
+        joints: joint numbers of the movable joints.
+        curves: torques of the validation logs, for plots.
         tried: number of candidates.
         parameters: base parameters of the extended robot, in the order of X.
-        declared: the robot as it was declared.
-        values: its base parameters X, of the model before.
-        repairs: what was mended in the logs.
-        replay: RMS distances of the motion under the measured torques, of a folder that was read.
+        declared: the robot as its file declares it.
+        values: base parameters X of the declared model.
+        repairs: repairs of the logs.
+        replay: RMS position errors under the measured torques, if read from a folder.
         digests: SHA-256 of the other files of that folder.
-        mended: the channels that this changed most, for drawing.
-        moving: the gap before and after, and its floor, where friction at rest has no say.
+        mended: the channels that repairs changed most, for plots.
+        moving: gap before and after, and noise floor, without static friction at rest.
     """
 
     robot: str
@@ -268,16 +270,16 @@ class Diagnosis(Viewable):
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:
-    """Read a diagnosis again: diagnosis.json, and the extended robot.toml beside it.
+    """Read a diagnosis from diagnosis.json and the extended robot.toml beside it.
 
-    Curves over time are not kept there: `curves` is empty.
+    The files do not contain the curves over time: `curves` is empty.
 
     Args:
         path: the folder that `diagnose` wrote, or the diagnosis.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
-        RobotError: robot.toml beside it cannot be read.
+        ParameterError: the file does not exist or is damaged.
+        RobotError: the robot.toml beside it cannot be read.
     """
     file = result_file(path, MARKER)
     content, extended = read_json(file, SCHEMA), read_robot(file.with_name("robot.toml"))

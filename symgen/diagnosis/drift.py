@@ -28,12 +28,13 @@ from symgen.estimation.values import FloatArray
 from symgen.names import LINK
 from symgen.schemas import OrNan
 
-#: Chance of one false alarm in a fleet; share of a change's chi-square that a load must explain.
+#: Probability of one false alarm in a fleet; share of a change's chi-square that a load must
+#: explain.
 LEVEL, EXPLAINED = 0.01, 0.9
-_EFFICIENCY = 0.37  # of a median absolute deviation beside a standard deviation, normal law
-_FEWEST = 4  # differences from day to day for a scatter of their own
+_EFFICIENCY = 0.37  # median absolute deviation: efficiency relative to the std, normal distribution
+_FEWEST = 4  # smallest number of day-to-day differences for which a scatter is estimated
 _FRICTION = {"FS": "coulomb_friction", "FV": "viscous_friction", "OF": "torque_offset"}
-_TIED = 1e-3  # of the largest singular value of a load's columns, each in its std
+_TIED = 1e-3  # singular value of a load's columns over the largest, in units of their std
 
 
 class Shift(NamedTuple):
@@ -71,9 +72,9 @@ class Mean(NamedTuple):
     """A mean of estimates.
 
     Attributes:
-        X: (p,).
-        variance: of it, (p,).
-        covariance: of it, (p, p), days alike.
+        X: (p,) the mean.
+        variance: (p,) its variance.
+        covariance: (p, p) its covariance, without day-to-day scatter.
         freedom: degrees of freedom of the variance.
     """
 
@@ -88,10 +89,10 @@ class Course:
     """The estimates of one robot.
 
     Attributes:
-        robot: its name.
-        days: in their order.
-        X: (D, p).
-        covariance: (D, p, p).
+        robot: name of the robot.
+        days: days in order.
+        X: (D, p) estimates.
+        covariance: (D, p, p) their covariances.
     """
 
     robot: str
@@ -101,7 +102,7 @@ class Course:
 
     @property
     def variance(self) -> FloatArray:
-        """(D, p)."""
+        """(D, p) variances of the estimates."""
         return np.asarray(np.maximum(np.einsum("dii->di", self.covariance), 1e-300))
 
     def mean(self, days: slice, factor: FloatArray | float = 1.0, freedom: float = 1.0) -> Mean:
@@ -125,12 +126,12 @@ class Moved(NamedTuple):
 
     @property
     def change(self) -> float:
-        """The difference."""
+        """Value after minus value before."""
         return self.after - self.before
 
     @property
     def says(self) -> str:
-        """The difference relative to the value before, in percent; infinite if that is zero."""
+        """The change relative to the value before, in percent; infinite if that is zero."""
         percent = math.copysign(math.inf, self.change)
         if self.before:
             percent = 100 * self.change / abs(self.before)
@@ -142,14 +143,14 @@ class Step:
     """A robot whose parameters changed on a day.
 
     Attributes:
-        robot: its name.
-        since: the first day with the new ones.
-        first: whether that is the robot's first day.
-        moved: parameters beyond chance.
-        change: of all parameters, (p,).
-        covariance: of the change, (p, p).
-        p_value: of the surest, corrected for all looks.
-        strength: sum of z^2 of those that moved.
+        robot: name of the robot.
+        since: first day with the new parameters.
+        first: true if that is the robot's first day.
+        moved: parameters with a significant change.
+        change: (p,) change of all parameters.
+        covariance: (p, p) covariance of the change.
+        p_value: of the most significant parameter, corrected for `looks`.
+        strength: sum of z^2 of the parameters in `moved`.
     """
 
     robot: str
@@ -191,12 +192,12 @@ def steps(
     fleet = _of_fleet(courses, reference)
 
     def contrast(course: Course, days: slice, before: Mean | None = None) -> Step:
-        """Compare the mean of some days with what is given, or with the days before."""
+        """Compare the mean of some days with `before`, or with the mean of the days before them."""
         old = before or course.mean(slice(0, days.start), factor, freedom)
         new = course.mean(days, factor, freedom)
         std, change = np.sqrt(new.variance + old.variance), new.X - old.X
         z = change / std
-        # Satterthwaite's: the scatter from robot to robot is that of few
+        # Satterthwaite: the scatter between few robots has few degrees of freedom
         degrees = std**4 / (new.variance**2 / freedom + old.variance**2 / old.freedom)
         tails = [f_tail(float(x * x), 1, float(f)) for x, f in zip(z, degrees, strict=True)]
         p = np.minimum(looks * np.array(tails), 1.0)
@@ -212,7 +213,7 @@ def steps(
         later = [contrast(c, slice(k, None)) for k in range(1, len(c.X))]
         surest = max(later, key=lambda step: step.strength, default=None)
         changed = [] if surest is None or not surest.moved else [surest]
-        if fleet is not None:  # the days before that: was it another from the first one on?
+        if fleet is not None:  # did the robot differ from the fleet from its first day on?
             days = slice(0, c.days.index(changed[0].since) if changed else len(c.X))
             first = contrast(c, days, fleet)
             out += [first] if first.moved else []
@@ -221,7 +222,7 @@ def steps(
 
 
 def _of_fleet(courses: Sequence[Course], reference: FloatArray | None) -> Mean | None:
-    """Return what a robot of the fleet is, by the first days; None where too few can tell."""
+    """Return the mean of the robots' first days; None if there are too few robots."""
     if reference is None and len(courses) <= _FEWEST:
         return None
     first = np.stack([c.X[0] for c in courses])
@@ -234,13 +235,13 @@ def _of_fleet(courses: Sequence[Course], reference: FloatArray | None) -> Mean |
 
 
 def named(step: Step, names: Sequence[str], load: FloatArray, link: int) -> list[Finding]:
-    """Name a step by the parameters that moved: friction of a joint, a load, or neither.
+    """Explain a step by friction of a joint or by a load, where one of them does.
 
     Args:
-        step: of a robot.
-        names: of the parameters.
-        load: (p, 10) what the link parameters XX .. MZ, M of a load add to X.
-        link: number of the joint that carries it.
+        step: the step of a robot.
+        names: names of the parameters.
+        load: (p, 10) derivative of X by the link parameters XX .. MZ, M of a load.
+        link: number of the joint that carries the load.
     """
 
     def finding(
@@ -285,9 +286,9 @@ def _values(moved: Iterable[Moved]) -> list[Shift]:
 def _load(
     step: Step, names: Sequence[str], load: FloatArray
 ) -> tuple[tuple[Shift, ...], str] | None:
-    """Return the load that a step is, and say it, where one explains the step.
+    """Return the load that explains a step and a text about it; None if no load does.
 
-    minimise (d - G s)' C^-1 (d - G s) over the link parameters s of the load, d the step.
+    Minimises (d - G s)' C^-1 (d - G s) over the link parameters s of the load, with the step d.
     """
     own = [i for i, name in enumerate(names) if _friction(name) is None]
     std = np.sqrt(np.diag(step.covariance))[own]

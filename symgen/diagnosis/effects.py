@@ -1,8 +1,9 @@
-"""Candidates: what each effect of the library would add to the torque, on a log's samples.
+"""Candidates: the columns that each effect of the library adds to the torque equations.
 
-A candidate has columns on one or more joints: minus the derivative of its torque by each of its
-coefficients, so that tau gains columns times coefficients. The torque inside a column is always the
-model's, never the measured one. Constants that are searched give one candidate a value.
+A candidate has columns on one or more joints. A column is minus the derivative of the effect's
+torque by one coefficient, so that the motor torque gains columns times coefficients. A torque that
+enters a column is always the model's. The measured torque would correlate with the noise. A
+candidate has one value for each constant that is searched.
 """
 
 from __future__ import annotations
@@ -33,15 +34,15 @@ Constants = Mapping[str, float]
 
 
 class Torques(NamedTuple):
-    """The model on a scene.
+    """Torques of the model along a log.
 
     Attributes:
-        model: its torque (N, n).
-        load: what the rigid body asks of the joints, (N, n): taur of effects.
-        friction: of the model as it is declared, without what is found, (N, n).
-        links: (links, 10) parameters of the links that give it, one of many sets.
-        of_links: gives the torque (k, n) of links alone, by such parameters and q, qd, qdd, (k, n)
-            each, in the geometry and gravity of the file.
+        model: (N, n) torque of the model.
+        load: (N, n) rigid-body torque of the joints: taur of effects.
+        friction: (N, n) friction of the declared model, without found effects.
+        links: (links, 10) link parameters that give this torque, one of many such sets.
+        of_links: function from link parameters and q, qd, qdd, (k, n) each, to the torque (k, n) of
+            the links, in the geometry and gravity of the file.
     """
 
     model: FloatArray
@@ -51,28 +52,28 @@ class Torques(NamedTuple):
     of_links: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
 
-#: Columns at the rate of a log, by the model's torques there and the constants.
+#: Gives columns at the rate of a log from the log, the model's torques and the constants.
 Torque = Callable[[FilteredLog, Torques, Constants], Columns]
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One effect on certain joints with certain constants.
+    """One effect on given joints with given constants.
 
     Attributes:
-        definition: of the library, or of the robot file or the search for expressions.
-        joints: positions of the movable joints; empty for an effect on the whole arm.
-        torque: gives its columns.
+        definition: from the library, the robot file, or the search for expressions.
+        joints: indices of the movable joints; empty for an effect on the whole arm.
+        torque: function that gives the columns.
         size: number of coefficients.
         constants: value of each searched constant.
-        uses_model: whether the columns hold the model's torque, and change with it.
-        analytic: whether they are smooth functions of the motion: no sign of a speed is in them.
+        uses_model: whether the columns contain the model's torque, and change with it.
+        analytic: whether the columns are smooth functions of the motion, without sign(qd).
         refinable: whether constants between those of the grid are tried.
-        coefficients: name and unit of those that mean something, where not as in the library.
+        coefficients: name and unit of the coefficients, where they differ from the library.
         change: whether it changes a declared parameter, which may grow or fall.
-        measured: whether the logs show by a measurement of its own that it is there.
-        scales: sizes that coefficients are expected to have, in their units, where that is known;
-            None where the torque's size is what is expected.
+        measured: whether a separate measurement in the logs shows the effect.
+        scales: expected size of each coefficient in its unit; None if the size of the torque is
+            the expectation.
     """
 
     definition: Definition
@@ -90,25 +91,25 @@ class Candidate:
 
     @property
     def smooth(self) -> bool:
-        """Whether it has constants along which its columns have a slope: those of a formula."""
+        """Whether its columns can be differentiated along its constants."""
         return bool(self.constants) and self.refinable and self.definition.declarable
 
     def moved(self, constants: Constants) -> Candidate:
-        """Return the candidate with some constants that are others."""
+        """Return the candidate with some constants changed."""
         return replace(self, constants={**self.constants, **constants})
 
     @property
     def name(self) -> str:
-        """The definition's."""
+        """Name of the effect."""
         return self.definition.name
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:
-        """What it is apart from its constants."""
+        """Name and joints, without the constants."""
         return self.name, self.joints
 
     def presumes(self, other: Candidate) -> bool:
-        """Whether it is not there without another one: friction that builds on it."""
+        """Whether it requires another effect, as a friction that builds on Coulomb friction."""
         word = self.definition.presumes
         return bool(word) and word == other.definition.native and self.joints == other.joints
 
@@ -119,24 +120,24 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What candidates show on some logs, beside a model.
+    """The columns of candidates on some logs, for one model.
 
     Attributes:
-        logs: in the band of the run.
-        torques: of the model along each, thinned.
+        logs: logs in the band of the run.
+        torques: torques of the model along each log, at a reduced rate.
     """
 
     logs: Logs
     torques: Sequence[Torques]
 
     def __call__(self, candidate: Candidate) -> Columns:
-        """Return the columns (K, m) of a candidate in the band at the kept instants of all logs."""
+        """Return the columns (K, m) of a candidate in the band, at the kept samples of all logs."""
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
-        """Yield those of several, which cost less than one by one."""
+        """Yield the columns of several candidates; faster than one by one."""
         for (measured, analytic), group in itertools.groupby(candidates, _nodes):
-            # What a channel with noise measures has to pass a filter first: of all samples.
+            # A measured channel with noise passes the filter at the full rate first.
             strides = [
                 1 if measured else log.smooth_stride if analytic else log.rows.stride
                 for log in self.logs
@@ -158,22 +159,22 @@ def _nodes(candidate: Candidate) -> tuple[bool, bool]:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How an effect does beside others.
+    """The score of an effect beside others.
 
     Attributes:
-        candidate: what it is, with its constants.
-        columns: in the band at the kept instants, by joint.
-        odds: log-odds that it is there, its grid marginalised.
-        evidence: what of these odds is the score with it less the score without.
-        left: (n,) variance that it leaves of each joint on motion that it was not fitted on.
-        worth: part of its joint's torque by which it lowers the held-out error, in squares.
-        gain: share of its joints' held-out sum of squares that it explains.
+        candidate: the effect with its constants.
+        columns: by joint, in the band at the kept samples.
+        odds: log-odds that the effect is present, marginalised over the grid of constants.
+        evidence: score with the effect minus score without it.
+        left: (n,) held-out variance of each joint with the effect.
+        worth: reduction of the held-out error as a part of the joint's torque, from squares.
+        gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
-        turned: whether a coefficient has the sign that no real thing has.
-        probability: that it or one of its class is there.
-        confirmed: whether other motion than that which it was found on shows it, too.
-        alike: others that explain the same, each with its own probability.
-        fault: why it is not accepted, or "".
+        turned: whether a coefficient has a physically impossible sign.
+        probability: that the effect, or one of its class, is present.
+        confirmed: whether data with another motion confirm it.
+        alike: effects that explain the same, each with its own probability.
+        fault: reason why it is not accepted, or "".
     """
 
     candidate: Candidate
@@ -192,7 +193,7 @@ class Score:
 
 
 def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
-    """Return all effects but one and those that would not be there without it."""
+    """Return all effects except one and those that require it."""
     c = own.candidate
     return [s for s in scores if s is not own and not s.candidate.presumes(c)]
 
@@ -200,12 +201,12 @@ def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
 def candidates(
     robot: Robot, logs: Logs, chosen: Sequence[str] | None = None, *, given: bool = False
 ) -> Iterator[Candidate]:
-    """Yield the candidates of a robot: every effect, joint and constant that is not declared yet.
+    """Yield the candidates of a robot: all effects, joints and constants that it does not declare.
 
     Args:
-        robot: what it declares is no candidate; what it wants to be searched is, in place of the
-            library's ranges.
-        logs: give the ranges that constants are parts of.
+        robot: declared effects are no candidates. Ranges in the robot file replace those of the
+            library.
+        logs: define the ranges of constants that are relative to the motion.
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then declared friction may have changed.
     """
@@ -254,13 +255,13 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
 
 
 def _measured(definition: Definition, logs: Logs, position: int) -> bool:
-    """Whether all logs have what an effect reads beside the motion of a joint."""
+    """Whether all logs have the channels that an effect needs beside the motion of a joint."""
     found = [getattr(s.samples, role) for s in logs for role in definition.reads]
     return all(x is not None and np.isfinite(x[:, position]).all() for x in found)
 
 
 def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
-    """Return an effect on one joint, without constants: a formula, or a shape."""
+    """Return an effect on one joint, without constants."""
     if definition.name in _SHAPES and not definition.own:
         shape, uses_model = _SHAPES[definition.name]
         torque = partial(_shaped, shape, position)
@@ -272,7 +273,7 @@ def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
         arithmetic = Numbers(robot.values(), functions)
     else:
         sees, tape = range(position, position + 1), _tape(definition.name)
-        if joint.coulomb_width:  # that of sign(qd)
+        if joint.coulomb_width:  # the width of sign(qd)
             functions["sign"] = lambda v: np.tanh(v / joint.coulomb_width)
         arithmetic = Numbers({}, functions)
 
@@ -323,14 +324,14 @@ def grid(
 
 
 def _mean_temperature(logs: Logs, position: int) -> float:
-    """Return the mean temperature of a joint over the logs, to 0.1 deg C."""
+    """Return the mean temperature of a joint over the logs, rounded to 0.1 deg C."""
     measured = [s.samples.temp for s in logs]
     own = np.concatenate([x[:, position] for x in measured if x is not None])
     return round(float(np.mean(own)), 1)
 
 
 def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:
-    """Return ranges that count turns of a motor; without those of a gear that is not known."""
+    """Return the ranges, without those in motor turns if the gear ratio is not known."""
     ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
     return {
         name: search
@@ -342,7 +343,7 @@ def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapp
 
 
 def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
-    if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the slide's way
+    if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the travel of the slide
         return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
     if search.scale == "play":
         return _PINION if sigma == names.PRISMATIC else 1.0
@@ -357,7 +358,7 @@ def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
 
 
 def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
-    """Yield drives that move two joints; the pair's second joint gives the parameters' number."""
+    """Yield drives that move two joints; the second joint gives the parameters their number."""
     known = [{c.first, c.second} for c in robot.couplings]
     pairs = itertools.combinations(enumerate(j.number for j in robot.movable), 2)
     for (j, first), (k, second) in pairs:
@@ -375,13 +376,13 @@ def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -
 
 
 def _delayed(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """A torque that comes late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
+    """A torque that is late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
     rate: FloatArray = -np.gradient(torques.model, s.step, axis=0)
     return {j: x[:, None] for j, x in enumerate(rate.T)}
 
 
-# Columns (N,) of one coefficient that are no expression of a joint's variables: states, time, the
-# model. Each is what the torque of the motor gains with it.
+# Columns (N,) of effects with one coefficient that no expression in a joint's variables gives:
+# they depend on states, on time, or on the model. Each is the change of the motor torque.
 
 Shape = Callable[[FilteredLog, Torques, int, Constants], FloatArray]
 
@@ -393,20 +394,21 @@ def _shaped(
 
 
 def _gain(_: FilteredLog, torques: Torques, j: int, __: Constants) -> FloatArray:
-    """A channel that reads G times too much: tau = (1 + G) model."""
+    """A channel that reads too much by the factor 1 + G: tau = (1 + G) model."""
     return torques.model[:, j]
 
 
 def _drift(s: FilteredLog, torques: Torques, j: int, constants: Constants) -> FloatArray:
-    """Friction times 1 + DR exp(-t/T)."""
+    """Friction that changes by the factor 1 + DR exp(-t/T)."""
     fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
     return torques.friction[:, j] * fading
 
 
 def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
-    """Friction of one N m that turns over a way xs: z = sign + (z0 - sign) exp(-way/xs).
+    """Friction of 1 N m that reverses over a distance xs: z = sign + (z0 - sign) exp(-way/xs).
 
-    The way since the last reversal counts, z0 is the state there; the joint comes from afar.
+    Here `way` is the distance since the last reversal and z0 the state there. At the start of the
+    log the joint is taken to slide.
     """
     q, xs = s.q[:, j], constants["xs"]
     sign = np.sign(np.diff(q, prepend=2 * q[0] - q[1]))
@@ -427,7 +429,7 @@ def _contact(s: FilteredLog, _: Torques, __: int, constants: Constants) -> Float
     return np.asarray((t >= start) & (t < start + length), dtype=float)
 
 
-#: Shape of an effect, and whether it holds the model's torque.
+#: Shape of an effect, and whether it contains the model's torque.
 _SHAPES: dict[str, tuple[Shape, bool]] = {
     "drive_gain_error": (_gain, True),
     "thermal_drift": (_drift, True),

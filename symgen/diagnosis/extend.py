@@ -24,7 +24,7 @@ from symgen.robot.effect import (
 from symgen.robot.expressions import exact
 from symgen.robot.types import Coupling, Joint, Robot
 
-#: What robot.toml declares by its own words.
+#: Effects with a key of their own in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
 
 
@@ -37,14 +37,15 @@ def extended(
 ) -> Robot | None:
     """Return the robot with an effect declared; None if a robot file cannot declare it.
 
-    A tilted base changes gravity, a length error changes the length, and a zero changes an angle.
+    A tilted base changes gravity, a length error changes a length, and a zero offset an angle.
 
     Args:
         robot: the robot without the effect.
         definition: the effect.
         positions: indices of the movable joints that it acts on.
         constants: value of every constant; written with six digits.
-        coefficients: values that are no parameters: TX.. of a tilt, delta_d2 of a length.
+        coefficients: values that change the geometry or gravity: TX.. of a tilt, delta_d2 of a
+            length.
     """
     numbers = [robot.movable[i].number for i in positions]
     if definition.name == "base_tilt" and coefficients:
@@ -78,7 +79,7 @@ def extended(
 
 
 def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
-    """Return the robot with the effects that are subtracted from logs, six digits each."""
+    """Return the robot with the effects that are subtracted from logs, with six digits each."""
     known = list(robot.on_logs)
     for e in effects:
         d = definitions().get(e.name)
@@ -95,14 +96,14 @@ def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
 def with_effect(robot: Robot, text: str) -> Robot:
     """Return the robot with one more effect, to plan a motion that shows the effect.
 
-    Its constants are in the middle of the range that a diagnosis tries.
+    Its constants are in the middle of the range that `diagnose` searches.
 
     Args:
         robot: the robot.
-        text: NAME:JOINT, gravity_spring:2; two joints of a coupling as 5-6.
+        text: NAME:JOINT, for example gravity_spring:2; the two joints of a coupling as 5-6.
 
     Raises:
-        ParameterError: there is no such effect or joint, or a robot file cannot declare it.
+        ParameterError: the effect or joint does not exist, or a robot file cannot declare it.
     """
     name, _, where = text.partition(":")
     known = {d.name: d for d in definitions().values() if d.declarable or d.native in _NATIVE}
@@ -126,12 +127,12 @@ def with_effect(robot: Robot, text: str) -> Robot:
     else:
         constants = {k: _middle(robot, positions[0], s) for k, s in definition.nonlinear.items()}
     found = extended(robot, definition, positions, constants, {})
-    assert found is not None  # declarable
+    assert found is not None  # checked above
     return found
 
 
 def _middle(robot: Robot, position: int, search: Search) -> float:
-    """Return the middle of a range in the units of a joint."""
+    """Return the middle of a range, in the units of a joint."""
     value = (search.low * search.high) ** 0.5 if search.by_ratio else (search.low + search.high) / 2
     limits = robot.limits
     if search.scale == "speed" and limits is not None and limits.velocity is not None:
@@ -142,7 +143,7 @@ def _middle(robot: Robot, position: int, search: Search) -> float:
 
 
 def _tilted(robot: Robot, coefficients: Mapping[str, float]) -> Robot:
-    """Return the robot under g - beta x g: its base is turned by beta."""
+    """Return the robot with gravity g - beta x g: its base is rotated by beta."""
     gravity = np.array([float(g) for g in robot.with_values().gravity])
     beta = np.array([coefficients.get(f"T{axis}", 0.0) for axis in "XYZ"])
     turned = gravity - np.cross(beta, gravity)
@@ -163,9 +164,9 @@ def _rounded(value: float) -> sp.Expr:
 def _own(
     robot: Robot, definition: Definition, number: int, constants: Mapping[str, sp.Expr]
 ) -> Effect:
-    """Return an effect whose torque names the joints' variables itself."""
+    """Return an effect whose torque is written in the variables of the joints."""
     name, taken = definition.name, {e.name for e in robot.effects}
-    if name in definitions():  # of which no file gives the torque
+    if name in definitions():  # effects without a torque expression in a file
         name = f"{name}_{number}"
         while name in taken:
             name += "_more"

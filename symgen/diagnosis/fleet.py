@@ -1,9 +1,9 @@
-"""fleet: an estimate for each robot and day; which robot drifted since when, and which stands out.
+"""fleet: one estimate for each robot and day; which robot drifted, and which stands out.
 
-    files --by robot and day--> identify, where a worker is free --> X, covariance, torque error
+    files --by robot and day--> identify, on any worker --> X, covariance, torque error
     --> contrasts of all robots, parameters and days --> steps --> names
 
-What parameters alone do not name is put before diagnose, with the parameters that the robot had.
+If the parameters alone do not explain a change, `diagnose` is run with the parameters of before.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from symgen.views import Viewable
 
 MARKER = "fleet.json"
 SCHEMA = "symgen.fleet/1"
-#: A torque error stands out where it is so many times that of the fleet, and beyond so many times
+#: A torque error stands out if it exceeds that of the fleet by this factor, and by this many times
 #: the scatter of its logarithm.
 _TIMES, _BEYOND = 1.5, 6.0
 
@@ -58,14 +58,14 @@ class Day:
 
 @dataclass(frozen=True, eq=False)
 class DayEstimate:
-    """What was identified of a robot on a day.
+    """The estimate of one robot on one day.
 
     Attributes:
-        robot, day: by name.
-        torque: relative error of torque on held-out motion.
-        verdict: "trusted" or "doubtful", or "failed: " and why.
-        parameters: None where the logs do not determine them.
-        covariance: (p, p) of them; None where it is not known, but for their std.
+        robot, day: their names.
+        torque: relative torque error on held-out motion.
+        verdict: "trusted", "doubtful", or "failed: " with the reason.
+        parameters: None if the logs do not determine them.
+        covariance: (p, p) of the parameters; None if only their std is known.
         files: the logs.
     """
 
@@ -80,7 +80,7 @@ class DayEstimate:
 
 @dataclass(frozen=True)
 class IdentifyDay:
-    """What a worker does with a day."""
+    """The task of a worker for one day."""
 
     robot: str
     model: str
@@ -89,13 +89,13 @@ class IdentifyDay:
 
     @property
     def _model(self) -> Evaluator | Robot:
-        """The compiled model, once a process."""
-        if self.model not in NEEDED:  # it is chosen anew every day
+        """The compiled model; built once per process."""
+        if self.model not in NEEDED:  # `auto` selects the model again every day
             return parse_robot(self.robot, "robot.toml")
         return load_model(self.robot, EquationModel(self.model, 0.0).all_kernels)
 
     def __call__(self, day: Day) -> bytes:
-        """Identify the logs of a day."""
+        """Identify the model from the logs of a day."""
         told: dict[str, Any]
         try:
             found = identify(
@@ -118,14 +118,14 @@ class IdentifyDay:
 
 @dataclass(frozen=True, eq=False)
 class Fleet(Viewable):
-    """Estimates by robot and day, and what they tell.
+    """Estimates by robot and day, and the conclusions from them.
 
     Attributes:
         robot: name of the model.
-        estimates: of every robot and day, in their order.
-        changes: since a day.
-        outliers: robots that are others than the fleet, or leave more torque unexplained.
-        notes: in words.
+        estimates: of every robot and day, in order.
+        changes: robots that changed, with the day.
+        outliers: robots that differ from the fleet, or have a larger torque error.
+        notes: texts for the user.
     """
 
     robot: str
@@ -136,7 +136,7 @@ class Fleet(Viewable):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters; empty where no day has any."""
+        """Names of the parameters; empty if no day was identified."""
         return next(
             (tuple(p.name for p in e.parameters) for e in self.estimates if e.parameters), ()
         )
@@ -147,15 +147,15 @@ class Fleet(Viewable):
 
 
 def read_fleet(path: str | Path) -> Fleet:
-    """Read what is known of a fleet again.
+    """Read a fleet from fleet.json.
 
-    Of covariances fleet.json keeps the variances, and of logs none.
+    fleet.json contains the variances of the covariances, and no logs.
 
     Args:
         path: the folder that `fleet` wrote, or the fleet.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: the file does not exist or is damaged.
     """
     file = result_file(path, MARKER)
     found = read_result(Fleet, file, SCHEMA)
@@ -185,26 +185,26 @@ def fleet(
     workers: Workers | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fleet:
-    """Identify every robot and day of a data set, and find what drifted and what stands out.
+    """Identify every robot and day of a data set, and find drift and outliers.
 
-    Robot and day are those of the path, `robot=7/day=2026-03-01/x.parquet`; else the folder is the
-    robot and the name of the file the day; else, where all files lie in one folder, the name is
-    ROBOT_DAY.
+    Robot and day come from the path, `robot=7/day=2026-03-01/x.parquet`. Otherwise the folder is
+    the robot and the file name the day. If all files are in one folder, the file name is ROBOT_DAY.
 
     Args:
-        robot: the model of all of them: a robot, a path or a library name.
+        robot: the model of all robots: a robot, a path or a library name.
         logs: files, patterns, folders or URLs.
-        by: a column of the files that names the robot, one name a file.
-        reference: parameters that every robot should have: the folder that `identify` wrote, its
+        by: a column of the files that contains the robot's name, one name per file.
+        reference: expected parameters of every robot: the folder that `identify` wrote, its
             estimate.json, or TOML; by default the median of the robots' first days.
         model: energy, momentum or torque.
-        cutoff: of the filters, Hz; by default that of the reference, or what suits the first day.
+        cutoff: of the filters, Hz; by default that of the reference, or one that suits the first
+            day.
         reading: how logs are read.
         workers: as for `identify`.
-        progress: is told what is being done.
+        progress: called with a text about each step.
 
     Raises:
-        LogError: there is no log, or robot and day are not known.
+        LogError: there is no log, or robot and day cannot be found.
         SymgenError: no day can be identified.
     """
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
@@ -229,10 +229,10 @@ def fleet(
 
 
 def grouped(files: Sequence[str], by: str | None) -> list[Day]:
-    """Sort files by robot and day, days in the order of their numbers.
+    """Sort files by robot and day, with days in numerical order.
 
     Raises:
-        LogError: a file does not tell its robot or its day.
+        LogError: robot or day of a file cannot be found.
     """
     folders = {name.rsplit("/", 1)[0] for name in files}
     out: dict[tuple[str, str], list[str]] = {}
@@ -260,7 +260,7 @@ def grouped(files: Sequence[str], by: str | None) -> list[Day]:
 
 
 def _natural(text: str) -> list[tuple[int, int, str]]:
-    """Return a key that sorts day2 before day10: numbers by their length, then by their digits."""
+    """Return a sort key that puts day2 before day10: numbers by length, then by digits."""
     parts = ((p, p.lstrip("0")) for p in re.findall(r"[0-9]+|[^0-9]+", text))
     return [(0, len(n), n) if p[0] in "0123456789" else (1, 0, p) for p, n in parts]
 
@@ -272,7 +272,7 @@ def _estimates(
     workers: Workers | None,
     progress: Callable[[str], None],
 ) -> list[DayEstimate]:
-    """Identify all days that are not kept; `names` are those of the parameters."""
+    """Identify the days without a stored result; `names` are those of the parameters."""
     keys = [digest(repr(task), repr(day), *(identity(name) for name in day.files)) for day in days]
     with tempfile.TemporaryDirectory(prefix="symgen-") as fresh, executor(workers) as by:
         folder = WorkFolder(Path((workers and workers.work) or fresh))
@@ -282,7 +282,7 @@ def _estimates(
 
 
 def _estimate(day: Day, content: bytes, names: Sequence[str]) -> DayEstimate:
-    """Return what a worker found of a day."""
+    """Return the estimate that a worker wrote."""
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         found = covariance = None
         if "X" in archive:
@@ -295,7 +295,7 @@ def _estimate(day: Day, content: bytes, names: Sequence[str]) -> DayEstimate:
 
 
 def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
-    """Return the estimates robot by robot, without days that failed."""
+    """Return the estimates of each robot, without days that failed."""
     out = []
     for name, own in _by_robot(estimates).items():
         X, std = (np.array([[p[k] for p in e.parameters or ()] for e in own]) for k in (1, 2))
@@ -308,7 +308,7 @@ def courses_of(estimates: Sequence[DayEstimate]) -> list[Course]:
 
 
 def _by_robot(estimates: Sequence[DayEstimate]) -> dict[str, list[DayEstimate]]:
-    """Return the days of each robot that could be identified."""
+    """Return the identified days of each robot."""
     out: dict[str, list[DayEstimate]] = {}
     for e in estimates:
         if e.parameters is not None:
@@ -326,11 +326,11 @@ def _findings(
     """Return changes, outliers and notes.
 
     Args:
-        robot: the model of all.
-        model: of it.
+        robot: the robot of all estimates.
+        model: its symbolic model.
         estimates: of every robot and day.
-        reference: (p,) parameters that every robot should have, or None.
-        ask: names what diagnose finds, with the parameters of before (p,), in the logs of a day.
+        reference: (p,) expected parameters of every robot, or None.
+        ask: runs `diagnose` on the logs of a day with the parameters (p,) of before.
     """
     courses = courses_of(estimates)
     if not courses:
@@ -341,7 +341,7 @@ def _findings(
     known, files = {c.robot: c for c in courses}, {(e.robot, e.day): e.files for e in estimates}
 
     def asked(plain: list[Finding]) -> list[Finding]:
-        """Ask diagnose what changed, on the first day of the change."""
+        """Run `diagnose` on the first day of each change."""
         name, since = plain[0].robot, plain[0].since
         k = known[name].days.index(since)
         before = known[name].mean(slice(0, k)).X if k else middle
@@ -371,7 +371,7 @@ def _findings(
 
 
 def _loud(estimates: Sequence[DayEstimate]) -> Iterator[Finding]:
-    """Yield the robots whose torque error stands out to the end."""
+    """Yield the robots whose torque error stands out up to the last day."""
     logs = {
         name: np.array([math.log(max(e.torque, 1e-12)) for e in own])
         for name, own in _by_robot(estimates).items()
@@ -401,7 +401,7 @@ def _diagnosed(
     before: FloatArray,
     files: Sequence[str],
 ) -> list[Finding]:
-    """Ask diagnose what changed in some logs, with the parameters (p,) of before."""
+    """Run `diagnose` on some logs with the parameters (p,) of before, and name the changes."""
     first = plain[0]
     progress(f"diagnosing {first.robot} since {first.since}")
     try:

@@ -1,9 +1,9 @@
 """Torques without a known law: free functions of one or two variables.
 
 The variables are position, speed (with its sign) and load of a joint. A spline shows on which of
-them a torque depends, but not by which law. Splines compete in the same score as effects. symgen
-adds none to the robot. It shows a spline that predicts held-out motion much better than the named
-law, or if there is no law.
+them a torque depends, but not by which law. Splines compete by the same score as effects. symgen
+adds no spline to the robot. It shows a spline that predicts held-out motion much better than the
+named law, or any useful spline if there is no law.
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from symgen.estimation.values import FloatArray
 from symgen.robot.effect import numbered
 
 _DEGREE = 3
-#: Splines of a variable that are tried, by the number of variables: the score chooses.
+#: Numbers of splines that are tried, by the number of variables; the score selects one.
 _SIZES: dict[int, tuple[int, ...]] = {1: (5, 10, 20), 2: (5,)}
-_HALF = 0.5  # of what is left of a joint's square: as much explains where a gap comes from
-_GOOD = 0.8  # of what a free function gains: a law that gains as much has the right shape
+_HALF = 0.5  # share of a joint's squared residual that a function without a law has to explain
+_GOOD = 0.8  # gain of a law over that of a free function, above which the law has the right shape
 _SURE = math.log(9.0)
-_POINTS = 61  # of a curve
+_POINTS = 61  # points of a curve
 _LEVELS = (0.1, 0.5, 0.9)  # quantiles of a second variable at which curves are drawn
 _LETTERS = ("q", "qd", "taur")
-#: Numbers of q, of qd, then of the load, of all joints.
+#: Indices of q, then qd, then the load, of all joints.
 Variables = tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class _Splines:
-    """Cubic splines with knots at quantiles; in a speed, others for each of its signs.
+    """Cubic splines with knots at quantiles; splines in a speed differ between its two signs.
 
     Attributes:
-        states: (N, 3 n) q, qd and load of all joints along the training logs, thinned.
-        variables: of the function; the joint's own position, speed or load comes first.
-        width: of tanh(qd/width) in place of sign(qd), rad/s (m/s); 0 for the sign itself.
-        size: number of splines of a variable.
+        states: (N, 3 n) q, qd and load of all joints along the training logs, at a reduced rate.
+        variables: arguments of the function; the joint's own position, speed or load comes first.
+        width: width w of tanh(qd/w) in place of sign(qd), rad/s (m/s); 0 for sign(qd).
+        size: number of splines in each variable.
     """
 
     states: FloatArray
@@ -62,7 +62,7 @@ class _Splines:
 
     @cached_property
     def speed(self) -> int:
-        """Number of the joint's own speed."""
+        """Index of the joint's own speed."""
         return self.n + self.variables[0] % self.n
 
     @cached_property
@@ -73,16 +73,16 @@ class _Splines:
         return [np.pad(k, _DEGREE, mode="edge") for k in knots]
 
     def _known(self, states: FloatArray, v: int) -> FloatArray:
-        """Return what splines of a variable are functions of, (N,)."""
+        """Return the argument of the splines for a variable, (N,)."""
         return np.abs(states[:, v]) if v == self.speed else states[:, v]
 
     def sign(self, states: FloatArray) -> FloatArray:
-        """Return the sign of the joint's speed as its friction has it, (N,)."""
+        """Return the sign of the joint's speed as in its friction model, (N,)."""
         speed = states[:, self.speed]
         return np.tanh(speed / self.width) if self.width else np.sign(speed)
 
     def __call__(self, states: FloatArray) -> FloatArray:
-        """Return the splines of states (N, 3 n), (N, m)."""
+        """Return the splines (N, m) at states (N, 3 n)."""
         from scipy.interpolate import BSpline
 
         out = np.ones((len(states), 1))
@@ -95,7 +95,7 @@ class _Splines:
         return out
 
     def grid(self) -> tuple[FloatArray, list[float], FloatArray]:
-        """Return values of the first variable, of the second, and their states, (.., .., 3 n)."""
+        """Return values of both variables and the states (.., .., 3 n) at these values."""
         first, *more = self.variables
         values = self.states[:, first]
         grid = np.linspace(values.min(), values.max(), _POINTS)
@@ -113,10 +113,10 @@ def free_functions(
     """Return the free functions that predict much better than the laws on their joint.
 
     Args:
-        baseline: the model as it is declared, and its training logs.
+        baseline: the declared model and its training logs.
         accepted: the effects that were found.
-        least: part of a joint's torque that matters.
-        misfit: smallest model error to expect, as part of a joint's torque.
+        least: smallest torque that matters, as a part of the joint's torque.
+        misfit: smallest model error to expect, as a part of a joint's torque.
         left: whether a part of the gap is unexplained; then functions without a law are tried.
     """
     states = _states(baseline)
@@ -142,9 +142,10 @@ def free_functions(
 
 
 def _variables(baseline: Baseline, score: Score) -> tuple[int, Variables]:
-    """Return the joint that an effect acts on and what its torque is a function of.
+    """Return the joint that an effect acts on and the arguments of its torque.
 
-    There are no variables where that is more than two, time, the acceleration, or another state.
+    The list of arguments is empty if the torque depends on more than two of them, on time, on the
+    acceleration, or on another state.
     """
     robot, c = baseline.robot, score.candidate
     none = (-1, ())
@@ -163,7 +164,7 @@ def _variables(baseline: Baseline, score: Score) -> tuple[int, Variables]:
 
 
 class _Fitted(NamedTuple):
-    """A free function with its columns (K, m) in the band, and how well it predicts."""
+    """A free function with its columns (K, m) in the band, and its fit."""
 
     fit: Fit
     splines: _Splines
@@ -172,13 +173,13 @@ class _Fitted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """The model with some effects beside it, of whose residual free functions are asked.
+    """The model with effects, whose residual is compared with free functions.
 
     Attributes:
-        baseline: the model as it is declared.
-        effects: that stand beside it.
-        score: what predicts its rows.
-        states: q, qd and load of all joints along each training log, thinned, (N, 3 n).
+        baseline: the declared model.
+        effects: the effects that are added to it.
+        score: the predictive score of its equations.
+        states: q, qd and load of all joints along each training log, at a reduced rate, (N, 3 n).
     """
 
     baseline: Baseline
@@ -187,14 +188,14 @@ class _Asked:
     states: Sequence[FloatArray]
 
     def missing(self, j: int) -> float:
-        """Return the RMS of the held-out torque that joint j misses, N m or N."""
+        """Return the RMS of the unexplained held-out torque of joint j, N m or N."""
         return float(np.sqrt(self.score.alone.left[j]))
 
     def beside_laws(
         self, j: int, variables: Variables, laws: Sequence[Score], least: float
     ) -> Iterator[FreeFunction]:
-        """Yield the function of the laws' variables where it predicts much better than they do."""
-        # laws were chosen with a prior of their own: a spring may carry more than is missing
+        """Yield the function of the laws' variables if it predicts much better than the laws."""
+        # The prior of a law limits its size: a spring may carry more than the missing torque.
         law = np.hstack([s.columns[j] for s in laws])
         alone, named = self.score.alone, self.score.beside({j: law})
         free = self._best(j, [variables])
@@ -204,7 +205,7 @@ class _Asked:
             yield self._drawn(j, free, named, laws, ratio)
 
     def alone(self, j: int) -> Iterator[FreeFunction]:
-        """Yield the function that explains most of what joint j misses, if it is half of it."""
+        """Yield the function that explains most, and at least half, of joint j's missing torque."""
         sets, alone = [*_sets(self.baseline.robot.n, j)], self.score.alone
         free = self._best(j, sets)
         sure = free.fit.score - alone.score > _SURE + math.log(len(sets))
@@ -232,7 +233,7 @@ class _Asked:
         laws: Sequence[Score] = (),
         ratio: float = 0.0,
     ) -> FreeFunction:
-        """Return the curve of a function on joint j, and that of the laws in its place."""
+        """Return the curve of a function on joint j, and that of the laws it replaces."""
         robot, size = self.baseline.robot, self.baseline.base.size[j]
         splines = free.splines
         grid, at, states = splines.grid()
@@ -240,7 +241,7 @@ class _Asked:
         d, b = self.score.fits({j: free.columns}, self.missing(j))
         torque = self._friction(j, splines, flat, d) + splines(flat) @ b.T
         parts = torque[:, :-1]
-        # the jackknife over the folds: what motion that a fit does not see would change
+        # Jackknife over the folds: the change of the fit when a fold of motion is left out.
         std = np.sqrt((parts.shape[1] - 1) * np.var(parts, axis=1))
         law = self._law(j, splines, flat, laws) if laws else np.zeros(0)
         return FreeFunction(
@@ -261,9 +262,9 @@ class _Asked:
         )
 
     def _friction(self, j: int, splines: _Splines, states: FloatArray, d: FloatArray) -> FloatArray:
-        """Return the declared friction of joint j at states in fits that add d (F, p), (N, F).
+        """Return the declared friction (N, F) of joint j at states, for parameter changes d (F, p).
 
-        Splines say it as well: what is determined is the sum of both.
+        Splines can represent this friction too. Only the sum is determined.
         """
         speed, number = states[:, splines.speed], self.baseline.robot.movable[j].number
         values = {f"OF{number}": np.ones(len(states))}
@@ -279,7 +280,7 @@ class _Asked:
     def _law(
         self, j: int, splines: _Splines, states: FloatArray, laws: Sequence[Score]
     ) -> FloatArray:
-        """Return the torque of laws on joint j at states, with its declared friction, (N,)."""
+        """Return the torque (N,) of laws on joint j at states, with its declared friction."""
         d, b = self.score.fits({j: np.hstack([s.columns[j] for s in laws])})
         log, (torques, *_) = self.baseline.base.logs[0], self.baseline.torques(self.baseline.base)
         q, qd, load = np.hsplit(states, 3)
@@ -290,12 +291,12 @@ class _Asked:
 
 
 def _rows(x: FloatArray) -> tuple[tuple[float, ...], ...]:
-    """Return curves of one length, a row each."""
+    """Return curves of equal length as rows."""
     return tuple(tuple(map(float, row)) for row in x.reshape(-1, _POINTS))
 
 
 def _sets(n: int, j: int) -> Iterator[Variables]:
-    """Yield what a torque on joint j may be a function of."""
+    """Yield the possible arguments of a torque on joint j."""
     own = (j, n + j, 2 * n + j)
     yield from ((v,) for v in own)
     yield from itertools.combinations(own, 2)
@@ -305,7 +306,7 @@ def _sets(n: int, j: int) -> Iterator[Variables]:
 
 
 def _states(baseline: Baseline) -> list[FloatArray]:
-    """Return q, qd and the load of all joints along each training log, thinned, (N, 3 n)."""
+    """Return q, qd and load of all joints along each training log, at a reduced rate, (N, 3 n)."""
     logs = [log.thinned for log in baseline.base.logs]
     along = baseline.torques(baseline.base)
     return [np.hstack([s.q, s.qd, t.load]) for s, t in zip(logs, along, strict=True)]

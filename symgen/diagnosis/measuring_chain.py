@@ -1,7 +1,7 @@
-"""The measuring chain: what is wrong with the logs, undone where it can be, named as effects.
+"""Faults of the measuring chain: find, undo where possible, and name them as effects.
 
-Motion comes first, as a torque is looked at along the corrected motion; a limit of the torque comes
-last, as it needs the model's fit.
+Faults of the motion come first, because torques are compared along the corrected motion. The limit
+of a torque comes last, because it needs the fit of the model.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: A factor of a torque from which it is of another unit; below, a spring may do as much, and it is
-#: a candidate beside the physics.
+#: A torque with a factor above this one is in another unit. A smaller factor may also come from a
+#: spring, so it competes with the physics.
 _ANOTHER = 100.0
-_MOST = 3  # faults that are undone, one after the other
-#: Causes that leave nothing to look for physics in.
+_MOST = 3  # largest number of faults that are undone, one after the other
+#: Faults after which no search for physics is possible.
 _FATAL = ("upside down", "weightless", "clock", "constant", "command")
 _SENSOR = "velocity_sensor_error"
-#: Kinds of faults that are effects of the library.
+#: Kinds of faults with an effect in the library.
 _EFFECTS = {
     "speed": _SENSOR,
     "unrelated": _SENSOR,
@@ -70,12 +70,12 @@ def check(
     held: Sequence[FilteredLog] = (),
     repairs: Sequence[Fault] = (),
 ) -> tuple[Fault, ...]:
-    """Return what is wrong with some logs that were repaired; nothing for a sound set.
+    """Return the faults of repaired logs; empty for sound logs.
 
     Args:
         evaluator: the compiled model.
         train, held: training and validation logs in the band of the run.
-        repairs: what was mended in them.
+        repairs: repairs of these logs.
     """
     sigma = evaluator.model.robot.sigma
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
@@ -88,7 +88,7 @@ def check(
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
-    """Return what identify sees of the channels, too; a mild gain may be physics."""
+    """Return the channel faults that `identify` finds too; a small gain may be physics."""
     found: list[Fault] = []
     if trial.evaluator.model.robot.loaded:
         return found
@@ -110,17 +110,17 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
 
 
 def rivals_physics(fault: Fault) -> bool:
-    """Whether physics may look like it: another gear ratio, a step of a torque."""
+    """Whether physics may look like the fault: another gear ratio, or a step of a torque."""
     return fault.kind == "ratio" or (fault.kind == "step" and fault.channel.startswith("tau"))
 
 
 def is_effect(fault: Fault) -> bool:
-    """Whether the library has a fault as an effect."""
+    """Whether the library has an effect for the fault."""
     return fault.kind in _EFFECTS
 
 
 def name_of(fault: Fault) -> str:
-    """Return the name of a fault: that of an effect of the library, or its kind."""
+    """Return the name of a fault: that of its effect in the library, or its kind."""
     return _EFFECTS.get(fault.kind, fault.kind)
 
 
@@ -128,12 +128,12 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
     """Return the verdict on faulty logs, which names no physics.
 
     Args:
-        faults: what is wrong.
-        before, after: the model on the logs as they are, and as corrected, without any effect.
+        faults: the faults of the logs.
+        before, after: the declared model on the logs as recorded, and on the corrected logs.
     """
     robot = after.extended
     if not any(f.undo for f in faults):
-        after = replace(after, after=before.before)  # nothing was done about it
+        after = replace(after, after=before.before)  # nothing was corrected
     effects = (_closing(f, robot, before.before, after.after) for f in faults if is_effect(f))
     curves = tuple(
         replace(a, before=b.before) for a, b in zip(after.curves, before.curves, strict=True)
@@ -151,7 +151,7 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
 
 
 def rejected(fault: Fault, robot: Robot, and_so: str = "") -> Rejected:
-    """Return a fault as what was looked at, with its reason."""
+    """Return a fault as a rejected candidate, with the reason."""
     numbers = tuple(robot.movable[j].number for j in fault.joints)
     return Rejected(name_of(fault), numbers, fault.fault + and_so)
 
@@ -162,7 +162,7 @@ def closed(before: Gap, after: Gap) -> float:
 
 
 def matters(before: Gap, after: Gap, least: float) -> bool:
-    """Whether a gap falls, that of a joint by a part of its torque that matters, in squares."""
+    """Whether the gap of a joint falls by at least `least` of its torque, computed from squares."""
     was, left = (np.square(gap.per_joint) for gap in (before, after))
     return after.total < before.total and bool((was - left >= least**2).any())
 
@@ -175,17 +175,17 @@ def mended(
     now: Diagnosis,
     least: float,
 ) -> list[FoundEffect]:
-    """Name what was mended or masked in the logs, where that matters.
+    """Return the repaired or masked faults of the logs that matter, as effects.
 
-    It does where it lowers the error of a joint's torque by what matters; of a speed also where it
-    changes that by as large a part, and closes any of the gap.
+    A repair matters if it lowers the torque error of a joint by at least `least`. A repaired speed
+    also matters if its error was at least `least` and the repair closes any part of the gap.
 
     Args:
-        repairs: what was done.
-        logs: as they are mended, in the band of the run.
-        robot: whose joints they are.
-        raw, now: the model on the logs as they were recorded, and as they are mended.
-        least: part of a joint's torque that matters.
+        repairs: repairs of the logs.
+        logs: the repaired logs, in the band of the run.
+        robot: the robot of the logs.
+        raw, now: the declared model on the logs as recorded, and on the repaired logs.
+        least: smallest torque that matters, as a part of the joint's torque.
     """
     share, told = closed(raw.before, now.before), matters(raw.moving[0], now.moving[0], least)
     named = {log.name: log for log in logs}
@@ -197,14 +197,14 @@ def mended(
         if r.kind == "stuck" and r.channel.startswith("qd"):
             r = replace(r, kind="unrelated")
         if r.kind == "speed" and r.joints and common:
-            continue  # what all joints share in one log is what they have in another
+            continue  # a fault of all joints is the same in each log
         if is_effect(r):
             groups.setdefault((name_of(r), r.joints), []).append(r)
     return [_effect(same, robot, share) for same in groups.values()]
 
 
 def _speed_error(fault: Fault, log: FilteredLog) -> float:
-    """Return the error of a measured speed as a part of it; 0 of another fault."""
+    """Return the relative error of a measured speed; 0 for another fault."""
     if fault.kind == "unrelated":
         return math.inf
     if fault.kind != "speed":
@@ -217,15 +217,15 @@ def _speed_error(fault: Fault, log: FilteredLog) -> float:
 
 
 def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
-    """Return a fault as an effect, with the share of the gap that undoing it closes."""
-    # The wrong speed of one joint is felt in the torques of others.
+    """Return a fault as an effect, with the share of the gap that its correction closes."""
+    # A wrong speed of one joint changes the torques of others.
     joints = fault.joints if fault.kind == "saturated" else range(robot.n)
     was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
     return _effect([fault], robot, 1 - left / was if was else 0.0)
 
 
 def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
-    """Return one fault of one or more logs as an effect; values are the mean over the logs."""
+    """Return one fault of one or more logs as an effect; values are means over the logs."""
     first = same[0]
     whole = first.channel == "tau" or not first.joints
     joint = None if whole else robot.movable[first.joints[0]]
@@ -260,14 +260,14 @@ def with_chain(
     share: float = 0.0,
     says: Sequence[str] = (),
 ) -> Diagnosis:
-    """Return a diagnosis with the faults of the measuring chain that were repaired before it.
+    """Return a diagnosis with the faults that were repaired before it.
 
     Args:
-        diagnosis: of the repaired logs.
+        diagnosis: the diagnosis of the repaired logs.
         named: the faults, as effects.
-        before: the gap before they were repaired.
-        share: of the square of the gap that undoing the faults without a name closes.
-        says: these, in words.
+        before: the gap before the repairs.
+        share: share of the squared gap closed by correcting faults without an effect.
+        says: texts about these faults.
     """
     chain = max([share, *(e.gap_reduction for e in named)])
     physics = max((e.gap_reduction for e in diagnosis.effects), default=0.0)

@@ -16,9 +16,10 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.robot.effect import unit
 
-#: Pictures at most; samples of one; of what is repaired, the part that counts as the place.
+#: Largest number of plots; most and least samples in one; share of the largest change that is
+#: shown.
 _MOST, _POINTS, _FEWEST, _NEAR = 8, 300, 60, 0.1
-_WHOLE = 0.5  # of a log: what is repaired in more than that is shown where it is largest
+_WHOLE = 0.5  # part of a log: if more is repaired, the plot shows where the change is largest
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
@@ -27,13 +28,13 @@ class MendedChannel:
     """One channel around its repair.
 
     Attributes:
-        log: its name.
-        channel: "q2", "tau1".
-        says: the fault and what was done.
-        unit: of the values.
-        recorded: t in s and values as they were recorded, (2, K).
-        repaired: t in s and values as they are used, (2, M); NaN where they are masked.
-        size: RMS of the change by the repair, relative to the spread of the channel.
+        log: name of the log.
+        channel: name of the channel, for example "q2" or "tau1".
+        says: the fault and its repair.
+        unit: unit of the values.
+        recorded: (2, K) t in s and the recorded values.
+        repaired: (2, M) t in s and the values that are used; NaN where they are masked.
+        size: RMS change by the repair, relative to the spread of the channel.
     """
 
     log: str
@@ -48,18 +49,18 @@ class MendedChannel:
 def mended_channels(
     logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Fault], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
-    """Return the channels that were repaired before the search, at their largest change.
+    """Return the channels that were repaired before the search, around their largest change.
 
     Args:
-        logs: each as it was recorded, on the joint side, and as it is used.
-        repairs: what was done.
+        logs: each log as recorded, mapped to the joint side, and as it is used.
+        repairs: repairs of the logs.
         sigma: types of the movable joints.
     """
     out: list[MendedChannel] = []
     for (log, samples), repair in itertools.product(logs, repairs):
         key = repair.channel.rstrip(string.digits)
         if repair.log != log.name or repair.kind == "coarse" or key == "t":
-            continue  # stamps have no other channel to be drawn over
+            continue  # time stamps have no other channel to be plotted over
         digits = repair.channel[len(key) :]
         keys = [
             own for own in (_KINDS if key == "all" else (key,)) if getattr(log, own) is not None
@@ -78,7 +79,7 @@ def mended_channels(
 def undone_channels(
     before: Sequence[FilteredLog], after: Sequence[FilteredLog], sigma: Sequence[int]
 ) -> tuple[MendedChannel, ...]:
-    """Return the channels with faults that the torque equations showed and symgen corrected."""
+    """Return the channels that were corrected because of the torque equations."""
     says = "as the torque equations want it"
     return tuple(
         c
@@ -90,7 +91,7 @@ def undone_channels(
 
 
 def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
-    """Return the few channels that changed most, largest first, one for each channel and log."""
+    """Return the few channels with the largest changes, one for each channel and log."""
     best: dict[tuple[str, str], MendedChannel] = {}
     for c in sorted(channels, key=lambda c: -c.size):
         best.setdefault((c.log, c.channel), c)
@@ -105,7 +106,7 @@ def _channel(
     says: str,
     sigma: int,
 ) -> Iterator[MendedChannel]:
-    """Yield a channel around where a repair changed it most, where it did."""
+    """Yield a channel around its largest change, if a repair changed it."""
     t, x = before.t, getattr(before, key)[:, j]
     used = np.array(getattr(after, key)[:, j])
     if key == "tau" and isinstance(after, Samples) and after.mask is not None:
@@ -122,7 +123,7 @@ def _channel(
 
 
 def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:
-    """Return the span of time around the largest change, s."""
+    """Return the time span around the largest change, s."""
     at = int(np.argmax(change))
     near = change > _NEAR * change[at]
     if near.mean() > _WHOLE:
@@ -138,7 +139,7 @@ def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:
 
 
 def _part(t: FloatArray, x: FloatArray, start: float, end: float) -> FloatArray:
-    """Return (2, K) of t and x within a span, at most a few hundred points."""
+    """Return (2, K) of t and x in a time span, at most a few hundred points."""
     inside = np.flatnonzero((t >= start) & (t <= end))
     every = max(1, -(-len(inside) // _POINTS))
     return np.stack([t[inside[::every]], x[inside[::every]]])

@@ -1,4 +1,4 @@
-"""What a diagnosis says in words, for the terminal and the page."""
+"""Messages of a diagnosis, for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def placed(effect: FoundEffect, robot: Robot) -> str:
 
 
 def summary(diagnosis: Diagnosis) -> str:
-    """Return the verdict in a sentence or two."""
+    """Return the verdict in one or two sentences."""
     before, after, noise = (
         percent(gap.total) for gap in (diagnosis.before, diagnosis.after, diagnosis.floor)
     )
@@ -52,7 +52,7 @@ def summary(diagnosis: Diagnosis) -> str:
 
 
 def alike(effect: FoundEffect, robot: Robot) -> str:
-    """Return what these data cannot tell from an effect, or ''."""
+    """Return a text on the effects that these data cannot distinguish from an effect, or ''."""
     return ", ".join(
         name if joints == effect.joints else f"{name} on {on_joints(joints, robot)}"
         for name, joints in effect.indistinguishable_from
@@ -60,7 +60,7 @@ def alike(effect: FoundEffect, robot: Robot) -> str:
 
 
 def tie(effect: FoundEffect, robot: Robot) -> str:
-    """Return what an effect looks like, and the motion that would tell."""
+    """Return a text on the alternatives of an effect, and the motion that distinguishes them."""
     said = f"{placed(effect, robot)} looks like {alike(effect, robot)}; to tell: {effect.separate}"
     if not effect.declared or effect.name not in definitions():
         return said
@@ -69,7 +69,7 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
 
 
 def noisy(effect: FoundEffect, robot: Robot) -> str:
-    """Return what is doubtful about an effect with a note, and what would tell."""
+    """Return the doubt about an effect that has a note, and how to resolve it."""
     return (
         f"{placed(effect, robot)} {effect.note}: the even and the odd samples do not both show "
         "it; to "
@@ -81,7 +81,7 @@ _VARIABLES = {"q": "the position", "qd": "the speed", "taur": "the load"}
 
 
 def shape(f: FreeFunction, robot: Robot) -> str:
-    """Return what a free function says of the shape of a torque."""
+    """Return a text on the shape of a free function."""
     written = (name.rstrip("0123456789") for name in f.variables)
     pairs = zip(written, f.variables, strict=True)
     of = " and ".join(f"{_VARIABLES[x]} of {robot.label(int(name[len(x) :]))}" for x, name in pairs)
@@ -96,7 +96,7 @@ def shape(f: FreeFunction, robot: Robot) -> str:
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return a line on the effects that no robot file declares, or nothing."""
+    """Return a line on the effects that no robot file can declare, or nothing."""
     left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
     known = definitions()
     beside = dict.fromkeys(
@@ -113,7 +113,7 @@ def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
-    """Return where each effect acts and what it is: a line a name."""
+    """Return one line per effect name: where it acts and what it is."""
     joints: dict[str, list[str]] = {}
     for effect in effects:
         joints.setdefault(effect.name, []).append(on_joints(effect.joints, robot))
@@ -126,7 +126,7 @@ def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
 
 
 def held_at_rest(joints: Sequence[int], robot: Robot) -> str:
-    """Return that torques of joints at rest are beyond what static friction holds."""
+    """Return a text on joints whose torque at rest exceeds the limit of static friction."""
     return (
         f"at rest the torque on {on_joints(joints, robot)} is beyond the limits of static "
         "friction: a brake may hold it (--mask rest leaves rests out)"

@@ -1,15 +1,15 @@
-"""Candidates that need the model itself: wrong geometry, what carries weight, elasticity, a load.
+"""Candidates that need the model: geometry, gravity, elasticity, backlash, and a load.
 
-Their columns are derivatives of the links' torque by what is not as the file says, taken at the
-link parameters of the current estimate. Base parameters do not determine those: what they leave
-open has no torque in the file's own geometry and gravity, but may have one in another.
+Their columns are derivatives of the links' torque by a quantity of the file, at the current link
+parameters. Base parameters do not determine all link parameters. An undetermined combination has no
+torque in the file's geometry and gravity, but may have one in another.
 
-* Lengths: the open directions Z(d) satisfy Y(d) Z(d) = 0, hence (dY/dd) Z = -Y dZ/dd, which the
-  model itself can say. Only lengths that are not zero are tried, since others change the set.
+* Lengths: the undetermined directions Z(d) satisfy Y(d) Z(d) = 0. Hence (dY/dd) Z = -Y dZ/dd, which
+  the model contains. Only non-zero lengths are tried, because others change the base parameters.
 * Gravity: (dY/dg) Z is no torque of the model. Its columns, such as those of MX1 and MY1 of an
-  upright first axis, stand beside those of the tilt, and get a coefficient each that means nothing.
-* Zeros: Y(q) Z = 0 in every posture, hence in those of another zero.
-* Elasticity, load and what carries weight leave geometry and gravity alone.
+  upright first axis, stand beside those of the tilt. Their coefficients have no meaning.
+* Zero offsets: Y(q) Z = 0 in every posture, hence also with another zero.
+* Elasticity, load and gravity compensation leave geometry and gravity unchanged.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
 
-_STEP = 1e-2  # m; torque is a polynomial in the lengths, of degree two
-_SHIFT = 1e-4  # of the range of the motion, of the directional derivative of an elastic joint
+_STEP = 1e-2  # m; torque is a polynomial of degree two in the lengths
+_SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
-#: Sizes that are expected: of a tilt, rad, of the error of a length, as a part of it, of that of a
-#: zero, rad, and of the share of weight that is carried.
+#: Expected sizes: tilt in rad, relative error of a length, zero offset in rad, and compensated
+#: share of the weight.
 _TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
 _DEPENDENT = 1e-8
-#: Of crossings of play: step, s, and steps looked at first; inertia of a link over its largest.
+#: Crossing of the play: step in s, number of steps tried first, smallest over largest link inertia.
 _FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
-#: The load's parameters, those first that are told when several say the same.
+#: Parameters of the load; if several are equivalent, the first ones are reported.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
@@ -56,10 +56,10 @@ def special_candidates(
 
     Args:
         robot: the mechanism.
-        bent: what second encoders show.
+        bent: results of second encoders.
         chosen: names of effects to try; None for all.
-        given: whether the parameters are given: then a load shows, and a length that the robot
-            always had does not.
+        given: whether the parameters are given: then a load is a candidate, and a length is not,
+            because the robot always had it.
     """
     kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
@@ -75,7 +75,7 @@ def special_candidates(
 
 
 def _units(v: Variation) -> FloatArray:
-    """Return a set of link parameters for each of them alone, (10 links, links, 10)."""
+    """Return unit vectors of the link parameters, (10 links, links, 10)."""
     count = len(v.robot.joints)
     return np.eye(10 * count).reshape(-1, count, 10)
 
@@ -83,7 +83,7 @@ def _units(v: Variation) -> FloatArray:
 def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
     """Return the torque of sets of link parameters at random states, (states n, m).
 
-    With a gravity that is not the file's own, it is that of gravity alone.
+    For another gravity than that of the file, it is the torque of gravity alone.
     """
     q, qd, qdd = random_states(v.robot, _STATES)
     if gravity is not None:
@@ -92,7 +92,7 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
 
 
 def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Gravity turned about the two axes of frame 0 that are most upright to it: dg = -beta x g.
+    """Yield gravity turned about the two axes of frame 0 most normal to it: dg = -beta x g.
 
     The base turns by beta, so that gravity turns by -beta in frame 0.
     """
@@ -101,7 +101,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     turned, told = [], []
     for axis in sorted(np.argsort(np.abs(gravity), kind="stable")[:2]) if gravity.any() else ():
         other = -np.cross(np.eye(3)[axis], gravity)
-        if np.abs(_random(v, units, other)).max() > _DEPENDENT:  # some link feels it
+        if np.abs(_random(v, units, other)).max() > _DEPENDENT:  # it acts on some link
             turned.append(other)
             told.append((f"T{'XYZ'[axis]}", "rad"))
     if not turned:
@@ -130,11 +130,11 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return what gravity in the directions `turned` shows and the file's own gravity does not.
+    """Return link parameters with torque in gravity `turned`, but not in the file's gravity.
 
     Returns:
-        A list of (directions, links, 10), one set of link parameters for each direction of gravity,
-        whose summed torque no parameters have in the file's gravity.
+        A list of (directions, links, 10): one set of link parameters for each gravity direction.
+        Their summed torque is no torque of the model in the file's gravity.
     """
     units = _units(v)
     own, *others = (_random(v, units, g) for g in (None, *turned))
@@ -150,7 +150,7 @@ def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
 
 
 def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Each length that is not zero, of a robot whose other joints do not depend on it."""
+    """Yield each non-zero length, for robots in which no other joint depends on it."""
     v = variation(robot)
     if robot.loops or any(j.follows is not None for j in robot.joints):
         return
@@ -171,13 +171,13 @@ def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 def _lengthened(
     v: Variation, number: int, key: str, s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
-    """Return d tau / d length, less what other link parameters would give as well.
+    """Return d tau / d length, minus the part that other link parameters can produce.
 
-    How much of the derivative these can say depends on which of many sets `links` is.
+    The size of that part depends on which of many equivalent sets `links` is.
     """
 
     def slope(state: Sequence[FloatArray]) -> FloatArray:
-        """Return a central difference, exact for polynomials of degree two."""
+        """Return a central difference; it is exact for polynomials of degree two."""
         low, high = (
             v.torque(state, torques.links, changes={(number, key): step})
             for step in (-_STEP, _STEP)
@@ -191,7 +191,7 @@ def _lengthened(
 
 
 def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Each joint that turns, with another zero: q + DZ is where its link is."""
+    """Yield a zero offset of each revolute joint: its link is at q + DZ."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         low, high = (_moved(j, s, torques, np.array([[h], [0.0], [0.0]])) for h in (-_STEP, _STEP))
@@ -203,7 +203,7 @@ def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Each joint, a share of whose weight something else carries: its motor lacks that."""
+    """Yield gravity compensation: something else carries a share of the weight on a joint."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         rest = np.zeros_like(s.q)
@@ -214,7 +214,7 @@ def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
-    """Return an effect on a joint with one coefficient, of which the size is known."""
+    """Return an effect on a joint with one coefficient of known expected size."""
     return Candidate(
         definitions()[name], (j,), torque, 1, uses_model=True, analytic=True, scales=(scale,)
     )
@@ -222,14 +222,14 @@ def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
 
 @lru_cache(maxsize=4)
 def _inverse(v: Variation) -> FloatArray:
-    """Return what link parameters (10 links,) give a torque at random states."""
+    """Return a map from torque at random states to link parameters (10 links,)."""
     return np.asarray(np.linalg.pinv(_random(v, _units(v)), rcond=_DEPENDENT))
 
 
 def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Each joint, with a compliance between its motor, whose motion is measured, and its link.
+    """Yield a compliance of each joint, between its motor, whose motion is measured, and its link.
 
-    Where its link has an encoder, what it bends is measured, and its stiffness known apart.
+    If the link has an encoder, the deflection is measured and the stiffness is known separately.
     """
     definition = definitions()["joint_elasticity"]
     known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
@@ -252,7 +252,7 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _moved(j: int, s: FilteredLog, torques: Torques, along: FloatArray) -> FloatArray:
-    """Return the links' torque where joint j has another position, speed and acceleration."""
+    """Return the links' torque with another position, speed and acceleration of joint j."""
     state = [x.copy() for x in (s.q, s.qd, s.qdd)]
     for x, a in zip(state, along, strict=True):
         x[:, j] += a
@@ -262,10 +262,10 @@ def _moved(j: int, s: FilteredLog, torques: Torques, along: FloatArray) -> Float
 def _behind(
     j: int, stiffness: float, rotor: bool, s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
-    """Return K times what the links' torque changes by where joint j is as its link is.
+    """Return K times the change of the links' torque if joint j is where its link is.
 
-    Its coefficient is 1/K where the links move as their encoder says. A rotor that base parameters
-    join with the link moves as the motor does: the column of IA gives back what was taken with it.
+    The coefficient is 1/K if the links move as their encoder shows. A rotor that base parameters
+    regroup with the link moves with the motor: the column of IA restores its torque.
     """
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
@@ -279,11 +279,11 @@ def _behind(
 
 
 def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """Return d tau / d(1/K): q behind joint j is q - R/K, R the torque that the links ask of it.
+    """Return d tau / d(1/K): the link of joint j is at q - R/K, with its torque R.
 
-    Minus the derivative of the links' torque along (R, R', R'') of joint j; friction and rotor are
-    on the motor's side. A rotor that the base parameters join with the link counts as link, which
-    makes 1/K too small.
+    This is minus the derivative of the links' torque along (R, R', R'') of joint j. Friction and
+    rotor are on the motor's side. A rotor that base parameters regroup with the link counts as
+    link, which makes 1/K too small.
     """
     R, band = torques.of_links(torques.links, s.q, s.qd, s.qdd)[:, j], s.rows.cutoff
     rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
@@ -295,25 +295,26 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
 
 
 def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Each joint, with play in its gear between its motor, whose motion is measured, and its link.
+    """Yield backlash of each joint, between its motor, whose motion is measured, and its link.
 
-    The gear touches on the flank s that the sign of its torque says, and the link is at
+    The sign s of the transmitted torque decides which flank is in contact. The link is at
 
         q - e,     e = s b/2,     torque by the model of the links, without rotor and friction
 
-    Where this torque changes its sign, the flanks part. The gear transmits nothing, so that the
-    link lags behind the motor by what the model asks of it in vain, R = torque at (q, qd, qdd):
+    Where this torque changes sign, the flanks separate. The gear then transmits no torque, and the
+    link lags behind the motor because the torque R = torque at (q, qd, qdd) is missing:
 
         M e'' = R,     M inertia of the links about the joint,
 
-    until it meets a flank, where it stays (a plastic impact). On all joints the torque changes by
+    until it meets a flank and stays there (plastic impact). The torque of all joints changes by
 
-        torque of the links at (q - e, qd - e', qdd - e'') - torque at (q, qd, qdd):
+        torque of the links at (q - e, qd - e', qdd - e'') - torque at (q, qd, qdd).
 
-    a step d(torque)/dq b with the sign of the transmitted torque, not of the speed; a link torque
-    that lacks while the play is crossed, for (6 b M / |dR/dt|)^(1/3) where R falls evenly; and a
-    shock that gives the link the motor's speed. The width is the coefficient, and shapes the
-    crossing: column(b)/b. A rotor that base parameters join with the link counts as link.
+    This has three parts: a step d(torque)/dq b with the sign of the transmitted torque, not of the
+    speed; a missing link torque while the play is crossed, for (6 b M / |dR/dt|)^(1/3) if R changes
+    at a constant rate; and a shock that gives the link the speed of the motor. The width b is the
+    coefficient, and it also shapes the crossing: column(b)/b. A rotor that base parameters regroup
+    with the link counts as link.
 
     Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
     """
@@ -325,7 +326,7 @@ def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
-    """Return what a play of a width changes in the torque of all joints, over the width."""
+    """Return the change of all joint torques by a play, divided by its width."""
     b, unit = constants["width"], np.zeros((3, len(s.t)))
     unit[2] = 1.0
     rigid = torques.of_links(torques.links, s.q, s.qd, s.qdd)
@@ -338,13 +339,13 @@ def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> C
 
 
 def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
-    """Return how far the motor is ahead of the link in a gear with play, (N,), within +-width/2.
+    """Return the motor's lead over the link in a gear with play, (N,), within +-width/2.
 
     Args:
-        pull: (N,) acceleration by which a link without torque falls behind, rad/s2 (m/s2): its
-            sign is that of the flank in contact.
-        step: s.
-        width: of the play, rad (m).
+        pull: (N,) acceleration at which a link without torque falls behind, rad/s2 (m/s2). Its sign
+            is that of the flank in contact.
+        step: sampling step, s.
+        width: width of the play, rad (m).
     """
     finer = max(1, int(np.ceil(step / _FINE)))
     h, count = step / finer, (len(pull) - 1) * finer + 1
@@ -352,7 +353,7 @@ def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
     turns = np.append(np.flatnonzero((a[1:] < 0) != (a[:-1] < 0)) + 1, count)
     out, side, at = np.empty(count), -1.0 if a[0] < 0 else 1.0, 0
     while at < count:
-        if (a[at] < 0) == (side < 0):  # in contact until the flanks part
+        if (a[at] < 0) == (side < 0):  # in contact until the flanks separate
             end = int(turns[np.searchsorted(turns, at, side="right")])
             out[at:end], at = side * width / 2, end
             continue
@@ -373,7 +374,7 @@ def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
 
 
 def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """A load on the last link that moves; of its ten parameters those that show by themselves."""
+    """Yield a load on the last movable link, with its identifiable parameters."""
     last = robot.movable[-1]
     v = variation(robot)
     units = np.zeros((len(_LOAD), len(robot.joints), len(names.LINK)))
@@ -383,7 +384,7 @@ def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     kept = _independent(Y)
     if not kept:
         return
-    # R of its name stands for others, which it joins.
+    # A parameter with R appended stands for others that are regrouped with it.
     joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
     told = [
         (f"{_LOAD[i]}L" + ("R" if row.max(initial=0.0) > 1e-6 else ""),
@@ -399,7 +400,7 @@ def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 
 def _independent(Y: FloatArray) -> list[int]:
-    """Return the first columns of Y of which none is a combination of those before it."""
+    """Return the first columns of Y that are linearly independent of those before."""
     kept: list[int] = []
     Q = np.zeros((len(Y), 0))
     largest = float(np.linalg.norm(Y, axis=0).max(initial=0.0))

@@ -1,13 +1,13 @@
 """Test whether noise of positions explains an effect, by the two halves of the samples.
 
-Noise of q is in the columns of the model, and therefore in their residual. The column of an effect
-with the same noise can explain it by least squares, even without an effect. Columns Z from the even
-samples and columns W from the odd ones have independent noise. Let c be the part of an effect's
-columns in Z for which c' W = 0 for all other columns. Then
+Noise of q enters the columns of the model, and therefore their residual. The column of an effect
+contains the same noise, so least squares can find the effect even if it is absent. Columns Z from
+the even samples and columns W from the odd ones have independent noise. Let c be the part of an
+effect's columns in Z for which c' W = 0 for all other columns. Then
 
     m = c' (y - W_own theta)
 
-is zero except for noise if theta is the coefficient; the estimate by instruments is
+is zero except for noise if theta is the coefficient. The estimate by instruments is
 IV = (c' W_own)^-1 c' y. Each half is once Z and once W. The test compares m with its covariance
 along the least-squares fit, which also holds for weak instruments (Anderson and Rubin 1949).
 """
@@ -31,8 +31,8 @@ from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 from symgen.identification.instruments import halves
 
-_LEVEL = math.erfc(3 / math.sqrt(2))  # of 3 standard deviations
-_MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, however sure
+_LEVEL = math.erfc(3 / math.sqrt(2))  # two-sided probability of 3 standard deviations
+_MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, even if it is significant
 
 
 def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
@@ -42,8 +42,8 @@ def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
     from least squares by 3 standard deviations and by 5 % of a coefficient. There is no test for
     given parameters, for logs with too few samples, or if not all coefficients are determined.
 
-    Args:
-        baseline: the model as it is declared, and its training logs.
+    baseline: the declared model and its training logs.
+    effects: all effects that were found.
         effects: all that were found.
     """
     unknown = [False] * len(effects)
@@ -76,7 +76,7 @@ def _columns(
     logs: Sequence[FilteredLog],
     system: WhitenedSystem,
 ) -> FloatArray:
-    """Return the columns of the model and of the effects along other motion, (K, n, p)."""
+    """Return the columns of the model and of the effects, evaluated along `logs`, (K, n, p)."""
     X = baseline.parameters(system)
     seen = Seen(logs, [baseline.torques_along(log.thinned, X) for log in logs])
     more = seen.each(s.candidate for s in effects)
@@ -90,11 +90,11 @@ class _Rows:
     """Whitened rows of all joints, (K n, p), and of the two halves.
 
     Attributes:
-        system: whose rows they are.
+        system: the whitened equations.
         whole: columns along all samples.
-        halves: along the even samples and the odd ones.
+        halves: columns along the even samples and along the odd ones.
         y: (K n,) torque.
-        X: (p,) by least squares.
+        X: (p,) least-squares parameters.
     """
 
     system: WhitenedSystem
@@ -104,7 +104,7 @@ class _Rows:
     X: FloatArray
 
     def doubts(self, own: FloatArray) -> bool:
-        """Return whether the instruments do not bear out some columns, given by their numbers."""
+        """Return whether the instruments contradict some columns, given by their indices."""
         from scipy.special import chdtri
 
         rest, theta = np.setdiff1d(np.arange(self.whole.shape[1]), own), self.X[own]
@@ -116,7 +116,7 @@ class _Rows:
             y = self.y - W[:, own] @ theta
             left = y - W[:, rest] @ np.linalg.solve(product, Z[:, rest].T @ y)
             m, slope, scores = m + c.T @ y, slope + c.T @ W[:, own], scores + c * left[:, None]
-        # least squares varies with the same noise of torque
+        # The least-squares estimate varies with the same torque noise.
         residual = (self.y - self.whole @ self.X)[:, None] * self.whole
         least = np.linalg.solve(self.whole.T @ self.whole, residual.T)[own]
         limit = float(chdtri(len(own), _LEVEL))
@@ -127,7 +127,7 @@ class _Rows:
         return self._squares(shown, scores) < limit or (differ and material)
 
     def _squares(self, m: FloatArray, scores: FloatArray) -> float:
-        """Return m' C^-1 m, C the long-run covariance of sums of scores (K n, k)."""
+        """Return m' C^-1 m, with the long-run covariance C of the sums of `scores` (K n, k)."""
         n, parts, found = self.system.n, [], []
         by_joint = scores.reshape(-1, n, len(m))
         for log, span in zip(self.system.logs, kept_spans(self.system.logs), strict=True):

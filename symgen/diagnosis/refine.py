@@ -1,4 +1,4 @@
-"""The constants of a candidate, moved from their grid to where it explains most."""
+"""Refine the searched constants of effects between the values of their grid."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
 
 _STEPS = {1: 20, 2: 60}
-_ROUNDS, _HALVINGS = 8, 4  # of Gauss and Newton's steps
-_DIFFERENCE = 1e-3  # of a constant, for the slope of its columns
+_ROUNDS, _HALVINGS = 8, 4  # of the Gauss-Newton method
+_DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
 
 
 def refined(
@@ -29,13 +29,13 @@ def refined(
     """Move the constants between their neighbours on the grid to the largest gain.
 
     Args:
-        candidate: the best one on the grid.
-        grid: constants of all that were tried.
+        candidate: the best candidate on the grid.
+        grid: constants of all candidates that were tried.
         seen: gives the columns of a candidate.
-        gain: what columns explain.
+        gain: share of the residual that columns explain.
 
     Returns:
-        The candidate with its constants, six digits each, and its columns.
+        The candidate with its constants, rounded to six digits, and its columns.
     """
     from scipy.optimize import minimize
 
@@ -84,7 +84,7 @@ def _neighbours(values: set[float], value: float) -> tuple[float, float]:
 def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> list[Columns]:
     """Return d(columns @ coefficients)/d(constants), (K, c) by joint, of each smooth effect.
 
-    The coefficients of all effects stand one after the other.
+    `coefficients` holds those of all effects, one effect after the other.
     """
     out: list[Columns] = []
     at = 0
@@ -105,12 +105,12 @@ def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> l
 
 @dataclass(frozen=True, eq=False)
 class _Point:
-    """Effects with certain constants.
+    """Effects with given constants.
 
     Attributes:
-        effects: with their columns.
-        now: the system with the columns.
-        both: with the slopes along constants, too.
+        effects: the effects with their columns.
+        now: the equations with these columns.
+        both: the equations with these columns and the slopes along constants.
     """
 
     effects: Sequence[Score]
@@ -124,11 +124,11 @@ class _Point:
         return sum(c.size + len(c.constants) for c in smooth)
 
     def squares(self, sigma: FloatArray) -> float:
-        """Return the sum of squares that the effects leave."""
+        """Return the residual sum of squares with the effects."""
         return float(np.sum((self.now.residual * self.now.sigma / sigma) ** 2))
 
     def stepped(self, share: float, seen: Seen) -> list[Score]:
-        """Return the effects after a part of Gauss and Newton's step of all constants."""
+        """Return the effects after a part of the Gauss-Newton step of all constants."""
         step = iter(share * self.both.X[len(self.now.X) :])
         out = []
         for s in self.effects:
@@ -142,11 +142,11 @@ class _Point:
 
 
 def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
-    """Move the constants of all effects together to the least squares of the whole model.
+    """Fit the constants of all effects together by least squares of the whole model.
 
-    On its own, beside a model that does not know it yet, an effect was refined to what explains
-    most. These are steps of Gauss and Newton on constants and coefficients; each makes the sum of
-    squares smaller and stays where the logs determine the model, or the constants stay.
+    The search refines each effect alone, beside a model without the later effects. This function
+    takes Gauss-Newton steps on constants and coefficients. Each step lowers the sum of squares and
+    keeps the parameters determined; otherwise the constants stay.
     """
     firm = [s for s in accepted if not s.candidate.smooth]
     if len(firm) == len(accepted):

@@ -1,13 +1,13 @@
-"""What a model misses, seen as motion: the model moved by the measured torques of a log.
+"""The motion of a model under the measured torques of a log: the model error seen as motion.
 
     M(q) qdd + h(q, qd) + A' f = tau_m(t) + M(q) (w^2 (q_m - q) + 2 w (qd_m - qd))
 
-A model alone drifts away under measured torques; the feedback, weak and critically damped, holds it
-to the measured motion. With e = q - q_m, and d the torque that the model misses,
+A model alone drifts away under measured torques. A weak and critically damped feedback keeps it
+near the measured motion. With e = q - q_m, and the missing torque d of the model,
 
     M (e'' + 2 w e' + w^2 e) = -d
 
-to first order and but for the stiffness of gravity: e is d over the mass, through a low-pass at w.
+to first order and without the stiffness of gravity: e is d over the mass, through a low-pass at w.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from symgen.experiment.plant import KERNELS, Plant, plant
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
-#: Of the feedback, rad/s.
+#: Bandwidth of the feedback, rad/s.
 BANDWIDTH = 2 * np.pi
-#: Longest and shortest window, s: the shortest is one period of the feedback.
+#: Longest and shortest window, s; the shortest is one period of the feedback.
 _LONGEST, _SHORTEST = 3.0, 1.0
 _TOLERANCE = 1e-6
-#: Evaluations of the torque, in place of seconds: a picture is not worth more.
+#: Largest number of torque evaluations, which limits the time for one plot.
 _MOST = 20_000
 _UNITS = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 
@@ -44,12 +44,13 @@ class Replay:
     """Simulated minus measured position under the measured torques, before and after.
 
     Attributes:
-        log: whose torques they are.
+        log: name of the log with the torques.
         t: (K,) s.
         before: (K, n) of the declared model, rad or m.
         after: (K, n) of the extended model, rad or m.
-        units: of each joint, "rad" or "m".
-        left_out: names of found effects that the extended robot, hence the motion, is without.
+        units: unit of each joint, "rad" or "m".
+        left_out: names of found effects that the extended robot, and so the motion, does not
+            include.
     """
 
     log: str
@@ -80,13 +81,13 @@ class Replay:
 
 
 def replayed(diagnosis: Diagnosis) -> Replay:
-    """Move the models before and after by the measured torques, where the gap before is largest.
+    """Simulate both models under the measured torques, where the gap before is largest.
 
     Args:
-        diagnosis: with its curves, the declared robot and its parameters.
+        diagnosis: the diagnosis, with its curves, the declared robot and its parameters.
 
     Raises:
-        SymgenError: there is nothing to show, or a model does not move: why, in one line.
+        SymgenError: there is nothing to show, or the simulation fails, with the reason.
     """
     if diagnosis.verdict == "bad-measurement":
         raise ParameterError("the measurement is wrong")
@@ -100,7 +101,7 @@ def replayed(diagnosis: Diagnosis) -> Replay:
         raise ParameterError("the declared robot is not known")
     seen, window = worst(diagnosis.curves)
     after = _evaluator(diagnosis.extended)
-    # One robot, one derivation: nothing was added.
+    # Nothing was added: both robots are one, with one derivation.
     before = after if declared == diagnosis.extended else _evaluator(declared)
 
     def distance(label: str, evaluator: Evaluator, values: Sequence[float]) -> FloatArray:
@@ -122,7 +123,7 @@ def replayed(diagnosis: Diagnosis) -> Replay:
 
 
 def _evaluator(robot: Robot) -> Evaluator:
-    """Return the kernels of a plant, run by CasADi: to compile them takes longer than to run."""
+    """Return the kernels of a simulation, run by CasADi: compiling takes longer than the run."""
     return load(derive(robot, KERNELS), backend="casadi")
 
 
@@ -154,7 +155,7 @@ def worst(curves: Sequence[Curves]) -> tuple[Curves, slice]:
 
 
 def _stretches(c: Curves) -> list[slice]:
-    """Return the spans of a second or more in which no torque is masked."""
+    """Return the time spans of a second or more without masked torque."""
     free = np.ones((len(c.t), 1), dtype=bool) if c.free is None else c.free
     return [slice(a, b) for a, b in spans(np.all(free, axis=1)) if c.t[b - 1] - c.t[a] >= _SHORTEST]
 
@@ -162,22 +163,22 @@ def _stretches(c: Curves) -> list[slice]:
 def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> FloatArray:
     """Return the motion of a model under the measured torque and the weak feedback.
 
-    It begins in the measured state; between the samples of a log stand cubic splines.
+    It starts in the measured state. Cubic splines interpolate between the samples of the log.
 
     Args:
-        evaluator: with the kernels of `symgen.experiment.plant`.
+        evaluator: the model with the kernels of `symgen.experiment.plant`.
         X: base parameters (p,).
         seen: the measured motion and torque.
-        t: (K,) stamps within those of seen, s.
+        t: (K,) times within those of `seen`, s.
 
     Returns:
         q (K, n), rad or m.
 
     Raises:
-        SymgenError: X is not this model's or no robot's, or the motion is not finite, or so stiff
-            that it takes too long.
+        SymgenError: X does not fit the model or is no physical robot, or the motion is not finite,
+            or too stiff to be integrated in time.
     """
-    # SciPy's integrators take longer to import than a page takes that has no motion.
+    # SciPy's integrators take long to import, so only a page with a motion imports them.
     from symgen.experiment.integrator import integrate
 
     if len(X) != len(evaluator.model.base.names) or not np.isfinite(X).all():
@@ -189,7 +190,7 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
     def law(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
         nonlocal done
         done += 1
-        if done > _MOST:  # no ParameterError, which the integrator answers with a shorter step
+        if done > _MOST:  # not a ParameterError, for which the integrator only takes a shorter step
             raise SymgenError("it is too stiff to be moved in a few seconds")
         here = measured(at)
         pull = w**2 * (here[:, n : 2 * n] - q) + 2 * w * (here[:, 2 * n :] - qd)
@@ -204,12 +205,13 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
 
 
 def _require_mass(moved: Plant, t: FloatArray, q: FloatArray) -> None:
-    """Require that M is positive definite along a motion (N, n): CasADi's kernels do not.
+    """Require that M is positive definite along a motion (N, n); CasADi's kernels do not check it.
 
-    From there no motion leads to where it is not: on the way qdd grows without bound.
+    From such a state no motion leads to a state where M is not positive definite, because qdd grows
+    without bound on the way.
 
     Raises:
-        ParameterError: when it is not.
+        ParameterError: M is not positive definite.
     """
     least = np.linalg.eigvalsh(moved.mass(q))[:, 0]
     if least.min() <= 0:

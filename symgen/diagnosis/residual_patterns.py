@@ -1,8 +1,8 @@
-"""Where the gap is: which joints, and against what each joint's residual is organised.
+"""The place of a gap: which joints, and on what each joint's residual depends.
 
-Every pattern is a few functions of one joint's log. Its score is the share of the residual's square
-that they explain once the model has taken its part, less a price for each function; the best one
-names the pattern, where it explains enough to be one.
+Each pattern is a small set of functions of one joint's log. Its score is the share of the squared
+residual that they explain beside the model, minus a penalty for each function. The best score names
+the pattern, if it is large enough.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from symgen.diagnosis.whitened_system import WhitenedSystem, gain_of, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 
-_PRICE = 0.015  # of a function
-_ORGANISED = 0.3  # least score of a pattern
-_EXPLAINED = 0.5  # share of a joint's residual that effects close whose pattern is then its own
-_LOUD = 1.5  # gap over floor from which a joint has an excess
+_PRICE = 0.015  # penalty of a function
+_ORGANISED = 0.3  # smallest score of a pattern
+_EXPLAINED = 0.5  # share of a joint's residual that an effect must close to name the pattern
+_LOUD = 1.5  # gap over noise floor from which a joint counts
 _SLIGHT = 0.01  # share of the whole excess below which a joint is left out
-_WINDOW, _MOST = 0.15, 0.7  # part of the log that is short, share of the square that is most
-_SHAPES = 3  # half waves over the joint's range that are still a position, not a spectrum
+_WINDOW, _MOST = 0.15, 0.7  # longest part of a log, and share of the square in it
+_SHAPES = 3  # half waves over the joint's range up to which the pattern is position, not spectrum
 _WAVES = 60
 _AFTER = (0.02, 0.05, 0.1, 0.2)  # s after a reversal
 _BLOCKS = 8
@@ -37,8 +37,8 @@ class _View:
     """One joint of a log: position, speed, acceleration, and the model's torque on it, (N,) each.
 
     Attributes:
-        x: the position, -1 to 1 over the log.
-        part: of the log's time that has passed.
+        x: position scaled to -1 .. 1 over the log.
+        part: elapsed part of the log's time.
         size: RMS of the speed.
     """
 
@@ -129,7 +129,7 @@ def _beside(s: _View, k: int) -> list[FloatArray]:
 
 
 def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> dict[str, float]:
-    """Return the score of every pattern on the joint at position `j`, the best first."""
+    """Return the score of every pattern on the joint at index `j`, the best first."""
     scores: dict[str, float] = {}
     views = [_view(log.thinned, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
     groups = [*_groups(evidence.n, j)]
@@ -143,7 +143,7 @@ def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> di
 
 
 def window(evidence: WhitenedSystem, j: int) -> tuple[float, float] | None:
-    """Return a short span of time, s, that holds most of a joint's residual; None without one."""
+    """Return a short time span, s, with most of a joint's residual; None if there is none."""
     first, found, most = 0, None, 0.0
     whole = float(np.sum(evidence.residual[:, j] ** 2))
     for s in evidence.logs:
@@ -162,15 +162,15 @@ def window(evidence: WhitenedSystem, j: int) -> tuple[float, float] | None:
 def places(
     baseline: Baseline, accepted: Sequence[Score], before: Gap, floor: Gap
 ) -> tuple[Place, ...]:
-    """Return the joints with a gap above the floor, the largest share first.
+    """Return the joints with a gap above the noise floor, the largest share first.
 
-    The pattern is that of the effect that closes the joint's gap, where one with a name does; else
-    that of the portrait.
+    The pattern is that of the named effect that closes the joint's gap, if there is one. Otherwise
+    it is the pattern with the best score.
 
     Args:
-        baseline: the model before anything is added.
-        accepted: what was found.
-        before, floor: on the held-out data.
+        baseline: the declared model.
+        accepted: the effects that were found.
+        before, floor: gap and noise floor on the held-out data.
     """
     gap, noise = np.asarray(before.per_joint), np.asarray(floor.per_joint)
     excess = np.maximum(gap**2 - noise**2, 0)

@@ -1,10 +1,10 @@
-"""Rests: where a joint stands, friction is anything between its limits, and says no more.
+"""Samples at rest: static friction can take any value between its limits.
 
     |tau - W X| <= F,    W the regressor with the joint's own speed zero
 
-A torque within the limits tells nothing; one beyond them counts by its distance. F is what the
-model's friction is at a creeping speed, and half more: static friction is larger than that of
-motion.
+A torque within the limits contains no information. A torque beyond them counts by its distance to
+the limit. F is 1.5 times the model's friction at creeping speed, because static friction is larger
+than friction in motion.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from symgen.diagnosis.whitened_system import modelled, standing
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 
-#: Static friction over that of motion, at most, as tables of materials have it.
+#: Largest ratio of static to kinetic friction, from tables of materials.
 _STATIC = 1.5
-#: Torque from q, qd, qdd, (k, n) each.
+#: Gives the torque from q, qd, qdd, (k, n) each.
 Torque = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 def with_speed(log: FilteredLog, still: Bools, share: float) -> FilteredLog:
-    """Return a log whose standing joints (N, n) have a part of their largest speed."""
+    """Return a log in which joints at rest (N, n) move at a part of their largest speed."""
     slow = share * np.abs(log.qd).max(axis=0)
     out = replace(log, qd=np.where(still, slow, log.qd))
-    out.__dict__["qdd"] = log.qdd  # the cached property: no joint jumps
+    out.__dict__["qdd"] = log.qdd  # fills the cached property: no joint jumps
     return out
 
 
 @dataclass(frozen=True, eq=False)
 class RestingLogs:
-    """Logs in which joints stand.
+    """Logs in which joints are at rest.
 
     Attributes:
-        logs: in the band of the run.
-        halted: the same with the speed of standing joints zero.
-        creeping: the same with that speed small, backward and forward.
-        joint: (R,) position of the joint of each rest.
+        logs: logs in the band of the run.
+        halted: the same logs with the speed of resting joints zero.
+        creeping: the same logs with a small speed of resting joints, backward and forward.
+        joint: (R,) index of the joint of each rest.
         rows: (R, 2) first kept row of each rest, and the row after its last.
     """
 
@@ -53,13 +53,13 @@ class RestingLogs:
     rows: NDArray[np.intp]
 
     def means(self, torque: FloatArray) -> FloatArray:
-        """Return the means over the rests of values (K, n, ...) of their joints, (R, ...)."""
+        """Return the means (R, ...) of values (K, n, ...) over the rests, for the joint of each."""
         pairs = zip(self.joint, self.rows, strict=True)
         return np.array([torque[a:b, j].mean(axis=0) for j, (a, b) in pairs])
 
 
 def resting_logs(logs: Sequence[FilteredLog]) -> RestingLogs | None:
-    """Find the rests of logs that no motion reaches through the low-pass; None without any."""
+    """Find rests that the low-pass does not mix with motion; None if there are none."""
     still = [standing(log) for log in logs]
     found = [
         (j, first + span.start, last + span.start)
@@ -80,14 +80,14 @@ def resting_logs(logs: Sequence[FilteredLog]) -> RestingLogs | None:
 
 
 def _deep(log: FilteredLog, still: Bools) -> Iterator[tuple[int, int, int]]:
-    """Yield joint and kept rows of rests that are out of reach of motion and mask."""
+    """Yield joint and kept rows of rests that the filter does not mix with motion or a mask."""
     for j, deep in enumerate(deep_rows(log, still).T):
         for first, last in spans(deep):
             yield j, int(first), int(last)
 
 
 def deep_rows(log: FilteredLog, still: Bools) -> Bools:
-    """Return the kept rows of rests that are out of reach of motion and mask, (K, n)."""
+    """Return the kept rows of rests that the filter does not mix with motion or a mask, (K, n)."""
     moving = [touched(~joint, log.reach) for joint in still.T]
     return (~np.column_stack(moving) & log.clear)[log.kept]
 
@@ -95,22 +95,21 @@ def deep_rows(log: FilteredLog, still: Bools) -> Bools:
 def static_friction(resting: RestingLogs, torque: Sequence[FloatArray]) -> FloatArray:
     """Return the limit of static friction of each rest, (R,).
 
-    Args:
-        resting: the logs.
-        torque: of the model with joints creeping backward and forward, (K, n) each.
+    resting: the logs.
+    torque: torque of the model with joints creeping backward and forward, (K, n) each.
     """
     back, forth = map(resting.means, torque)
     return _STATIC * np.abs(forth - back) / 2
 
 
 def beyond_friction(log: FilteredLog, error: FloatArray, model: Torque) -> FloatArray:
-    """Return by how much torques at rest are beyond the limits of static friction, (n,).
+    """Return how far torques at rest exceed the limits of static friction, (n,).
 
-    These are sums of squares over the kept rows.
+    The values are sums of squares over the kept rows.
 
     Args:
-        log: in the band of the run.
-        error: (K, n) measured minus modelled torque in the band, at the kept instants.
+        log: a log in the band of the run.
+        error: (K, n) measured minus modelled torque, in the band, at the kept samples.
         model: gives the modelled torque.
     """
     still = standing(log)

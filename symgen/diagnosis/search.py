@@ -1,13 +1,15 @@
-"""Which effects are there: sets of them compete by how well they predict other motion.
+"""Search for the effects that are present: sets of effects compete by prediction of other motion.
 
-A set is worth its predictive score on folds (`symgen.estimation.predictive_score`) and its prior:
+The score of a set is its predictive score on folds (`symgen.estimation.predictive_score`) and its
+prior:
 
     log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
 
-Constants on a grid are marginalised; sizes have Student's t with 3 degrees of freedom. Effects are
-added one by one or as pairs on a joint, taken away and exchanged while that raises the odds. What
-lowers the held-out torque of every joint by less than what matters is never named. Effects that
-explain the same share one class, and the odds say how likely each of its names is.
+Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
+Effects are added one by one or as pairs on a joint, removed and exchanged while that raises the
+odds. An effect that lowers the held-out torque error of every joint by less than `least` is never
+named. Effects that explain the same form one class. The odds give the probability of each of its
+names.
 """
 
 from __future__ import annotations
@@ -32,27 +34,28 @@ from symgen.estimation.predictive_score import (
     MISFIT,
     Columns,
     Fit,
+    Folded,
     PredictiveScore,
 )
 from symgen.estimation.values import FloatArray
 
 #: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]
-#: Correlation of what two effects explain from which they are one class; and are alternatives.
+#: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
-_TIE = 3.0  # nats by which the data do not tell two effects of one class apart
-_FREEDOM = 3.0  # of Student's t of the sizes
-#: Sizes that a fit draws to zero, over what is expected: what the rows do not determine.
+_TIE = 3.0  # nats, difference below which the data do not distinguish two effects of one class
+_FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
+#: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_WRONG_SIGN = 6.0  # nats that a size of the sign that no real thing has costs
-_PART = 0.3  # of an effect's largest column, from which the sign of another one tells
-_FINE = 8  # best effects of which constants between the grid's are tried
-_PAIRED = 7  # best effects of which pairs on a joint are tried
-_MOST = 12  # effects in all
-#: What stands for a time only; shortest and longest part of a log, and how many are tried.
+_WRONG_SIGN = 6.0  # nats, penalty of a physically impossible sign
+_PART = 0.3  # of an effect's largest column: smallest other column whose sign is tested
+_FINE = 8  # number of best effects whose constants are refined between the grid
+_PAIRED = 7  # number of best effects that are tried in pairs on a joint
+_MOST = 12  # largest number of effects
+#: Effect in a time window; shortest and longest part of a log, and number of windows.
 CONTACT = "external_contact"
 _TIMES = (0.01, 0.2, 12)
-#: Effects of which there may be several on a joint.
+#: Effects that may occur several times on a joint.
 _REPEATED = (CONTACT, UNNAMED)
 #: Effects of the measuring chain.
 MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
@@ -60,11 +63,11 @@ MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_er
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What the search found.
+    """The result of the search.
 
     Attributes:
-        accepted: in the order of their share in closing the gap.
-        rejected: the others, the likeliest first, with the reason.
+        accepted: accepted effects, the largest share in closing the gap first.
+        rejected: the other effects, the most probable first, with the reason.
         tried: number of candidates.
     """
 
@@ -75,14 +78,14 @@ class Selection:
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """The model with some effects beside it.
+    """The model with the effects accepted so far.
 
     Attributes:
-        system: its rows.
-        score: what predicts them.
-        seen: gives columns beside it.
-        names: of the effects.
-        keys: the same, with their joints.
+        system: the whitened equations.
+        score: the predictive score for candidates beside it.
+        seen: gives columns of candidates.
+        names: names of the effects.
+        keys: names and joints of the effects.
     """
 
     system: WhitenedSystem
@@ -92,16 +95,33 @@ class _Stage:
     keys: frozenset[Key]
 
 
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Candidates on the same joints with as many columns, which are scored together.
+
+    Attributes:
+        candidates: what they are.
+        columns: of each.
+        folded: these columns together.
+        sizes: RMS of the torque that a column of each is expected to have, N m or N.
+    """
+
+    candidates: Sequence[Candidate]
+    columns: Sequence[Columns]
+    folded: Folded
+    sizes: FloatArray
+
+
 class Search:
-    """A search among candidates.
+    """The search among candidates.
 
     Args:
-        baseline: the model as it is declared, and its logs.
+        baseline: the declared model and its logs.
         pool: the candidates.
         expressions: whether expressions without a name are candidates.
-        least: part of a joint's torque that matters.
-        misfit: part of a joint's torque that no model is righter than.
-        progress: is told what is being tried.
+        least: smallest torque that matters, as a part of the joint's torque.
+        misfit: smallest model error to expect, as a part of a joint's torque.
+        progress: called with a text about what is being tried.
     """
 
     def __init__(
@@ -116,21 +136,24 @@ class Search:
         self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
         self.least, self.misfit = least, misfit
         self.expressions = Expressions(baseline) if expressions else None
-        self._fixed: dict[Candidate, Columns] = {}
-        self._moving: dict[Candidate, Columns] = {}
-        #: Friction that is not declared: others may presume it.
+        self._contacts = {c.key: c for c in self.pool if c.name == CONTACT}
+        #: Candidates whose columns do not hold the model's torque, and those whose do.
+        self._fixed: Sequence[_Group] | None = None
+        self._moving: Sequence[_Group] = ()
+        #: Names of friction that is not declared; other effects may require it.
         self._plain = [
             c for c in self.pool if c.definition.native in names.FRICTION and not c.change
         ]
 
     def run(self) -> Selection:
-        """Add, take away and exchange effects while the odds rise."""
+        """Add, remove and exchange effects while the odds rise."""
         accepted: list[Score] = []
         seen: set[frozenset[Key]] = set()
         options: list[Score] = []
         while len(accepted) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
+            self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
             if best[0] <= 0:
@@ -139,10 +162,10 @@ class Search:
             accepted = self._backward([*accepted, *(self._refined(stage, s) for s in chosen)])
             accepted = self._exchanged(accepted)
             keys = frozenset(s.candidate.key for s in accepted)
-            if keys in seen:  # one displaces the other in turn: they are as good as each other
+            if keys in seen:  # two effects that replace each other in turn are equally good
                 break
             seen.add(keys)
-        # The last exchange may have left one without which the others do as well.
+        # The last exchange may have made another effect superfluous.
         found = self._told_apart(self._backward(accepted))
         found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
@@ -151,7 +174,7 @@ class Search:
         return Selection(tuple(found), tuple(rejected), len(self.pool))
 
     def _merged(self, found: list[Score]) -> list[Score]:
-        """Return the effects with one expression a joint."""
+        """Return the effects with their expressions merged: one expression for each joint."""
         parts = [s for s in found if s.candidate.name == UNNAMED]
         if self.expressions is None or len(parts) < 2:
             return found
@@ -185,18 +208,16 @@ class Search:
         return _Stage(system, score, self.baseline.seen(system), names, keys)
 
     def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
-        """Return every effect that may stand beside a stage, the likeliest first.
+        """Return every effect that may be added to a stage, the most probable first.
 
         Args:
-            stage: the model and what was found.
-            joints: of which an effect has to act on one; None for all.
+            stage: the model and the accepted effects.
+            joints: an effect has to act on one of these; None for all.
         """
         entries: dict[Key, list[Score]] = {}
-        for candidate, columns in self._candidates(stage, joints):
-            fit = self._fit(stage, candidate, columns)
-            if fit is not None:
-                own = self._judged(stage, candidate, columns, fit)
-                entries.setdefault(candidate.key, []).append(own)
+        for candidate, columns, fit in self._fits(stage, joints):
+            own = self._judged(stage, candidate, columns, fit)
+            entries.setdefault(candidate.key, []).append(own)
         out = []
         for key, found in entries.items():
             odds = np.array([s.odds for s in found])
@@ -207,9 +228,9 @@ class Search:
         return sorted(out, key=lambda s: -s.odds)
 
     def _between(self, stage: _Stage, options: Sequence[Score]) -> list[Score]:
-        """Return options, the first of them with constants between the grid's where that is better.
+        """Return the options; the constants of the first ones are refined where that scores better.
 
-        A grid may miss a narrow peak; the best value alone costs the whole grid.
+        A grid may miss a narrow peak. A refined value still pays the prior cost of the whole grid.
         """
         out = list(options)
         best = in_turn(lambda s: self._refined(stage, s), options[:_FINE], own_threads())
@@ -224,32 +245,55 @@ class Search:
                     out[k] = replace(found, odds=odds)
         return sorted(out, key=lambda s: -s.odds)
 
-    def _candidates(
+    def _fits(
         self, stage: _Stage, joints: frozenset[int] | None
-    ) -> Iterator[tuple[Candidate, Columns]]:
-        """Yield what may stand beside a stage, with its columns.
+    ) -> Iterator[tuple[Candidate, Columns, Fit]]:
+        """Yield the candidates that may be added to a stage, with their columns and scores.
 
-        Those without the model are made once; those with it for all joints, whenever one more
-        effect is looked for: what is exchanged beside it in the meantime moves them little.
+        Columns without the model's torque are computed once. Columns with it are computed for all
+        joints whenever an effect is added; exchanges in between change them little.
         """
-        admitted = [c for c in self.pool if self._admitted(c, stage, joints)]
-        asked = [c for c in admitted if c.name != CONTACT]
-        contacts = {c.key: self._contact(c, stage) for c in admitted if c.name == CONTACT}
-        yield from ((c, stage.seen(c)) for c in contacts.values())
-        new = [c for c in asked if not c.uses_model and c not in self._fixed]
-        self._fixed.update(zip(new, stage.seen.each(new), strict=True))
-        yield from ((c, self._fixed[c]) for c in asked if not c.uses_model)
-        moving = [c for c in asked if c.uses_model]
-        if joints is None:
-            self._moving.clear()
-        new = [c for c in moving if c not in self._moving]
-        self._moving.update(zip(new, stage.seen.each(new), strict=True))
-        yield from ((c, self._moving[c]) for c in moving)
-        if self.expressions is not None:
-            yield from self.expressions.best(stage.system, joints)
+        for contact in self._contacts.values():
+            if self._admitted(contact, stage, joints):
+                candidate = self._contact(contact, stage)
+                columns = stage.seen(candidate)
+                yield candidate, columns, stage.score.within(columns)
+        self._fixed = self._fixed or self._grouped(stage, uses_model=False)
+        terms = [] if self.expressions is None else self.expressions.best(stage.system, joints)
+        for group in (*self._fixed, *self._moving, *self._together(stage, terms)):
+            own = [self._admitted(c, stage, joints) for c in group.candidates]
+            if any(own):
+                fits = stage.score.each(group.folded, group.sizes)
+                rows = zip(group.candidates, group.columns, fits, strict=True)
+                yield from itertools.compress(rows, own)
+
+    def _grouped(self, stage: _Stage, *, uses_model: bool) -> list[_Group]:
+        """Return candidates with their columns beside a stage, without those of no number."""
+        every = (c for c in self.pool if c.name != CONTACT)
+        candidates = [c for c in every if c.uses_model == uses_model]
+        found = zip(candidates, stage.seen.each(candidates), strict=True)
+        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
+        return self._together(stage, finite)
+
+    def _together(
+        self, stage: _Stage, found: Iterable[tuple[Candidate, Columns]]
+    ) -> list[_Group]:
+        """Return candidates and their columns, those together that are scored together."""
+        alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
+        for candidate, columns in found:
+            count = next(iter(columns.values())).shape[1]
+            alike.setdefault((candidate.joints, tuple(columns), count), []).append(
+                (candidate, columns)
+            )
+        out = []
+        for same in alike.values():
+            own, columns = zip(*same, strict=True)
+            sizes = np.array([self._expected(*x) for x in same])
+            out.append(_Group(own, columns, stage.score.folded(columns), sizes))
+        return out
 
     def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
-        """Return a torque for a time at the time that holds most of its joint's residual."""
+        """Return a time window around most of its joint's residual."""
         (j,), logs = candidate.joints, self.baseline.base.logs
         best = (0.0, candidate)
         for log, span in zip(logs, kept_spans(logs), strict=True):
@@ -265,7 +309,7 @@ class Search:
         return best[1]
 
     def _admitted(self, candidate: Candidate, stage: _Stage, joints: frozenset[int] | None) -> bool:
-        """Whether a candidate is new, acts on one of some joints, and has what it presumes."""
+        """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
         if candidate.key in stage.keys and candidate.name not in _REPEATED:
             return False
         if any(candidate.presumes(c) and c.key not in stage.keys for c in self._plain):
@@ -273,16 +317,20 @@ class Search:
         return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
 
     def _sizes(self, candidate: Candidate) -> FloatArray:
-        """Return the RMS torque that an effect is expected to have on its joints, (n,)."""
+        """Return the expected RMS torque of an effect on its joints, (n,)."""
         return candidate.definition.size * self.baseline.base.size
+
+    def _expected(self, candidate: Candidate, columns: Columns) -> float:
+        """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
+        size = self._sizes(candidate)
+        return _LOOSE * max(float(size[j]) for j in columns)
 
     def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
         if not all(np.isfinite(c).all() for c in columns.values()):
             return None
         if candidate.name == CONTACT:
             return stage.score.within(columns)
-        size = self._sizes(candidate)
-        return stage.score.beside(columns, _LOOSE * max(float(size[j]) for j in columns))
+        return stage.score.beside(columns, self._expected(candidate, columns))
 
     def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
         alone, d = stage.score.alone, candidate.definition
@@ -306,12 +354,12 @@ class Search:
         return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
 
     def _worth(self, stage: _Stage, fit: Fit) -> float:
-        """Return the largest part of a joint's torque by which a fit lowers its error."""
+        """Return the largest relative reduction of a joint's torque error by a fit."""
         fell = np.maximum(stage.score.alone.left - fit.left, 0)
         return float(np.max(np.sqrt(fell) / self.baseline.base.size))
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
-        """Whether a coefficient has the sign that no real thing has."""
+        """Whether a coefficient has a physically impossible sign."""
         if candidate.definition.sign != "positive" or candidate.change:
             return False
         size = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns.values()], axis=0))
@@ -319,7 +367,7 @@ class Search:
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
 
     def _sets(self, stage: _Stage, options: Sequence[Score]) -> Iterator[tuple[float, list[Score]]]:
-        """Yield the odds of single effects and of pairs on a joint that matter."""
+        """Yield the odds of single effects, and of pairs on a joint, that matter."""
         for s in options:
             if s.worth >= self.least:
                 yield s.odds, [s]
@@ -333,15 +381,15 @@ class Search:
             fit = stage.score.beside(both, _LOOSE * float(np.max(self._sizes(a.candidate))))
             if self._worth(stage, fit) < self.least * np.sqrt(2):
                 continue
-            # priors and grids of each as they were judged alone
+            # priors and grids of each effect, as computed alone
             priors = sum(s.odds - s.evidence for s in (a, b))
             yield fit.score - stage.score.alone.score + priors, [a, b]
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
-        """Return the plainest of all that explain the same, but for what does not matter.
+        """Return the simplest effect that explains the same as the best one.
 
-        Between effects whose held-out torque differs by less than what matters, prior odds and the
-        count of numbers decide.
+        If the held-out torque differs by less than `least`, prior odds and the number of parameters
+        decide.
         """
         if best.left is None:
             return best
@@ -359,7 +407,7 @@ class Search:
         return max(near, key=_plainness)
 
     def _refined(self, stage: _Stage, s: Score) -> Score:
-        """Return an effect with constants between the grid's."""
+        """Return an effect with constants between the values of the grid."""
         if self.expressions is not None and s.candidate.name == UNNAMED:
             candidate, columns = self.expressions.refined(stage.system, s.candidate)
             return replace(s, candidate=candidate, columns=columns)
@@ -370,10 +418,10 @@ class Search:
         return replace(s, candidate=candidate, columns=columns)
 
     def _again(self, stage: _Stage, own: Score) -> Score:
-        """Return an effect as it does beside others; the cost of its grid is kept."""
+        """Return the score of an effect beside others; the cost of its grid stays."""
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
         fit = self._fit(stage, own.candidate, columns)
-        assert fit is not None  # it was finite
+        assert fit is not None  # it was finite before
         found = self._judged(stage, own.candidate, columns, fit)
         return replace(found, odds=found.odds - np.log(self._grid(own.candidate)) / 2)
 
@@ -383,7 +431,7 @@ class Search:
         return max(1, sum(c.key == candidate.key for c in self.pool))
 
     def _backward(self, accepted: list[Score]) -> list[Score]:
-        """Drop what no longer holds beside all others, the least likely first."""
+        """Remove effects that are not probable beside the others, the least probable first."""
         while len(accepted) > 1:
             again = [self._again(self._stage(leave_out(accepted, s)), s) for s in accepted]
             failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
@@ -394,11 +442,11 @@ class Search:
         return accepted
 
     def _exchanged(self, accepted: list[Score]) -> list[Score]:
-        """Choose each effect again among all on its joints, now that the others stand beside it."""
+        """Select each effect again among all on its joints, beside the other effects."""
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
             if len(leave_out(accepted, own)) < len(rest):
-                continue  # others would not be there without it
+                continue  # other effects require it
             stage = self._stage(rest)
             joints = frozenset(own.candidate.joints) or None
             options = [s for s in self._options(stage, joints) if s.worth >= self.least]
@@ -413,7 +461,7 @@ class Search:
         return accepted
 
     def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:
-        """Return the effects with their probabilities and with what explains the same."""
+        """Return the effects with their probabilities and their alternatives."""
         out = []
         for own in accepted:
             stage = self._stage(leave_out(accepted, own))
@@ -446,7 +494,7 @@ class Search:
 
 
 def _plainness(s: Score) -> tuple[bool, float, int]:
-    """Return whether signs are right, prior odds, minus the count of numbers, to compare by."""
+    """Return a key to compare by: possible signs, prior odds, minus the number of parameters."""
     c = s.candidate
     return not s.turned, c.definition.odds, -(c.size + len(c.constants))
 

@@ -1,10 +1,10 @@
-"""The stiffness of a joint whose link has an encoder of its own: the balance of its motor.
+"""The stiffness of a joint with a second encoder on its link, from the balance of its motor.
 
     tau = K (q - qs) + D (q' - qs') + IA q'' + FS sign(q') + FV q' + OF
 
-with q on the motor's side of what bends and qs on the link's. Every column is measured and none
-holds the model of the links, so that K needs none; what a zero of an encoder is off stands in OF.
-Without qs a joint that bends shows in its torque alone, near its resonance.
+Here q is the motor's position and qs the link's, both on the joint side. Every column is measured
+and none contains the model of the links. A zero error of an encoder enters OF. Without qs,
+elasticity shows only in the torque, near the resonance.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from symgen.robot.effect import unit
 from symgen.robot.types import Robot
 
 NAME = "joint_elasticity"
-#: K is known where it is so many standard deviations from zero, and where the noise of q - qs in
-#: the band is at most this part of what the other columns leave of it: K falls by its square.
+#: K is known if it exceeds this many standard deviations, and if the noise of q - qs in the band is
+#: at most this part of the column beside the others. The bias of K grows with its square.
 _SURE, _NOISE = 5.0, 0.1
-#: Of the motion: where q - qs is larger than this, it is another gear ratio or another unit.
+#: Largest q - qs relative to the motion; above, it is another gear ratio or another unit.
 _BENT = 0.25
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
 _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
@@ -39,13 +39,13 @@ _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
 
 @dataclass(frozen=True)
 class Stiffness:
-    """What the second encoder of a joint shows.
+    """The result of the second encoder of a joint.
 
     Attributes:
-        joint: its position among the movable joints.
+        joint: index among the movable joints.
         stiffness, damping: K and D with their standard deviations, N m/rad and N m s/rad.
-        p_value: that K is zero.
-        fault: why it is not known, or "".
+        p_value: p-value of K = 0.
+        fault: the reason why K is not known, or "".
     """
 
     joint: int
@@ -62,7 +62,7 @@ def has_links(scenes: Sequence[FilteredLog], j: int) -> bool:
 
 
 def deflection(s: FilteredLog, j: int) -> FloatArray:
-    """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; qs must be there."""
+    """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; requires qs."""
     qs = s.samples.qs
     assert qs is not None
     x = s.samples.q[:, j] - qs[:, j]
@@ -71,7 +71,7 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
 
 
 def stiffnesses(evidence: WhitenedSystem) -> list[Stiffness]:
-    """Return what the second encoders of the logs show, joint by joint that has one."""
+    """Return the results of the second encoders, for each joint that has one."""
     joints = [j for j in range(evidence.n) if has_links(evidence.logs, j)]
     return [_stiffness(evidence, j) for j in joints]
 
@@ -105,7 +105,7 @@ def _stiffness(evidence: WhitenedSystem, j: int) -> Stiffness:
 
 
 def _columns(s: FilteredLog, j: int) -> FloatArray:
-    """Return the columns of the motor's balance in the band at the kept instants, (K, 6)."""
+    """Return the columns of the motor's balance, in the band at the kept samples, (K, 6)."""
     bent, speed = deflection(s, j), s.qd[:, j]
     rate = differentiate(bent, s.step)
     columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
@@ -113,7 +113,7 @@ def _columns(s: FilteredLog, j: int) -> FloatArray:
 
 
 def _noise(s: FilteredLog, j: int) -> float:
-    """Return the standard deviation that the encoders' noise has in the band."""
+    """Return the standard deviation of the encoders' noise in the band."""
     qs, band, edge = s.samples.qs, s.rows.cutoff, passband(s)
     if band is None or edge is None or qs is None:
         return 0.0
@@ -124,10 +124,10 @@ def _noise(s: FilteredLog, j: int) -> float:
 
 
 def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
-    """Return a diagnosis that tells what second encoders show.
+    """Return a diagnosis with the results of the second encoders.
 
-    A joint that bends is named whether or not that closes a part of the gap: its stiffness is
-    measured by itself. What has been named by its torque gets the stiffness.
+    A joint with a measured deflection is named even if that closes no part of the gap, because its
+    stiffness is measured separately. An elasticity that the search named gets this stiffness.
     """
     effects, notes = list(diagnosis.effects), list(diagnosis.notes)
     for s in found:

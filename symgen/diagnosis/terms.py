@@ -1,11 +1,11 @@
-"""What no name fits: a sparse expression in the variables that a joint's residual depends on.
+"""Effects without a name: sparse expressions in the variables on which a residual depends.
 
     torque on joint j = UA term_1 + UB term_2 + UC term_3
 
-The terms are texts of the effects' grammar in the positions and speeds of all joints: powers, sines
-and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes, whose centre
-c and width w are searched on a grid and refined. Each term competes by the score that effects
-compete by (`symgen.diagnosis.search`), and pays for all that were looked at.
+The terms are expressions in the positions and speeds of all joints, in the grammar of effects:
+powers, sines and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes.
+Centre c and width w are searched on a grid and refined. Each term competes by the score of effects
+(`symgen.diagnosis.search`), with a penalty for the number of terms that were tried.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 
 NAME = "unnamed"
-_BEST = 12  # terms of a joint that are scored
+_BEST = 12  # number of terms of a joint that are scored
 _FREE = 0.05
 _CENTRES, _WIDTHS = 15, (0.1, 0.15, 0.22, 0.33, 0.5, 0.75)  # of half the joint's range
-_HALVINGS = 7  # of the refinement of bumps
-#: Where the model's columns are proved to be independent: no bump may lie beyond.
+_HALVINGS = 7  # refinement steps of bumps
+#: Range in which the model's columns are proved to be independent; no bump lies outside.
 _REACH = {names.REVOLUTE: 3.0, names.PRISMATIC: 1.0}
 
 _FUNCTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
@@ -51,7 +51,7 @@ _FUNCTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
 }
 _POSITION = tuple(_FUNCTIONS)[:7]
 _SPEED = ("{0}", "abs({0})", "{0}**2", "{0}*abs({0})", "sign({0})")
-#: Factors of a position before a factor of a speed; products of two positions.
+#: Functions of a position before a function of a speed; products of two positions.
 _MIXED = ("{0}", "{0}**2", "sin({0})", "cos({0})"), ("{0}", "abs({0})", "sign({0})")
 _WAVES = ("sin({0})", "cos({0})")
 _BUMPS: Mapping[str, Callable[[FloatArray, float, float], FloatArray]] = {
@@ -60,7 +60,7 @@ _BUMPS: Mapping[str, Callable[[FloatArray, float, float], FloatArray]] = {
         (q - c) * np.exp(-(((q - c) / w) ** 2))
     ),
 }
-#: A function of the position (q) or the speed (qd) of a joint: text, letter, place of the joint.
+#: A function of the position (q) or the speed (qd) of a joint: text, letter, index of the joint.
 Factor = tuple[str, int, str]
 
 
@@ -69,8 +69,8 @@ class Term:
     """One term of the library.
 
     Attributes:
-        text: in the variables q1, qd1, ...; {c} and {w} stand for the names of constants.
-        values: gives it along a log, (N,), by its constants.
+        text: expression in the variables q1, qd1, ...; {c} and {w} stand for the constants.
+        values: gives the term along a log, (N,), from its constants.
         dimension: its unit.
         constants: centre and width of a bump.
     """
@@ -91,12 +91,12 @@ class Term:
 
 
 def library(robot: Robot, logs: Sequence[FilteredLog]) -> list[Term]:
-    """Return every term in the positions and speeds of a robot's joints, bumps on their grid."""
+    """Return all terms in positions and speeds of a robot's joints, with bumps on their grid."""
     return [*(_product(robot, *factors) for factors in _factors(robot.n)), *_bumps(robot, logs)]
 
 
 def _factors(n: int) -> Iterator[tuple[Factor, ...]]:
-    """Yield the factors of each term that is no bump."""
+    """Yield the factors of each term that is not a bump."""
     for letter, functions in (("q", _POSITION), ("qd", _SPEED)):
         for k, text in itertools.product(range(n), functions):
             yield ((letter, k, text),)
@@ -111,7 +111,7 @@ def _factors(n: int) -> Iterator[tuple[Factor, ...]]:
 
 
 def _product(robot: Robot, *factors: Factor) -> Term:
-    """Return a product of functions."""
+    """Return the product of some functions."""
 
     def values(log: FilteredLog) -> FloatArray:
         parts = (_FUNCTIONS[text](getattr(log, key)[:, k]) for key, k, text in factors)
@@ -182,7 +182,7 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
 
 
 def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
-    """Return minus the terms in the band at the kept instants of all logs, (K, T)."""
+    """Return minus the terms, in the band, at the kept samples of all logs, (K, T)."""
     out = np.empty((sum(len(log.kept) for log in logs), len(terms)))
     for analytic in (True, False):
         at = [i for i, term in enumerate(terms) if term.analytic == analytic]
@@ -197,14 +197,25 @@ def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     return out
 
 
-def _gains(system: WhitenedSystem, j: int, columns: FloatArray) -> FloatArray:
-    """Return the share of a joint's sum of squares that each column (K, T) explains, (T,)."""
-    C = columns * (system.moves[:, j] / system.sigma[j])[:, None]
-    whole = np.sum(C**2, axis=0)
-    left = whole - np.sum((system.basis[:, j].T @ C) ** 2, axis=0)
+def _gains(
+    system: WhitenedSystem, j: int, columns: FloatArray, squares: FloatArray | None = None
+) -> FloatArray:
+    """Return the share of a joint's sum of squares that each column explains, (T,).
+
+    Args:
+        system: the model and what it leaves.
+        j: position of the joint.
+        columns: (K, T).
+        squares: (K, T) of their values, where they are known.
+    """
+    weight = system.moves[:, j] / system.sigma[j]
+    whole = weight**2 @ (columns**2 if squares is None else squares)
+    residual = system.residual[:, j]
+    own = (np.column_stack([system.basis[:, j], residual]) * weight[:, None]).T @ columns
+    left = whole - np.sum(own[:-1] ** 2, axis=0)
     free = left > _FREE**2 * whole
-    size = float(np.sum(system.residual[:, j] ** 2)) or 1.0
-    out = (C.T @ system.residual[:, j]) ** 2 / np.where(free, left, np.inf) / size
+    size = float(np.sum(residual**2)) or 1.0
+    out = own[-1] ** 2 / np.where(free, left, np.inf) / size
     return np.asarray(np.where(np.isfinite(out), out, 0.0))
 
 
@@ -213,21 +224,22 @@ def _short(value: float) -> float:
 
 
 class Expressions:
-    """The terms that may stand on a joint as an effect without a name, one after the other.
+    """The terms that can be added to a joint, one after the other, as an effect without a name.
 
     Args:
-        baseline: the model as it is declared.
+        baseline: the declared model.
     """
 
     def __init__(self, baseline: Baseline) -> None:
         self.robot, self.logs = baseline.robot, baseline.halted
         self.terms = library(self.robot, self.logs)
         self.columns = _seen(self.terms, self.logs)
+        self._squares = self.columns**2
         self._made: dict[Candidate, tuple[Term, ...]] = {}
 
     @property
     def count(self) -> int:
-        """How many terms there are: each has this part of the prior odds."""
+        """Number of terms; the prior odds are divided by it."""
         return len(self.terms)
 
     def best(
@@ -235,13 +247,13 @@ class Expressions:
     ) -> Iterator[tuple[Candidate, Columns]]:
         """Yield the few terms of each joint that explain most of its residual."""
         for j in range(system.n) if joints is None else sorted(joints):
-            gains = _gains(system, j, self.columns)
+            gains = _gains(system, j, self.columns, self._squares)
             for i in np.argsort(-gains, kind="stable")[:_BEST]:
                 term = self.terms[i]
                 yield self._candidate(j, (term,)), {j: self.columns[:, [i]]}
 
     def refined(self, system: WhitenedSystem, own: Candidate) -> tuple[Candidate, Columns]:
-        """Return a bump with centre and width between the grid's."""
+        """Return a bump with centre and width between the values of the grid."""
         (term,), (j,) = self._made[own], own.joints
         if term.constants:
             term = _refined(system, j, term, self.logs)
@@ -264,7 +276,7 @@ class Expressions:
 
 
 def _refined(system: WhitenedSystem, j: int, term: Term, logs: Sequence[FilteredLog]) -> Term:
-    """Move centre and width of a bump to the largest gain, on grids of half the mesh each."""
+    """Move centre and width of a bump to the largest gain, on grids that halve their mesh."""
     best, gain = term, float(_gains(system, j, _seen([term], logs))[0])
     shift, ratio = term.constants["w"] / 2, 1.3
     for _ in range(_HALVINGS):

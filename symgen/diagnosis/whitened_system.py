@@ -1,8 +1,8 @@
-"""What logs say beside a model: torques, regressor and residual, row by row, whitened.
+"""The whitened torque equations of logs: torque, regressor and residual, row by row.
 
-Rows are the torque equations of `symgen.estimation.system`: one joint at one kept instant of the
-comparison band. They are whitened by the standard deviation of their joint's residual. A mask takes
-rows out; no sample is weighed before it passes the filter.
+Rows are the torque equations of `symgen.estimation.system`: one joint at one kept sample of the
+comparison band. They are divided by the standard deviation of their joint's residual. A mask
+removes rows. No sample is weighted before the filter.
 """
 
 from __future__ import annotations
@@ -27,31 +27,31 @@ from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
 Item = TypeVar("Item")
-_TOGETHER = 16  # items whose columns pass the filter at once
+_TOGETHER = 16  # number of items whose columns pass the filter at once
 _WHITENING = 3
 _TINY = 1e-300
-_FREE = 1e-5  # of a column of unit norm, from which the model does not say it
+_FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
 _SETTLING = 5
 _REST = 0.005  # of the RMS speed
 
 
 def standing(log: FilteredLog) -> Bools:
-    """Return where joints stop, however short, (N, n): at 0.2 % of their largest speed."""
+    """Return where joints are at rest, (N, n): below 0.2 % of their largest speed."""
     largest = np.abs(mean_speeds(log.q, log.step, STOP)).max(axis=0)
     return stops(log.q, log.step, np.where(largest > 0, SLOW * STOPPED * largest, -1.0))
 
 
 def static(log: FilteredLog) -> Bools:
-    """Return the kept rows that static friction of a standing joint reaches, (K, n).
+    """Return the kept rows that static friction of a resting joint affects, (K, n).
 
-    There it is anything between its limits, which no column says.
+    There the friction can take any value between its limits, which no column can represent.
     """
     still = standing(log)
     return np.column_stack([touched(joint, log.reach // 2)[log.kept] for joint in still.T])
 
 
 def compared(log: FilteredLog, x: FloatArray) -> FloatArray:
-    """Return a signal (N, ...) in the comparison band at the kept instants, (K, ...)."""
+    """Return a signal (N, ...) in the comparison band at the kept samples, (K, ...)."""
     return log.unmasked.compared(x)
 
 
@@ -61,16 +61,17 @@ def in_band(
     columns: Callable[[Item, int], Columns],
     strides: Sequence[int | None] | None = None,
 ) -> Iterator[Columns]:
-    """Yield the columns (K, m) of some items in the comparison band at the kept instants.
+    """Yield the columns (K, m) of some items, in the comparison band, at the kept samples.
 
-    A filter that many columns pass at once costs them less; threads work on several items at once.
+    One filter call for many columns is faster than one for each. Threads work on several items.
 
     Args:
-        logs: K kept instants in all.
-        items: what has columns.
-        columns: gives those of an item along a log, by its number: (N, m); at home in any thread.
-        strides: samples of each log from one of these N to the next; None where they are all
-            samples or the nodes.
+        logs: logs with K kept samples in all.
+        items: the items that have columns.
+        columns: gives the columns (N, m) of an item along a log, by the index of the log; it must
+            be thread-safe.
+        strides: step, in samples of each log, between the N samples of a column; None if they are
+            all samples or the nodes.
     """
     every = strides or [None] * len(logs)
 
@@ -94,22 +95,22 @@ def in_band(
 def modelled(
     log: FilteredLog, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 ) -> FloatArray:
-    """Return a model of q, qd, qdd in the comparison band at the kept instants, (K, ...)."""
+    """Return a function of q, qd, qdd in the comparison band at the kept samples, (K, ...)."""
     return np.concatenate([x for _, x in log.unmasked.modelled(model)])
 
 
 @dataclass(frozen=True, eq=False)
 class WhitenedSystem:
-    """The rows of some logs, whitened, with what the model explains taken out.
+    """The whitened rows of some logs, and their residual beside the model.
 
     Attributes:
-        logs: in the band of the run.
-        W: (K, n, p) regressor of the model at K kept instants.
+        logs: logs in the band of the run.
+        W: (K, n, p) regressor of the model at K kept samples.
         y: (K, n) torque.
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
-        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 where it turns round or
-            stands and friction is undefined.
+        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 at reversals and at rest,
+            where friction is undefined.
     """
 
     logs: tuple[FilteredLog, ...]
@@ -137,36 +138,38 @@ class WhitenedSystem:
 
     @cached_property
     def basis(self) -> FloatArray:
-        """Orthonormal basis (K, n, r) of what the whitened model can say."""
+        """Orthonormal basis (K, n, r) of the columns of the whitened model."""
         rows = self._whitened
         if rows.shape[1] == 0:
             return np.zeros((*self.y.shape, 0))
-        left, values, _ = np.linalg.svd(rows / column_norms(rows), full_matrices=False)
-        kept = left[:, values > 1e-9 * values[0]]
-        return np.ascontiguousarray(kept.reshape(*self.y.shape, -1))
+        norms = column_norms(rows)
+        _, values, turn = np.linalg.svd(triangle(rows) / norms)
+        kept = values > 1e-9 * values[0]
+        left = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
+        return np.ascontiguousarray(left.reshape(*self.y.shape, -1))
 
     @cached_property
     def rank(self) -> int:
-        """Number of columns, of combinations of them, that the rows tell apart."""
+        """Rank of the regressor."""
         R = triangle(self._whitened)
         values = np.linalg.svd(R / column_norms(R), compute_uv=False)
         return int(np.count_nonzero(values > SINGULAR * values[:1]))
 
     @cached_property
     def size(self) -> FloatArray:
-        """RMS of the measured torque in the band, (n,); 1 where there is none."""
+        """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
         found = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
         return np.where(found > 0, found, 1.0)
 
     def with_columns(self, columns: Iterable[Columns]) -> WhitenedSystem:
-        """Return the system of the model with more columns."""
+        """Return the equations of the model with more columns."""
         more = [dense(c, self.y.shape) for c in columns]
         W = np.concatenate([self.W, *more], axis=2)
         return _solved(self.logs, W, self.y, self.moves) if more else self
 
 
 def explained(system: WhitenedSystem, columns: Columns) -> FloatArray:
-    """Return what columns explain of the residual beside the model, whitened, (K, n)."""
+    """Return the part of the whitened residual that columns explain beside the model, (K, n)."""
     weight = (system.moves / system.sigma)[:, :, None]
     rows = (dense(columns, system.y.shape) * weight).reshape(system.y.size, -1)
     rows = rows / column_norms(rows)
@@ -183,7 +186,7 @@ def gain_of(system: WhitenedSystem, columns: Columns) -> float:
 
 
 def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> WhitenedSystem:
-    """Fit the model to some logs; effects that hold the model's torque settle in a few rounds."""
+    """Fit the model to logs; columns that contain the model's torque are iterated a few times."""
     y = np.concatenate([log.unmasked.measured for log in logs])
 
     def fitted(X: FloatArray | None) -> WhitenedSystem:
@@ -200,7 +203,7 @@ def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> Whitened
 def given_system(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
 ) -> WhitenedSystem:
-    """Compare a model of given parameters (p,) with some logs: y is what it misses, W is empty."""
+    """Return the equations for given parameters (p,): y is the residual, and W is empty."""
     model = partial(torque_at, evaluator, X)
     y = np.concatenate([log.unmasked.measured - modelled(log, model) for log in logs])
     return whitened(logs, np.zeros((*y.shape, 0)), y)
@@ -209,19 +212,19 @@ def given_system(
 def torque_at(
     evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> FloatArray:
-    """Return the model's torque at some states, (k, n)."""
+    """Return the model's torque at given states, (k, n)."""
     return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
 
 
 def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
-    """Return the model's torque at full rate, (N, n)."""
+    """Return the model's torque along a log at the full rate, (N, n)."""
     return torque_at(evaluator, X, log.q, log.qd, log.qdd)
 
 
 def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> WhitenedSystem:
-    """Solve y = W X, joints weighed by the standard deviation of their residual.
+    """Solve y = W X, with joints weighted by the standard deviation of their residual.
 
-    Rows that static friction reaches have no say, but where motion alone leaves something open.
+    Rows that static friction affects only determine what the other rows leave undetermined.
     """
     rows, still = _rows(logs), np.concatenate([static(log) for log in logs])
     found = _solved(logs, W, y, np.where(still, 0.0, rows))
@@ -232,9 +235,9 @@ def whitened(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> White
 
 
 def estimated(system: WhitenedSystem) -> WhitenedSystem:
-    """Return the system that all rows give: rests weigh what they are worth beside its columns.
+    """Return the equations with all rows; rows at rest are weighted by their own residual.
 
-    That is the deviation of a joint in motion over that at rest, as identify weighs them.
+    Their weight is the residual std of the joint in motion over that at rest, as in `identify`.
     """
     logs, W, y = system.logs, system.W, system.y
     still = np.concatenate([_resting(log) for log in logs])
@@ -252,12 +255,12 @@ def estimated(system: WhitenedSystem) -> WhitenedSystem:
 def _solved(
     logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: FloatArray
 ) -> WhitenedSystem:
-    """Solve y = W X with weights of rows (K, n)."""
+    """Solve y = W X with weights (K, n) of the rows."""
     joints = [
         Summary(triangle(moves[:, [j]] * np.column_stack([W[:, j], y[:, j]])), len(y))
         for j in range(y.shape[1])
     ]
-    least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread at all
+    least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread
     floor = np.maximum(1e-6 * rms(y), least * 1e-3)
     sigma = np.maximum(np.std(y, axis=0), least)
     X = np.zeros(W.shape[2])
@@ -270,17 +273,17 @@ def _solved(
 
 
 def _resting(log: FilteredLog) -> Bools:
-    """Return the kept rows that rests concern, (K, n), as identify has them."""
+    """Return the kept rows that belong to rests, (K, n), as in `identify`."""
     if log.resting is None:
         return np.zeros((len(log.kept), log.tau.shape[1]), dtype=bool)
     return log.resting
 
 
 def _rows(logs: Sequence[FilteredLog]) -> FloatArray:
-    """Return the weight of rows, (K, n).
+    """Return the weight of the rows, (K, n).
 
-    1.0 where a joint moves faster than 0.5 % of its RMS speed; the band's weight in its rests; 0.0
-    where it is masked.
+    It is 1.0 where a joint moves faster than 0.5 % of its RMS speed, the weight of the band at
+    rests, and 0.0 where the row is masked.
     """
     out = []
     for log in logs:

@@ -1,4 +1,4 @@
-"""diagnose: compare, locate, name, add, show."""
+"""diagnose: compare model and logs, locate the gap, name effects, and extend the model."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
-_FEWEST = 10  # samples held out
+_FEWEST = 10  # smallest number of held-out samples
 
 
 def diagnose(
@@ -78,31 +78,32 @@ def diagnose(
     reading: Reading | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
-    """Find where a model and measured data disagree, and name what is missing.
+    """Find where a model and measured data disagree, and name the missing effects.
 
-    Effects of the robot whose constants are ranges are tried beside the library. The model is
-    identified from the logs by the torque equations in the motion's band, or has
-    given parameters, of an earlier state of the robot, and the logs show what changed; candidates
-    are accepted by the rule of `symgen.diagnosis.search`; the extended model is derived, compiled
-    and identified again; the gap is shown on data that the selection never saw.
+    By default, the parameters are identified from the logs by the torque equations in the motion's
+    band. With `parameters`, of an earlier state of the robot, the logs show what has changed since.
+    Effects of the robot file with ranges as constants are tried together with the library.
+    Candidates are accepted by the rule of `symgen.diagnosis.search`. The extended model is derived,
+    compiled and identified again. The gap is measured on data that the selection did not use.
 
     Args:
         robot: a robot, a path or a library name.
-        logs: paths of logs, or logs, to diagnose. Of a data set (a pattern, a folder, a URL), and
-            of Parquet and NPZ files of many samples, pieces evenly over them are looked at.
-        validation: logs that show the gap; without any, the last fifth of each log.
+        logs: logs, or paths of logs, to diagnose. From a data set (a pattern, a folder, a URL) and
+            from long Parquet and NPZ files, evenly spaced pieces are read.
+        validation: logs on which the gap is measured; without any, the last fifth of each log.
         effects: names of effects to try; None for the whole library and the robot's own.
-        parameters: parameters that are not identified again: the folder that `identify` wrote, its
-            estimate.json, TOML with [parameters], or the URDF of the robot.
-        cutoff: of the zero-phase low-pass, Hz; None for the motion's bandwidth.
-        least: part of a joint's torque that matters; nothing smaller is named.
-        misfit: part of a joint's torque that no model is righter than.
-        reading: how logs are read, and what of them has no say.
-        progress: is told what is being tried.
+        parameters: fixed parameters: the folder that `identify` wrote, its estimate.json, TOML with
+            [parameters], or the URDF of the robot.
+        cutoff: cutoff of the zero-phase low-pass, Hz; None for the motion's bandwidth.
+        least: smallest torque that matters, as a part of the joint's torque; smaller effects are
+            not named.
+        misfit: smallest model error to expect, as a part of a joint's torque.
+        reading: how logs are read, and what is masked.
+        progress: called with a text about what is being tried.
 
     Raises:
         LogError: a log cannot be read or belongs to another robot.
-        ParameterError: there is no such effect, or the parameters are not this robot's.
+        ParameterError: an effect does not exist, or the parameters do not belong to this robot.
         IdentificationError: the logs do not determine the parameters.
     """
     source = read_robot(robot) if isinstance(robot, (str, Path)) else robot
@@ -124,11 +125,11 @@ def diagnose(
     asked = _Question(source, evaluator, opened, band_of, given, effects, least, misfit, progress)
     progress("checking the logs")
     faults = check(evaluator, *asked.logs, opened.repairs)
-    if any(f.undo is None for f in faults):  # nothing can be said until it is recorded again
+    if any(f.undo is None for f in faults):  # the log has to be recorded again
         try:
             found = judged(faults, asked.declared, asked.declared)
             return _with_left_out(found, source)
-        except IdentificationError as error:  # a dead channel leaves nothing to identify
+        except IdentificationError as error:  # with a dead channel, nothing can be identified
             raise IdentificationError(f"{faults[0].fault} ({error})") from error
     whole = asked.answer(faults)
     rivals = [f for f in faults if rivals_physics(f)]
@@ -149,10 +150,10 @@ def diagnose(
 def _of_rivals(
     undone: Diagnosis, physics: Diagnosis, faults: Sequence[Fault], robot: Robot, least: float
 ) -> Diagnosis:
-    """Return what leaves the smaller gap: the faults undone, or what physics makes of them.
+    """Return the diagnosis with the smaller gap: with the faults undone, or of the physics.
 
-    Physics is named where both do the same: it needs no part of the recorder to be wrong. Where it
-    names one of the faults itself, that is undone.
+    If both gaps are the same, the physics is named, because it needs no fault of the recorder. If
+    the physics names one of the faults itself, the fault is undone.
     """
     same = {*map(name_of, faults)} & {e.name for e in physics.effects}
     if same or matters(physics.moving[1], undone.moving[1], least):
@@ -167,7 +168,7 @@ def _of_rivals(
 
 
 def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
-    """Note which effects of the robot file the extended robot is without."""
+    """Note which effects of the robot file the extended robot does not have."""
     named = {(e.name, joint) for e in diagnosis.effects for joint in e.joints}
     left = [s.key for s in robot.sought if s.key not in named]
     if not left:
@@ -182,12 +183,12 @@ class _Opened:
     """The logs of a diagnosis.
 
     Attributes:
-        train, held: as they were repaired.
-        repairs: what was done.
-        changed: the channels that this changed.
-        unmended: both without masks of faults and with speeds as they are; None where that is the
-            same.
-        notes: in words, on a sample of long logs.
+        train, held: the repaired logs.
+        repairs: the repairs.
+        changed: the channels that the repairs changed.
+        unmended: both groups without masks of faults and with the measured speeds; None if these
+            are the same.
+        notes: texts about a sample of long logs.
     """
 
     train: Sequence[Samples]
@@ -204,7 +205,7 @@ def _opened(
     reading: Reading | None,
     progress: Callable[[str], None],
 ) -> _Opened:
-    """Read the logs, once, and repair them."""
+    """Read each log once, and repair it."""
     require_logs(sources[0])
     if is_long([*chain(*sources)], True):
         sampled = sample_logs(robot, *sources, reading, 0.0, progress)
@@ -238,7 +239,7 @@ def _opened(
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """What is diagnosed: a model, its logs in the band, and what may be named."""
+    """What is diagnosed: a model, its logs in the band, and the effects to try."""
 
     robot: Robot
     evaluator: Evaluator
@@ -261,7 +262,7 @@ class _Question:
         return _in_band((self.opened.train, self.opened.held), self.band)
 
     def fitted(self, logs: tuple[list[FilteredLog], list[FilteredLog]]) -> Baseline:
-        """Return the model on logs: without validation logs, their last fifth shows the gap."""
+        """Return the model on logs; without validation logs, their last fifth measures the gap."""
         train, held = logs
         if not held:
             groups = hold_out([log.samples for log in train], _FEWEST)
@@ -272,7 +273,7 @@ class _Question:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was done to the logs."""
+        """Notes on the repairs of the logs."""
         opened = self.opened
         notes = tuple(note for s in (*opened.train, *opened.held) for note in s.notes)
         notes += opened.notes
@@ -285,19 +286,19 @@ class _Question:
 
     @cached_property
     def baseline(self) -> Baseline:
-        """The model on the logs as they are."""
+        """The model on the repaired logs."""
         return self.fitted(self.logs)
 
     @cached_property
     def declared(self) -> Diagnosis:
-        """The model as it is declared, on the logs as they are."""
+        """The declared model, on the repaired logs."""
         return plain(self.baseline, self.notes, self.least)
 
     @cached_property
     def raw(self) -> Diagnosis | None:
-        """The model as it is declared on the logs as they were recorded, where anything was mended.
+        """The declared model on the logs as recorded.
 
-        None where nothing was, or where these logs determine no model at all.
+        None if nothing was repaired, or if these logs determine no model.
         """
         if self.opened.unmended is None:
             return None
@@ -309,16 +310,16 @@ class _Question:
 
     @cached_property
     def rests(self) -> tuple[str, ...]:
-        """Where joints stand still, in words."""
+        """Notes on joints at rest."""
         return rests_in_words([*self.opened.train, *self.opened.held], self.robot)
 
     @cached_property
     def physics(self) -> Diagnosis:
-        """What is named on the logs as they are."""
+        """The diagnosis of the physics on the repaired logs."""
         return self.searched(self.baseline)
 
     def searched(self, model: Baseline, repaired: Sequence[str] = ()) -> Diagnosis:
-        """Look for physics that a model lacks on logs, of which some faults were repaired."""
+        """Search for missing physics in logs; `repaired` lists the faults undone in them."""
         given, bent = model.given, stiffnesses(model.base)
         pool = (
             *candidates(self.robot, model.base.logs, self.effects, given=given),
@@ -338,13 +339,13 @@ class _Question:
         return with_stiffness(found, self.robot, bent)
 
     def answer(self, faults: Sequence[Fault]) -> Diagnosis:
-        """Undo faults where that closes a part of the gap, and look for physics behind them."""
+        """Undo the faults whose correction closes a part of the gap, then search for physics."""
         named: list[FoundEffect] = []
         says: tuple[str, ...] = ()
         whole, closes = None, 0.0
         if faults:
             train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
-            if any(f.kind == "delay" for f in faults):  # no model has told the band
+            if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
                 recorded = [log.samples for log in train], [log.samples for log in held]
                 train, held = _in_band(recorded, self.band_of(recorded[0]))
             fixed = self.fitted((train, held))
@@ -379,7 +380,7 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
 
 
 def _part(log: FilteredLog, samples: Samples) -> FilteredLog:
-    """Return a log with some of its samples, in the band of the whole."""
+    """Return a log with some of its samples, in the band of the whole log."""
     first = int(np.searchsorted(log.t, samples.t[0]))
     span = slice(first, first + len(samples.t))
     return replace(log, samples=samples, q=log.q[span], qd=log.qd[span])

@@ -51,15 +51,15 @@ class Features:
 
     def __call__(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the functions at states (K, n), (K, n, 2 WAVES): the sum of squares is 1."""
-        whole, own, _ = _drawn(len(self.size))
+        whole, own, sizes, _ = _drawn(len(self.size))
         x = (np.hstack([q, qd]) - self.middle) * self.scale
         smooth = np.repeat((x @ whole)[:, None], len(self.size), axis=1)
         rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), own)
         sign = np.repeat(np.sign(qd)[:, :, None], rubs.shape[2], axis=2)
         jumps = np.concatenate([np.ones_like(smooth), sign], axis=2)
         angle = np.concatenate([smooth, rubs], axis=2)
-        parts = np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2)
-        return np.asarray(parts / np.sqrt(WAVES))
+        jumps *= sizes
+        return np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2)
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
@@ -95,19 +95,21 @@ class Features:
 
 
 @cache
-def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return what is drawn for n joints.
 
     Returns:
-        Smooth waves, (2 n, WAVES - RUBS); those of friction, (2, RUBS); and directions of torque,
-        (n, 2 WAVES).
+        Smooth waves, (2 n, WAVES - RUBS); those of friction, (2, RUBS); the sizes of all, (WAVES),
+        whose squares sum to 1; and directions of torque, (n, 2 WAVES).
     """
     rng = np.random.default_rng(SEED)
     ways = [rng.normal(size=(2 * n, WAVES - RUBS)), rng.normal(size=(2, RUBS))]
+    sizes = []
     for d in ways:
         lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), d.shape[1]))
         d *= lengths / np.linalg.norm(d, axis=0)
-    return ways[0], ways[1], rng.normal(size=(n, 2 * WAVES))
+        sizes.append(1 / lengths / np.linalg.norm(1 / lengths) / np.sqrt(2))
+    return ways[0], ways[1], np.concatenate(sizes), rng.normal(size=(n, 2 * WAVES))
 
 
 def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:

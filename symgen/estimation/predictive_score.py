@@ -17,7 +17,7 @@ cost their own products with these. Products are those of the residual, so that 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -134,20 +134,35 @@ class Fit(NamedTuple):
     torque: FloatArray
 
 
-class _Solved(NamedTuple):
-    """Whitened columns on J joints, of unit norm, and fits of the model with them.
+@dataclass(frozen=True, eq=False)
+class Folded:
+    """Columns of N candidates on the same J joints, m each, with the weight of their rows, by fold.
 
     Attributes:
         joints: positions.
-        norms: (m,) of the columns before.
-        CC, RC, Cr: products of the columns, (J, folds, ..), with themselves, model and residual.
-        d, b: (folds + 1, p) what is added to X, and (folds + 1, m) coefficients.
+        rows: (J, folds, L, N m).
+        squares: (J, folds, N, m, m) products of the columns of each candidate.
+        rests: (R, N, m) their means at rests; None where rests are no part of the score.
     """
 
-    joints: list[int]
+    joints: tuple[int, ...]
+    rows: FloatArray
+    squares: FloatArray
+    rests: FloatArray | None
+
+
+class _Solved(NamedTuple):
+    """Whitened columns of N candidates, of unit norm, and fits of the model with each of them.
+
+    Attributes:
+        norms: (N, m) of the columns before.
+        CC, CR, Cr: products of the columns, (J, folds, N, ..), with themselves, model and residual.
+        d, b: (folds + 1, N, p) what is added to X, and (folds + 1, N, m) coefficients.
+    """
+
     norms: FloatArray
     CC: FloatArray
-    RC: FloatArray
+    CR: FloatArray
     Cr: FloatArray
     d: FloatArray
     b: FloatArray
@@ -277,23 +292,25 @@ class PredictiveScore:
         """(n, folds) number of rows."""
         return np.asarray(np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0))
 
-    def _scored(self, squares: FloatArray) -> tuple[float, FloatArray]:
-        """Return the score and the held-out variance by joint of squares (n, folds), whitened."""
+    def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the score and the held-out variance by joint, of squares (..., n, folds)."""
         squares = np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
         count = np.maximum(self.counts, 1e-300)
         variance = squares / count + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, 1e-300))
-        score = -0.5 / TEMPERATURE * float(np.sum(self.counts * logs))
-        return score, np.asarray(squares.sum(axis=1) / count.sum(axis=1))
+        score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
+        return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
 
     def _squares(self, d: FloatArray) -> FloatArray:
-        """Return what parameters X + d (folds, p) leave of the joints on each fold, (n, folds)."""
-        return np.asarray(self._rr + np.sum(d * (_times(self._RR, d) - 2 * self._Rr), axis=2))
+        """Return what parameters X + d (folds, N, p) leave of joints on each fold, (N, n, folds)."""
+        moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
+        left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
+        return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))
 
     @cached_property
     def squares(self) -> FloatArray:
         """(n, folds) sums of squares that fits to the other folds leave of each fold."""
-        return np.asarray(self._squares(self._base[:-1]) * self.sigma[:, None] ** 2)
+        return np.asarray(self._squares(self._base[:-1, None])[0] * self.sigma[:, None] ** 2)
 
     @property
     def apart(self) -> FloatArray:
@@ -303,9 +320,10 @@ class PredictiveScore:
     @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""
-        score, left = self._scored(self._squares(self._base[:-1]))
-        score += self._at_rest(self._base[:-1])
-        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
+        d = self._base[:-1, None]
+        score, left = self._scored(self._squares(d))
+        score = score + self._at_rest(d)
+        return Fit(float(score[0]), left[0], np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def _rest_fold(self) -> NDArray[np.intp]:
@@ -314,26 +332,24 @@ class PredictiveScore:
         folds = [self.fold[a:b] for a, b in self.rests.rows]
         return np.array([np.bincount(f[f >= 0], minlength=1).argmax() for f in folds])
 
-    def _at_rest(self, d: FloatArray, more: FloatArray | None = None) -> float:
-        """Return what rests add to the score of fits that add d (folds, p) to X.
+    def _at_rest(self, d: FloatArray, more: FloatArray | float = 0.0) -> FloatArray:
+        """Return what rests add to the score of fits that add d (folds, N, p) to X, (N,).
 
             -1/2 sum of log(1 + e^2 / s^2),    e beyond the limits, s^2 of the mean of a rest
 
         Args:
             d: in units of `_norms`.
-            more: (R, folds) torque of further columns with the coefficients of each fold.
+            more: (R, N) torque of further columns with the coefficients of each rest's fold.
         """
         rests = self.rests
         if rests is None:
-            return 0.0
-        fold = self._rest_fold
-        left = rests.residual - np.sum(rests.W * (d / self._norms)[fold], axis=1)
-        if more is not None:
-            left = left - more[np.arange(len(fold)), fold]
-        beyond = np.maximum(np.abs(left) - rests.limit, 0.0)
+            return np.zeros(d.shape[1])
+        model = np.einsum("rp,rnp->rn", rests.W, (d / self._norms)[self._rest_fold])
+        left = rests.residual[:, None] - model - more
+        beyond = np.maximum(np.abs(left) - rests.limit[:, None], 0.0)
         count = np.maximum(np.diff(rests.rows)[:, 0] / TEMPERATURE, 1.0)
         known = (self.sigma**2)[rests.joint] / count + (self.misfit**2)[rests.joint]
-        return -0.5 * float(np.sum(np.log1p(beyond**2 / np.maximum(known, 1e-300))))
+        return -0.5 * np.sum(np.log1p(beyond**2 / np.maximum(known, 1e-300)[:, None]), axis=0)
 
     def _squares_of(self, weight: FloatArray) -> FloatArray:
         """Return what the fits leave of rows of another weight (K, n) on each fold, (n, folds)."""
@@ -348,7 +364,25 @@ class PredictiveScore:
         """Return how fits in which some rows (K, n) have no say predict all rows."""
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
         score, left = self._scored(other._squares_of(self.weight) / self.sigma[:, None] ** 2)
-        return Fit(score, left, np.zeros(0), np.zeros(len(self.sigma)))
+        return Fit(float(score), left, np.zeros(0), np.zeros(len(self.sigma)))
+
+    def folded(self, columns: Sequence[Columns]) -> Folded:
+        """Return the columns (K, m) of candidates on the same joints, as they are scored.
+
+        All scores of the same rows with the same weights take them.
+        """
+        joints = tuple(columns[0])
+        m = columns[0][joints[0]].shape[1]
+        parts = [
+            self._folded(np.concatenate([c[j] for c in columns], axis=1) * self.weight[:, [j]])
+            for j in joints
+        ]
+        rows = np.array(parts)
+        each = rows.reshape(*rows.shape[:3], -1, m)
+        squares = np.einsum("jflna,jflnb->jfnab", each, each, optimize=m > 1)
+        rests = self.rests
+        means = None if rests is None else np.stack([rests.means(c) for c in columns], axis=1)
+        return Folded(joints, rows, squares, means)
 
     def beside(self, columns: Columns, size: float = np.inf) -> Fit:
         """Score the model with columns (K, m) beside it on some joints.
@@ -358,20 +392,33 @@ class PredictiveScore:
             size: RMS of the torque that a column is expected to have, N m or N: its coefficient is
                 drawn to zero as by a normal prior of that scale.
         """
-        own = self._solved(columns, size)
+        return next(self.each(self.folded([columns]), size))
+
+    def each(self, columns: Folded, size: FloatArray | float = np.inf) -> Iterator[Fit]:
+        """Yield the score of the model with each of N candidates beside it, as `beside` does.
+
+        Args:
+            columns: of the candidates.
+            size: one for all, or one for each, (N,).
+        """
+        own, joints = self._solved(columns, size), list(columns.joints)
         d, b = own.d[:-1], own.b[:-1]
         squares = self._squares(d)
-        squares[own.joints] += np.sum(b * (_times(own.CC, b) - 2 * own.Cr), axis=2)
-        squares[own.joints] += 2 * np.sum(d * _times(own.RC, b), axis=2)
-        score, left = self._scored(squares)
-        if self.rests is not None:
-            score += self._at_rest(d, self.rests.means(columns) @ (b / own.norms).T)
+        slope = (own.CC @ b[..., None])[..., 0] - 2 * own.Cr
+        slope += 2 * np.einsum("fnp,jfnap->jfna", d, own.CR)
+        more = np.einsum("fna,jfna->njf", b, slope)
+        squares[:, joints] += more
+        scores, left = self._scored(squares)
+        if columns.rests is not None:
+            coefficients = (b / own.norms)[self._rest_fold]
+            scores = scores + self._at_rest(d, np.sum(columns.rests * coefficients, axis=2))
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
-        torque = np.zeros(len(self.sigma))
-        for j, cc in zip(own.joints, own.CC, strict=True):
-            square = float(last @ cc.sum(axis=0) @ last)
-            torque[j] = self.sigma[j] * np.sqrt(max(square, 0.0)) / max(rows[j], 1e-300)
-        return Fit(score, left, last / own.norms, torque)
+        power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
+        torque = np.zeros((len(last), len(self.sigma)))
+        part = self.sigma[joints] / np.maximum(rows[joints], 1e-300)
+        torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
+        for fit in zip(scores, left, last / own.norms, torque, strict=True):
+            yield Fit(float(fit[0]), *fit[1:])
 
     def fits(self, columns: Columns, size: float = np.inf) -> tuple[FloatArray, FloatArray]:
         """Return what fits with columns beside the model give; arguments as for `beside`.
@@ -380,32 +427,35 @@ class PredictiveScore:
             What they add to X, (folds + 1, p), and the columns' coefficients, (folds + 1, m): of
             the rows outside each fold; of all, last.
         """
-        own = self._solved(columns, size)
-        return own.d / self._norms, own.b / own.norms
+        own = self._solved(self.folded([columns]), size)
+        return own.d[:, 0] / self._norms, own.b[:, 0] / own.norms[0]
 
-    def _solved(self, columns: Columns, size: float) -> _Solved:
-        """Fit the model with columns beside it to the rows outside each fold, and to all."""
-        m = next(iter(columns.values())).shape[1]
-        joints = list(columns)
-        C = [
-            self._folded(c * (self.weight[:, j] / self.sigma[j])[:, None])
-            for j, c in columns.items()
-        ]
-        raw = np.sum([np.sum(c**2, axis=(0, 1)) for c in C], axis=0)
+    def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
+        """Fit the model with each candidate beside it to the rows outside each fold, and to all."""
+        joints = list(columns.joints)
+        count, m = columns.squares.shape[2:4]
+        sigma = self.sigma[joints, None, None]
+        CC = columns.squares / (sigma**2)[..., None, None]
+        raw = np.einsum("jfnaa->na", CC)
         norms = np.sqrt(np.where(raw > 0, raw, 1.0))
-        C = [c / norms for c in C]
-        CC = np.array([c.swapaxes(1, 2) @ c for c in C])  # (J, folds, m, m)
-        RC = np.array([self._R[j].swapaxes(1, 2) @ c for j, c in zip(joints, C, strict=True)])
-        Cr = np.array([(c * self._r[j][..., None]).sum(1) for j, c in zip(joints, C, strict=True)])
-        B, H = _of_others(RC), self._inverse
+        CC = CC / (norms[:, :, None] * norms[:, None, :])
+        shape = (*columns.rows.shape[:2], count, m)
+        scale = sigma[..., None] * norms
+        pairs = zip(self._R[joints], columns.rows, strict=True)
+        CR = np.array([C.swapaxes(1, 2) @ R for R, C in pairs]).reshape(*shape, -1)
+        CR = CR / scale[..., None]
+        Cr = (self._r[joints][:, :, None] @ columns.rows).reshape(shape) / scale
+        B = _of_others(CR)  # (folds + 1, N, m, p)
+        flat = B.reshape(len(B), count * m, -1)
+        HB = (flat @ self._inverse).reshape(B.shape)
         rows = np.sqrt(self.counts.sum(axis=1))
-        expected = size / max(self.sigma[j] / rows[j] for j in joints)
-        S = _of_others(CC) - B.swapaxes(1, 2) @ (H @ B)
-        S = S + (_DEPENDENT + expected**-2) * np.eye(m)
-        h = _of_others(Cr) - (B.swapaxes(1, 2) @ self._base[..., None])[..., 0]
+        expected = np.broadcast_to(size / np.max(self.sigma[joints] / rows[joints]), count)
+        loose = (_DEPENDENT + expected**-2.0)[:, None, None] * np.eye(m)
+        S = _of_others(CC) - HB @ B.swapaxes(2, 3) + loose
+        h = _of_others(Cr) - (flat @ self._base[..., None]).reshape(B.shape[:3])
         b = np.linalg.solve(S, h[..., None])[..., 0]
-        d = self._base - (H @ (B @ b[..., None]))[..., 0]
-        return _Solved(joints, norms, CC, RC, Cr, d, b)
+        d = self._base[:, None] - np.einsum("fnap,fna->fnp", HB, b)
+        return _Solved(norms, CC, CR, Cr, d, b)
 
     def within(self, columns: Columns) -> Fit:
         """Score a torque on one joint that stands for a time only, one column (K, 1).
@@ -437,6 +487,23 @@ class PredictiveScore:
         score += 0.5 / TEMPERATURE * count * fell
         return Fit(score, np.maximum(left_by, 0.0), np.array([x]), torque)
 
+    def _without(self, inside: NDArray[np.bool_]) -> PredictiveScore:
+        """Return the score without some rows (K, n): its products are these less theirs."""
+        other = replace(self, weight=np.where(inside, 0.0, self.weight))
+        RR, Rr, rr = self._RR.copy(), self._Rr.copy(), self._rr.copy()
+        lost = np.flatnonzero(inside.any(axis=1) & (self.fold >= 0))
+        weight = np.where(inside, self.weight, 0.0)[lost] / self.sigma
+        R, r = self.W[lost] * weight[:, :, None] / self._norms, self.residual[lost] * weight
+        for f in np.unique(self.fold[lost]):
+            own = self.fold[lost] == f
+            for j in range(len(self.sigma)):
+                a, e = R[own, j], r[own, j]
+                RR[j, f] -= a.T @ a
+                Rr[j, f] -= a.T @ e
+                rr[j, f] -= e @ e
+        other.__dict__.update(_norms=self._norms, _RR=RR, _Rr=Rr, _rr=rr)
+        return other
+
     def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, FloatArray]:
         """Return how much better other rows are predicted by fits in which some have no say.
 
@@ -446,7 +513,7 @@ class PredictiveScore:
         Returns:
             What the score of the others gains, and (n,) what is left of them, as a part.
         """
-        other = replace(self, weight=np.where(inside, 0.0, self.weight))
+        other = self._without(inside)
         # of the rows that it still holds, what fits leave that hold all
         kept = (self.fold >= 0) & ~inside.any(axis=1)
         outside = self.weight * kept[:, None]
@@ -456,11 +523,6 @@ class PredictiveScore:
         gain = np.log(np.maximum(before + floor, 1e-300) / np.maximum(left + floor, 1e-300))
         share = np.minimum(left / np.maximum(before, 1e-300), 1.0)
         return 0.5 / TEMPERATURE * float(np.sum(count * gain)), share
-
-
-def _times(products: FloatArray, x: FloatArray) -> FloatArray:
-    """Return products (J, folds, p, m) times the vector (folds, m) of each fold, (J, folds, p)."""
-    return np.asarray((products @ x[:, :, None])[..., 0])
 
 
 def _of_others(products: FloatArray) -> FloatArray:

@@ -1,1 +1,1 @@
-"""Faults of recorders: found on samples or by the model, told and undone in one way."""
+"""Faults of recorders: found in samples or by the model, reported and undone in one way."""

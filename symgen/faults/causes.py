@@ -1,11 +1,11 @@
-"""What else than the model's parameters could be wrong: causes that compete in one score.
+"""Causes of a model error other than wrong parameters: they compete by one score.
 
-All compete by how well they predict motion that they were not fitted on, in training and validation
-logs together (`symgen.estimation.predictive_score`): what `symgen.faults.shapes` has beside the
-model, gravity of another direction or missing, signs of torques in sets, and channels that another
-finder would mend. So does physics that the model may lack, which has no name here. What stands only
-for a moment, as a collision, is no motion that other motion predicts: it counts by how much better
-the fit without it is elsewhere.
+All compete by the prediction of motion that they were not fitted on, in training and validation
+logs together (`symgen.estimation.predictive_score`). The causes are the columns of
+`symgen.faults.shapes`, gravity in another direction or missing, sets of wrong torque signs, and
+channel faults that other finders would correct. Physics that the model may lack competes as well,
+without a name. Other motion cannot predict an event such as a collision; its score is the gain of
+the fit elsewhere when the event is left out.
 """
 
 from __future__ import annotations
@@ -34,49 +34,49 @@ from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
 from symgen.faults.undo import multiplied
 from symgen.runtime.evaluator import Evaluator
 
-#: What is named leaves so much of the error that is there without it, at most.
+#: Largest remaining error, as a part of the error without it, for a cause that is named.
 _CLEARER = 0.85
-#: Odds to the next cause, and to physics without a name, from which one is named.
+#: Log-odds to the next cause, and to physics without a name, for a cause that is named.
 _SURE = math.log(9.0)
-#: Prior odds of one fault against physics that a model lacks, which most robots have.
+#: Log prior odds of missing physics, which most robots have, against one fault.
 _RARE = math.log(1000.0)
-TILT = math.radians(1.0)  # that bases have without being wrong
-_TIMES = tuple(k / 6 for k in range(1, 6))  # of a log, at which something may begin
-_NEAR = 8  # likeliest causes that are tried again beside each set of physics
+TILT = math.radians(1.0)  # tilt that sound bases have
+_TIMES = tuple(k / 6 for k in range(1, 6))  # parts of a log at which something may begin
+_NEAR = 8  # number of most probable causes that are tried again beside each set of physics
 _MOST = 3  # sets of columns of physics without a name, for each joint
-_TURNED = 12  # joints whose signs are tried in sets
-_ROUNDS, _FAR = 4, 0.5  # of Gauss and Newton's method, and part of gravity that one may turn it
-_WILD = 0.1  # of a joint's torque: an error from which other axes of gravity are tried
-_MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, of what stands for a moment only
-_LOUD = 5.0  # times the residual elsewhere, in a moment
-_AWAY = 1.0  # s, from what is masked
-_SHORT = 0.1  # of a log: a moment
-_ANOTHER = 10.0  # a factor that is one of units
-_CLOSE = 20.0  # nats, to the likeliest cause: of these the size is found exactly
-_SIZE = 0.3  # of its joint's torque: physics that a model lacks is expected to be so large
-_ALIKE = ("clock", "command")  # what leaves the same log: no physics is looked for behind either
-_FEW = 2  # causes beside the likeliest that are named with it
-_EXACT, _TRIES = 0.005, 5  # of a factor, and rounds until it is found as exactly
-_STEPPED = 1e-4  # of a factor: its inverse is the largest
-_SHARE = 4.0  # of the torque that a motion asks for: a clock that runs half as fast
-_SIGMAS = 3.0  # standard deviations that are sure
-_AT_END = 0.99  # of a range: what fits best is beyond
+_TURNED = 12  # largest number of joints whose signs are tried in sets
+_ROUNDS, _FAR = 4, 0.5  # of the Gauss-Newton method; largest change of gravity by one, relative
+_WILD = 0.1  # of a joint's torque: error above which other gravity axes are tried
+_MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
+_LOUD = 5.0  # times the residual elsewhere, in an event
+_AWAY = 1.0  # s, distance from masked samples
+_SHORT = 0.1  # part of a log: longest event
+_ANOTHER = 10.0  # factor above which a torque is in another unit
+_CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
+_SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
+_ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
+_FEW = 2  # other causes that are named with the most probable one
+_EXACT, _TRIES = 0.005, 5  # relative accuracy of a factor, and largest number of iterations
+_STEPPED = 1e-4  # smallest factor; its inverse is the largest
+_SHARE = 4.0  # largest share of the torque of the motion: a clock at half the rate
+_SIGMAS = 3.0  # standard deviations above which a value is significant
+_AT_END = 0.99  # part of a range above which the best fit lies outside
 
 
 @dataclass(frozen=True, eq=False)
 class Cause:
-    """Something that would explain what a model leaves.
+    """A possible cause of the model error.
 
     Attributes:
-        kind: of its shape, or what has none; "" where nothing is wrong.
-        joints: positions; empty for all.
-        says: what would be wrong, and what helps; "" where it is no larger than in every robot.
-        score: log-odds, of prediction and prior.
-        left: (n,) held-out variance of the joints with it.
-        shape: whose columns it has; None where it has none.
-        value: its first coefficient.
-        fault: of channels, that can be undone; None where nothing in the logs can.
-        regressor: (K, n, p) of the model with it; None where it has another.
+        kind: kind of its shape, or of a finder of its own; "" for no cause.
+        joints: indices of the joints; empty for all.
+        says: what is wrong and what to do; "" if it is no larger than in every robot.
+        score: log-odds, from prediction and prior.
+        left: (n,) held-out variance of the joints with the cause.
+        shape: the shape with its columns; None if it has none.
+        value: the first coefficient.
+        fault: the channel fault, if it can be undone; None if nothing in the logs can be corrected.
+        regressor: (K, n, p) of the model with the cause, if it differs from that of the model.
     """
 
     kind: str
@@ -95,12 +95,12 @@ class Cause:
         return self.shape is not None and self.shape.physics
 
 
-#: Gives what has fits of its own.
+#: Finds causes that have fits of their own.
 Finder = Callable[[Scene], Iterator[Cause]]
 
 
 def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
-    """Yield from when on something may be, in words, with its weight (K,)."""
+    """Yield possible start times: a text, and the weight (K,) of the rows."""
     several = len(scene.rows.logs) > 1
     for k, (log, span) in enumerate(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)):
         own = np.zeros(len(scene.rows.y))
@@ -117,15 +117,15 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
 def causes(
     scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = (), threads: int = 1
 ) -> tuple[Scene, list[Cause]]:
-    """Return what could be wrong, the likeliest first, beside the physics that is likelier.
+    """Return the possible causes beside more probable physics, the most probable first.
 
     Args:
-        scene: the model.
-        faults: of channels, each with what undoes it: they compete as well.
-        repairs: what was mended in the logs.
-        threads: that find columns at once.
+        scene: the fitted model.
+        faults: channel faults that compete as well, each with its undo.
+        repairs: repairs of the logs.
+        threads: number of threads.
     """
-    # Speeds that were measured, and right as they were, speak for the clock.
+    # Measured speeds that needed no repair confirm the clock.
     derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
     special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
@@ -135,15 +135,16 @@ def causes(
         )
     ]
     found = first = _all(scene, shapes, faults, special)
-    # Free misfit names nothing, and hides what could be added: it competes at the end.
+    # The free misfit names nothing and would hide missing physics, so it competes at the end.
     while (best := _lawful(found)) and len(scene.physics) < _MOST * scene.n:
         scene = replace(scene, physics=(*scene.physics, best.columns))
-        # Others change little with it: the first of them tell whether one is likelier.
+        # Other causes change little beside physics: the first of them show whether one is more
+        # probable.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
         found = _ordered(_linear(scene, near), scene.n) or found[1:]
     if not scene.physics:
         return scene, found
-    # Beside more physics none of the others is likelier than it was, but for what a few rows show.
+    # Physics makes no other cause more probable, except one that few rows show.
     likely = {c.kind for c in first if c.score > 0} | {"delay", "saturated"}
     likely |= {"command"} if "clock" in likely else set()  # one fit gives both
     return scene, _all(
@@ -155,7 +156,7 @@ def causes(
 
 
 def _lawful(found: Sequence[Cause]) -> Shape | None:
-    """Return the physics that is likelier than all but free misfit, if it is physics."""
+    """Return the physics that is more probable than all causes but the free misfit."""
     best = next((c.shape for c in found if c.shape is None or not c.shape.free), None)
     return best if best is not None and best.physics else None
 
@@ -166,34 +167,34 @@ def _all(
     faults: Sequence[Fault],
     special: Mapping[str, Finder],
 ) -> list[Cause]:
-    """Return what could be wrong beside a scene, the likeliest first, and that nothing is."""
+    """Return the possible causes beside a scene, and no cause, the most probable first."""
     alone = scene.score.alone
     nothing = Cause("", (), "", 0.0, alone.left)
     found = [nothing, *_linear(scene, shapes)]
     found += [cause for find in special.values() for cause in find(scene)]
     for fault in faults:
-        # Signs are tried in sets, delays for all joints and by joint.
+        # Signs are tried in sets, delays for all joints together and for each joint.
         if fault.kind != "delay" and not (fault.kind == "sign" and fault.channel[:3] == "tau"):
             found += _undone(scene, fault)
     return _ordered(found, scene.n)
 
 
 def _ordered(found: Iterable[Cause], n: int) -> list[Cause]:
-    """Return causes with their prior odds, the likeliest first: n joints have laws to try."""
+    """Return causes with their prior odds, the most probable first; n joints have laws to try."""
     odds = {True: math.log(LAWS * n), False: _RARE}
     whole = [replace(c, score=c.score - odds[c.physics]) if c.kind else c for c in found]
     return sorted(whole, key=lambda c: -c.score)
 
 
 def _linear(scene: Scene, shapes: Sequence[Shape]) -> list[Cause]:
-    """Return the shapes that predict, each from when on it is likeliest."""
+    """Return the shapes that predict other motion, each with its most probable start time."""
     begun = list(_begun(scene))
     found: dict[tuple[str, tuple[int, ...], Shape | None], list[Cause]] = {}
     for shape in shapes:
         tried = [_tried(scene, shape, shape.columns, "", 0.0)] if shape.always else []
         for when, weight in begun if shape.changes else ():
             columns = {j: c * weight[:, None] for j, c in shape.columns.items()}
-            # The time is one of many: it has its price.
+            # The start time is one of many, which has a prior cost.
             tried.append(_tried(scene, shape, columns, when, math.log(len(begun))))
         for cause in tried:
             if cause is not None and cause.score > 0:
@@ -203,7 +204,7 @@ def _linear(scene: Scene, shapes: Sequence[Shape]) -> list[Cause]:
 
 
 def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float) -> Cause | None:
-    """Return a shape with what its columns explain; None where that is no number, or nothing."""
+    """Return a shape as a cause; None if its columns have no finite score or no effect."""
     whole = np.concatenate([c.ravel() for c in columns.values()])
     if not np.isfinite(whole).all() or not whole.any():
         return None
@@ -211,7 +212,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
     x = float(fit.coefficients[0])
     if not shape.within[0] < x < shape.within[1]:
         return None
-    if shape.physics:  # Student's t of its size, as effects have it
+    if shape.physics:  # Student's t prior of its size, as for effects
         part = float(np.max(fit.torque / scene.rows.size)) / _SIZE
         price += 2.0 * math.log1p(part**2 / 3.0)
     return Cause(
@@ -227,7 +228,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
 
 
 def _mendable(shape: Shape, x: float) -> Fault | None:
-    """Return the fault that a shape is in the logs, with what undoes it."""
+    """Return the fault that a shape describes in the logs, with its undo."""
     if shape.undo is None:
         return None
     return Fault(
@@ -237,7 +238,7 @@ def _mendable(shape: Shape, x: float) -> Fault | None:
 
 
 def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
-    """Yield what a fault of channels explains, in the units of the torque as it was recorded."""
+    """Yield a channel fault as a cause, scored in the units of the recorded torque."""
     rows = scene.rows
     if fault.undo is None:
         return
@@ -250,7 +251,7 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
     more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
     now, was = score.alone, scene.score.alone
     left = now.left * gain**2
-    if (undone.weight < rows.weight).any():  # the same rows against the same
+    if (undone.weight < rows.weight).any():  # compare both on the same rows
         was = scene.scored(rows.W, undone.weight).alone
         left = left * scene.score.alone.left / np.maximum(was.left, 1e-300)
     told = now.score - more - was.score
@@ -258,9 +259,9 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
 
 
 def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
-    """Return causes, the likeliest first, those at the head that can be undone as that does it.
+    """Return the causes, with exact scores for the first ones that can be undone.
 
-    To first order two faults of one joint may look alike.
+    To first order, two faults of one joint may look alike.
     """
     out = []
     for c in found:
@@ -273,7 +274,7 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
 
 
 def _upside_down(scene: Scene) -> Iterator[Cause]:
-    """Yield gravity that points the other way."""
+    """Yield gravity in the opposite direction."""
     yield from _weighing(
         scene, -1.0, "gravity points the other way: change the sign of gravity in the robot file, "
         "or turn the base"
@@ -281,7 +282,7 @@ def _upside_down(scene: Scene) -> Iterator[Cause]:
 
 
 def _weightless(scene: Scene) -> Iterator[Cause]:
-    """Yield torques from which the weight of all joints is missing."""
+    """Yield torques that do not contain the weight of the links."""
     yield from _weighing(
         scene, 0.0, "the torques hold no weight: a controller's gravity compensation is not in "
         "them; log the whole torque of the motors"
@@ -289,7 +290,7 @@ def _weightless(scene: Scene) -> Iterator[Cause]:
 
 
 def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
-    """Yield a model whose links weigh a share of what they do."""
+    """Yield a model whose links have a share of their weight."""
     rest = scene.rows.at_rest
     if np.any(rest):
         fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
@@ -298,17 +299,18 @@ def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
 
 
 def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
-    """Yield motion that asks for another share of torque than the model says, weight apart.
+    """Yield a dynamic torque that is a share s of the model's, apart from gravity.
 
         tau = W0 X + s (W - W0) X,    W0 the regressor at rest
 
-    A controller that holds the links, and feeds forward a share of the rest, commands this; a clock
-    that runs c times too fast makes it of any torque, s = 1/c^2. No log tells one from the other,
-    but measured speeds that speak for the clock. Friction is free, hence the same for both.
+    A controller that compensates gravity, and feeds forward a share of the rest, commands this
+    torque. A clock that is c times too fast gives it from any torque, s = 1/c^2. No log
+    distinguishes the two, except by measured speeds that confirm the clock. Friction is free, hence
+    the same for both.
 
     Args:
-        scene: the model.
-        clock: whether no measured speed speaks for the clock.
+        scene: the fitted model.
+        clock: true if no measured speed confirms the clock.
     """
     from scipy.optimize import minimize_scalar
 
@@ -326,7 +328,7 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
 
     share = float(minimize_scalar(left, bounds=(0.0, _SHARE), method="bounded").x)
     if share > _AT_END * _SHARE:
-        return  # more would fit better: no size is found
+        return  # a larger share would fit better: no size is found
     W = rest + share * moving
     fit = scene.scored(W).alone
     slow = math.sqrt(share)
@@ -348,15 +350,15 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
 
 
 def _late(scene: Scene) -> Iterator[Cause]:
-    """Yield torques that come late, of all joints or of one."""
+    """Yield torques that are late, of all joints or of one."""
     for fault in late_torques(scene):
         yield from _undone(scene, fault)
 
 
 def _cut(scene: Scene) -> Iterator[Cause]:
-    """Yield torques that are cut off at a limit, |tau_j| <= L: tau_j = min(max(W_j X, -L), L).
+    """Yield torques that are clipped at a limit: tau_j = min(max(W_j X, -L), L).
 
-    X is fitted without the rows near the limit; of them, what it leaves with the cut counts.
+    X is fitted without the rows near the limit. These rows then count with the clipped model.
     """
     for fault, limit, weight in cut_torques(scene):
         (j,) = fault.joints
@@ -367,7 +369,7 @@ def _cut(scene: Scene) -> Iterator[Cause]:
         whole = left[cut, j]
         clipped = whole + model[cut] - np.clip(model[cut], -limit[cut], limit[cut])
         if clipped @ clipped > _CLEARER**2 * (whole @ whole):
-            continue  # the motion asks for no more than was recorded
+            continue  # the motion needs no more torque than was recorded
         left[:, j] += model - np.clip(model, -limit, limit)
         again = replace(score, residual=left, weight=scene.rows.weight)
         fit = again.fitted_without(weight == 0)
@@ -376,10 +378,11 @@ def _cut(scene: Scene) -> Iterator[Cause]:
 
 
 def _computed(scene: Scene) -> Cause | None:
-    """Return that the torques are a model's: without noise, and without friction on any joint.
+    """Return the cause that torques are computed by a model, without noise and friction.
 
-    Every drive takes energy out of its joint. What it takes here is worth less torque than matters,
-    though the robot file declares friction, and positions have the noise of encoders.
+    Every drive dissipates energy. The cause applies if the dissipated energy corresponds to less
+    torque than matters, although the robot file declares friction, and the positions have encoder
+    noise.
     """
     rows = scene.rows
     movable = rows.evaluator.model.robot.movable
@@ -402,12 +405,13 @@ def _computed(scene: Scene) -> Cause | None:
 
 
 def _lacks_friction(scene: Scene) -> Cause | None:
-    """Return that the torques are a command of which Coulomb friction was left out.
+    """Return the cause that the torques are a command without Coulomb friction.
 
-    Every drive has some, that jumps where its joint turns. Asked where something is surely wrong
-    that nothing explains. With c the friction over the torque of a joint, and their mean over the
-    joints, weighed by precision, the mean is below what matters by 3 std, and no c is larger than
-    in every robot, to either side. Deviations are those of fits without each fold of motion.
+    Every drive has Coulomb friction, which steps at reversals. The test runs only if something is
+    wrong that nothing else explains. Let c be the friction over the torque of a joint, averaged
+    over joints with weights 1/variance. The cause applies if the mean is below what matters by 3
+    std and no c is significantly larger than that, with either sign. The std come from fits without
+    each fold.
     """
     rows = scene.rows
     base, movable = rows.evaluator.model.base, rows.evaluator.model.robot.movable
@@ -434,9 +438,9 @@ def _lacks_friction(scene: Scene) -> Cause | None:
 
 
 def _directions(scene: Scene) -> Iterator[Cause]:
-    """Yield gravity in the direction that fits best, where it is not the file's.
+    """Yield the gravity direction that fits best, if it is not that of the file.
 
-    What links weigh is free of what they resist to acceleration, for both directions alike.
+    The weights of the links are free parameters, separate from their inertias, for both directions.
     """
     v = scene.rows.variation
     own = v.gravity
@@ -451,7 +455,7 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         axes = [sign * size * e for e in np.eye(3) for sign in (1.0, -1.0)]
         starts = [own, min(axes, key=field.left)]
     best = min(map(field.turned, starts), key=field.left)
-    best = best if best @ own >= 0 else -best  # free weights fit both ways alike
+    best = best if best @ own >= 0 else -best  # the free weights fit both signs equally
 
     def model(g: FloatArray) -> FloatArray:
         return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
@@ -473,11 +477,11 @@ def _directions(scene: Scene) -> Iterator[Cause]:
 
 
 def _signs(scene: Scene) -> Iterator[Cause]:
-    """Yield the set of torques that have the other sign, where another set than none fits best.
+    """Yield the set of torques with the wrong sign, if a non-empty set fits best.
 
-    With y_j = s_j W_j X and joints weighed by their torque, what the best X leaves of all joints is
-    a constant less s' B s, B_jk = b_j' A^-1 b_k. Of a set and all others, which fit alike, the one
-    counts whose inertia is positive.
+    With y_j = s_j W_j X and joints weighted by their torque, the residual of the best X is a
+    constant minus s' B s, with B_jk = b_j' A^-1 b_k. A set and its complement fit equally; the one
+    with positive inertia is taken.
     """
     rows, n = scene.rows, scene.n
     if not 1 < n <= _TURNED:
@@ -508,15 +512,15 @@ def _signs(scene: Scene) -> Iterator[Cause]:
 
 
 def _units(scene: Scene) -> Iterator[Cause]:
-    """Yield torques of another unit: a factor so large that the first order does not hold.
+    """Yield a torque in another unit, with a factor too large for a first-order column.
 
-    Weighted least squares of X and 1/g together, y_j / g = W_j X: what joint j measured stands on
-    the side of the unknowns, and the other joints say what X is.
+    Weighted least squares solves y_j / g = W_j X for X and 1/g together. The measured torque of
+    joint j is a column, and the other joints determine X.
     """
     blocks = scene.blocks(scene.rows.W, scene.rows.weight)
     grams, p = blocks.grams[0], blocks.grams.shape[-1] - 1
     for j in range(scene.n if scene.n > 1 else 0):
-        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and what the other joints measured
+        whole = np.zeros((p + 2, p + 2))  # X, 1/g, and the torque of the other joints
         for i, (gram, size) in enumerate(zip(grams, blocks.size, strict=True)):
             own = np.arange(p + 2) != (p + 1 if i == j else p)
             signs = np.ones(p + 1)
@@ -533,14 +537,14 @@ def _units(scene: Scene) -> Iterator[Cause]:
 
 
 def _fields(scene: Scene) -> FloatArray:
-    """Return what each link's mass and moments weigh in gravity along each axis, (3, K, n, m)."""
+    """Return the weight columns of the links for gravity along each axis, (3, K, n, m)."""
     count = len(scene.rows.evaluator.model.robot.joints)
     heavy = [names.LINK.index(prefix) for prefix in (names.MASS, *names.MOMENT)]
     every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
     units = every[:, heavy].reshape(-1, count, len(names.LINK))
 
     def weights(axis: FloatArray, q: FloatArray) -> FloatArray:
-        rest = np.zeros((1, q.shape[1]))  # once for all states
+        rest = np.zeros((1, q.shape[1]))  # one for all states
         return scene.rows.variation.regressor((q, rest, rest), units, axis)
 
     found = [scene.rows.held(partial(weights, axis)) for axis in np.eye(3)]
@@ -549,12 +553,12 @@ def _fields(scene: Scene) -> FloatArray:
 
 
 class _Field:
-    """Fits of a model whose weights are free, in gravity of any direction.
+    """Fits of a model with free weights, for gravity in any direction.
 
     Args:
-        scene: the model.
-        moving: (K, n, p) what it says without weight.
-        fields: what `_fields` returns.
+        scene: the fitted model.
+        moving: (K, n, p) regressor without weight.
+        fields: the result of `_fields`.
     """
 
     def __init__(self, scene: Scene, moving: FloatArray, fields: FloatArray) -> None:
@@ -565,7 +569,7 @@ class _Field:
     def fitted(
         self, g: FloatArray, more: Sequence[FloatArray] = ()
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the parameters and deviations for gravity g, with more columns of weights."""
+        """Return parameters and standard deviations for gravity g, with more weight columns."""
         p, m = self.moving, self.weights
         T = np.zeros((p + 3 * m + 1, p + m + len(more) + 1))
         T[:p, :p], T[-1, -1] = np.eye(p), 1.0
@@ -575,11 +579,11 @@ class _Field:
         return self.scene.fitted(replace(self.blocks, grams=T.T @ self.blocks.grams @ T))
 
     def left(self, g: FloatArray) -> float:
-        """Return the logarithms of what is left of the joints in gravity g."""
+        """Return the sum of the log residuals of the joints for gravity g."""
         return float(np.sum(np.log(self.fitted(g)[1])))
 
     def turned(self, g: FloatArray) -> FloatArray:
-        """Return the direction of gravity that fits best near one: Gauss and Newton's."""
+        """Return the best gravity direction near g, by the Gauss-Newton method."""
         size = float(np.linalg.norm(g))
         for _ in range(_ROUNDS):
             across = np.linalg.svd(g[None])[2][1:]
@@ -592,7 +596,7 @@ class _Field:
 
 
 def _moments(scene: Scene) -> Iterator[Cause]:
-    """Yield moments in which the residual is loud, without which the fit is better elsewhere."""
+    """Yield events with a large residual, without which the fit is better elsewhere."""
     residual = (scene.rows.y - scene.model) * scene.rows.weight
     typical = np.median(np.abs(residual), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
     loud = np.sqrt(np.mean(np.minimum(residual / typical, 1e3) ** 2, axis=1))
@@ -613,7 +617,7 @@ def _moments(scene: Scene) -> Iterator[Cause]:
             continue
         near = (log.t >= best[1] - _AWAY) & (log.t <= best[2] + _AWAY)
         if log.mask is not None and log.mask.joint[near].any():
-            continue  # a channel was wrong there
+            continue  # a channel is wrong there
         inside = np.zeros(len(scene.rows.y), dtype=bool)
         inside[span] = (t >= best[1]) & (t <= best[2])
         everybody = np.repeat(inside[:, None], scene.n, axis=1)
@@ -628,7 +632,7 @@ def _moments(scene: Scene) -> Iterator[Cause]:
         )
 
 
-#: What has fits of its own.
+#: Causes with fits of their own.
 SPECIAL: Mapping[str, Finder] = {
     "upside down": _upside_down,
     "weightless": _weightless,
@@ -649,22 +653,22 @@ def find_cause(
     undone: bool = False,
     threads: int = 1,
 ) -> Cause | None:
-    """Return what is wrong where the data name one cause; None where nothing, or nothing sure.
+    """Return the cause that the data name; None if there is none, or none is certain.
 
-    A cause is named where it lowers the error of a joint's torque on motion that it was not fitted
-    on by what matters and by 15 % of what is left, the error of every joint that is unexplained
-    among them (`symgen.estimation.floor`); is larger than in every robot, and is nine times as
-    probable as physics without a name. Of up to three causes that the data do not tell apart all
-    are named.
+    A cause is named if it lowers the error of a joint's torque, on motion that it was not fitted
+    on, by what matters and by 15 %. This holds for every joint with an unexplained error
+    (`symgen.estimation.floor`). It must also be larger than in every robot, and nine times as
+    probable as physics without a name. Up to three causes that the data do not distinguish are
+    named together.
 
     Args:
-        scene: the model on the logs in the band of the run.
-        faults: of channels that were found before.
-        repairs: what was mended in the logs.
-        least: part of a joint's torque that matters.
-        undone: whether what is named will be undone: then it need not be 15 % of what is left, as
-            more is looked for behind it.
-        threads: that find columns at once.
+        scene: the model on the logs, in the band of the run.
+        faults: channel faults that were found before.
+        repairs: repairs of the logs.
+        least: smallest torque that matters, as a part of the joint's torque.
+        undone: whether the named cause will be undone. Then the 15 % are not required, because the
+            search continues behind it.
+        threads: number of threads.
     """
     rows = scene.rows
     train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
@@ -689,7 +693,7 @@ def find_cause(
 
 
 def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
-    """Return the first of some causes, the likeliest first, where it is sure; see `find_cause`."""
+    """Return the first of the causes, most probable first, if it is certain; see `find_cause`."""
     rows, best, alone = scene.rows, found[0], scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
@@ -705,7 +709,7 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
-    # Of what the data do not tell apart, all is named, and no kind is sure.
+    # Causes that the data do not distinguish are all named; then no kind is certain.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
@@ -713,14 +717,15 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
 
 
 def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
-    """Whether a cause that is always there, fitted to the training logs, lowers the held-out error.
+    """Whether a permanent cause, fitted to the training logs, lowers the validation error.
 
-    To a part of a joint's, and on the whole, as identify would see it if the cause were undone.
-    What has neither columns nor an undo, is masked or begins somewhere, is not asked.
+    The error has to fall to `part` for one joint, and in total as `identify` would measure it with
+    the cause undone. A cause without columns and undo, with a mask, or with a start time is not
+    tested.
     """
     shape, fault = cause.shape, cause.fault
     if fault is not None and fault.kind in MASKED:
-        return True  # undone, it takes the rows out that show it
+        return True  # its undo removes the rows that show it
     if fault is not None and fault.undo is not None:
         mended = rows.with_torques(tuple(map(fault.undo, rows.logs)))
         other = mended.W, mended.y, mended.weight
@@ -749,12 +754,12 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
-    """Return the fault that a cause is, its size found to half a percent by undoing it.
+    """Return the fault of a cause, with its size computed to half a percent by undoing it.
 
     Args:
         evaluator: the compiled model.
-        logs: those that it was found in.
-        cause: with a shape that is a fault.
+        logs: the logs with the fault.
+        cause: a cause whose shape is a fault.
     """
     fault, x = cause.fault, cause.value
     assert fault is not None
@@ -765,7 +770,7 @@ def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause
         left = next(s for s in KINDS[cause.kind](scene) if s.joints == cause.joints)
         more = float(scene.score.beside(left.columns).coefficients[0])
         x = (1 + x) * (1 + more) - 1
-        if not cause.shape.within[0] < x < 1 / _STEPPED:  # undone, it leads nowhere
+        if not cause.shape.within[0] < x < 1 / _STEPPED:  # no valid size
             break
         found = _mendable(cause.shape, x)
         assert found is not None

@@ -1,4 +1,4 @@
-"""A fault of a recorder: what it is, where, how large, and how it is undone."""
+"""A fault of a recorder: its kind, place, size, and how to undo it."""
 
 from __future__ import annotations
 
@@ -8,36 +8,35 @@ from typing import Annotated, Any
 
 from symgen.schemas import BESIDE, OrNan
 
-#: Done about a fault that nothing takes away.
+#: Text for a fault that is not corrected.
 LEFT = "left as it is"
-#: Kinds that take samples out of the equations.
+#: Kinds whose samples are left out of the equations.
 MASKED = ("saturated", "stuck")
 
-#: Name of the log of a fault that all logs have together.
+#: Log name of a fault that all logs have.
 EVERYWHERE = "all logs"
 
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong with channels of a log, and what was done.
+    """A fault of the channels of a log, and its correction.
 
-    JSON holds the first five and `values`; programs decide by `kind`.
+    JSON contains the first five attributes and `values`. Programs decide by `kind`.
 
     Attributes:
         log: name of the log, or EVERYWHERE.
         channel: "t", "q2", "tau2, tau4", "tau" for all joints, or "all".
-        fault: in words, with the value.
-        samples: how many it touches; 0 for whole columns.
-        done: in words.
-        values: of what was measured: name, value and standard deviation; GV of speeds that are
-            (1 + GV) dq/dt, LV s late, and off by OV; DT s by which torques of all joints were late
-            and are shifted; limit of a torque that is cut off.
-        kind: one of the keys of `symgen.faults.samples.FINDERS` and `symgen.faults.model.FINDERS`.
-        joints: positions of the joints; empty for all.
-        value: factor, or delay in s.
-        share: error on folds left out with the fault undone, over that as it is.
-        undo: gives the log that it was found in without it; None where no way is known, and where
-            it was undone.
+        fault: text with the value.
+        samples: number of affected samples; 0 for whole columns.
+        done: text on the correction.
+        values: name, value and standard deviation of measured quantities. Speeds are
+            (1 + GV) dq/dt, late by LV s, and off by OV. Torques of all joints were late by DT s and
+            are shifted. `limit` is that of a clipped torque.
+        kind: a key of `symgen.faults.samples.FINDERS` or `symgen.faults.model.FINDERS`.
+        joints: indices of the joints; empty for all.
+        value: a factor, or a delay in s.
+        share: error on held-out folds with the fault undone, over the error without undoing it.
+        undo: returns the log without the fault; None if that is not possible, or already done.
     """
 
     log: str
@@ -71,18 +70,18 @@ def fault_of(
     done: str = LEFT,
     undo: Callable[[Any], Any] | None = None,
 ) -> Fault:
-    """Return the fault of the channel `key` (q, qd or tau) of a joint."""
+    """Return the fault of channel `key` (q, qd or tau) of a joint."""
     channel = f"{key}{j + 1}"
     return Fault(log, channel, says, samples, done, kind=kind, joints=(j,), undo=undo)
 
 
 def delay_of(fault: Fault) -> float:
-    """Return by how much the torques of all joints are shifted, DT in s; 0 where they are not."""
+    """Return the shift DT of the torques of all joints, s; 0 if they are not shifted."""
     return sum(value for name, value, _ in fault.values if name == "DT")
 
 
 def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
-    """Return a log without faults, one after the other, and the faults, which need no undo now."""
+    """Return a log with the faults undone, and the faults, without their undo."""
     told = []
     for fault in faults:
         log = fault.undo(log) if fault.undo else log
@@ -91,9 +90,9 @@ def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ..
 
 
 def merged(faults: Iterable[Fault]) -> list[Fault]:
-    """Return one fault for each log, channel and kind: what chunks say of one fault.
+    """Return one fault for each log, channel and kind, from the faults of several chunks.
 
-    Figures, which differ a little from chunk to chunk, are the first's.
+    Numbers differ slightly between chunks; those of the first chunk are kept.
     """
     out: dict[tuple[str, str, str], Fault] = {}
     for f in faults:

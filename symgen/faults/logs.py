@@ -24,7 +24,7 @@ from symgen.faults.samples import masked_faults, masked_gaps, mended_speeds, rep
 from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
 
-_LOOKED = 1 << 13  # samples of a chunk in which wrong speeds are looked for first
+_LOOKED = 1 << 13  # samples of a chunk that are checked for wrong speeds first
 
 
 def open_samples(
@@ -35,23 +35,23 @@ def open_samples(
     mask_faults: bool = True,
     clock: tuple[float, float] | None = None,
 ) -> tuple[Samples, tuple[Fault, ...]]:
-    """Open a log, mend what shows sample by sample, give it uniform steps, a speed, and a mask.
+    """Open a log, repair single samples, and return it at uniform steps, with speeds and a mask.
 
     Args:
-        source: a path, or a log as it was recorded.
-        robot: the log's robot, with its drive and its limits of torque.
+        source: a path, or a log as recorded.
+        robot: the robot of the log, with its drive and its torque limits.
         reading: how the log is read, and what is masked.
-        mask_faults: whether torques that are cut off and channels that are stuck are masked.
-        clock: of the log that this one is a chunk of, see `sampled`.
+        mask_faults: whether clipped torques and stuck channels are masked.
+        clock: clock of the whole log if this one is a chunk, see `sampled`.
 
     Raises:
-        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has next
-            to nothing left, or a column is missing that an effect of the robot reads.
+        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has
+            almost no unmasked samples, or a column is missing that an effect of the robot needs.
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
     step = float(np.median(np.diff(log.t)))
-    if step > 0.5 / LOWEST:  # stamps between which a robot moves unseen
+    if step > 0.5 / LOWEST:  # the steps are too long to show the motion
         raise LogError(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
             f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
@@ -75,7 +75,7 @@ def open_logs(
     reading: Reading | None,
     progress: Callable[[str], None],
 ) -> tuple[list[list[Samples]], list[Fault]]:
-    """Open the training logs, the validation logs, and so on, each told as `open_samples` does.
+    """Open the training logs, the validation logs, and so on, see `open_samples`.
 
     Raises:
         LogError: as `open_samples`.
@@ -94,7 +94,7 @@ def open_logs(
 def join_bands(
     train: Sequence[Samples], held: Sequence[Samples]
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
-    """Mend measured speeds that are late or scaled, in a band taken from the training logs."""
+    """Repair measured speeds that are late or scaled, in a band taken from the training logs."""
     comparison = comparison_band(train)
     done: list[Fault] = []
 
@@ -114,18 +114,18 @@ def treat_chunk(
     settings: Settings,
     clean: bool = False,
 ) -> tuple[ChunkOfLog, tuple[Fault, ...]]:
-    """Put the rows of a chunk into the band of the run: repaired, sampled, masked and filtered.
+    """Repair, resample, mask and filter the rows of a chunk in the band of the run.
 
     Args:
         log: the rows.
-        chunk: which they are.
-        robot: the log's robot.
+        chunk: position of the rows in the log.
+        robot: the robot of the log.
         reading: what is masked.
-        settings: of the run.
-        clean: whether an earlier pass found nothing to mend.
+        settings: settings of the run.
+        clean: true if an earlier pass found nothing to repair.
 
     Raises:
-        LogError: the rows are refused as those of a log.
+        LogError: the rows cannot be used, as for a whole log.
     """
     stretch = chunk.part.stretch
     rows, clock = len(log.t), (stretch.times[0], stretch.step)
@@ -139,7 +139,7 @@ def treat_chunk(
         else open_samples(log, robot, plain, clock=clock)
     )
     before = chunk.before
-    if len(samples.t) != rows or samples.t[0] != log.t[0]:  # on the ticks of the stretch
+    if len(samples.t) != rows or samples.t[0] != log.t[0]:  # resampled to the clock of the stretch
         before = round((samples.t[0] - clock[0]) / clock[1])
     skip = -before % unit(stretch.step, settings)
     samples = samples.cut(slice(skip, None)) if skip else samples
@@ -152,7 +152,7 @@ def treat_chunk(
 
 
 def _with_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mend speeds, where a part of the chunk shows that they ask for it: a look at all is dear."""
+    """Repair speeds if a part of the chunk shows that they need it; a check of all rows is slow."""
     if len(samples.t) > 2 * _LOOKED:
         middle = len(samples.t) // 2
         part = samples.cut(slice(middle - _LOOKED // 2, middle + _LOOKED // 2))

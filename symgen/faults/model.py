@@ -1,11 +1,10 @@
-"""Faults of channels that the model shows: what fits the logs better when it is undone.
+"""Channel faults that the model shows: the logs fit better when the fault is undone.
 
-Torques that are late, and, where the model leaves much, channels of two joints in each other's
-place, joints that are counted the other way round, positions in degrees. (Torques of another factor
-or sign, and gear ratios, are among `symgen.faults.causes`.) A fault
-counts where undoing it leaves, on some joint, at most nine tenths of the error on folds that the
-fit did not see, and of the error on logs that it never saw. One is looked for at a time, the
-largest first: a wrong torque of one joint is felt in the fit of others.
+These are late torques and, if the model error is large, exchanged channels of two joints, reversed
+joints, and positions in degrees. (`symgen.faults.causes` finds torques with a wrong factor or sign,
+and wrong gear ratios.) A fault counts if undoing it leaves, on some joint, at most 0.9 of the error
+on folds that the fit did not use, and of the error on validation logs. Faults are found one at a
+time, the largest first, because a wrong torque of one joint disturbs the fit of others.
 """
 
 from __future__ import annotations
@@ -40,18 +39,18 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 Rows = Sequence[tuple[Equations, ...]]
-#: A fault is named where undoing it leaves so much of the error on folds left out, at most.
+#: Largest remaining error on held-out folds, relative to that without undoing, for a named fault.
 _CLEARER = 0.9
 _STD = 3.0
-_AT_REST = 1e-3  # weight of rows at rest: they are kept for what no motion determines
-#: Exchanges of torques are tried where the error is above this, faults of the motion above that,
-#: and they leave so much of it, at most.
+_AT_REST = 1e-3  # weight of rows at rest, which only determine what no motion determines
+#: Torque error above which exchanged torques are tried, error above which faults of the motion are
+#: tried, and the largest part of the error that they may leave.
 _LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
-_MOST = 3  # faults that are undone, one after the other
+_MOST = 3  # largest number of faults that are undone
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
 _SIGMAS = 5.0
-_HALF = 0.5  # of a jump of a torque: what its residual keeps
+_HALF = 0.5  # part of a torque step that the residual must keep
 
 
 def channel_faults(
@@ -60,13 +59,13 @@ def channel_faults(
     held: Sequence[FilteredLog] = (),
     kinds: Iterable[str] | None = None,
 ) -> tuple[Fault, ...]:
-    """Find what is wrong with the channels, by the torque equations.
+    """Find channel faults by the torque equations.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs in the band of the run.
-        held: the validation logs, which confirm what is found.
-        kinds: of FINDERS; None for all.
+        held: the validation logs, which confirm a fault.
+        kinds: keys of FINDERS; None for all.
     """
     out: list[Fault] = []
     finders = [find for kind, find in FINDERS.items() if kinds is None or kind in {*kinds}]
@@ -76,7 +75,7 @@ def channel_faults(
             break
         out.append(found)
         assert found.undo is not None
-        if found.kind == "delay":  # all else is looked at again without it
+        if found.kind == "delay":  # everything else is searched again without the delay
             break
         logs, held = ([found.undo(log) for log in group] for group in (logs, held))
     return tuple(out)
@@ -127,12 +126,12 @@ class Trial:
 
     @cached_property
     def own(self) -> FloatArray:
-        """What `block_errors` are for the training logs."""
+        """Result of `block_errors` for the training logs."""
         return block_errors(self.base, self.base)
 
     @cached_property
     def short(self) -> Trial:
-        """The logs, or the first part of each where models are evaluated at many nodes."""
+        """The logs, or the first part of each, for evaluations of the model at many nodes."""
         groups = [_first_part(group) for group in (self.logs, self.held)]
         same = groups[0] is self.logs and groups[1] is self.held
         return self if same else Trial(self.evaluator, *groups)
@@ -140,20 +139,20 @@ class Trial:
     def share(
         self, train: Blocks, held: Callable[[], Blocks], sure: Bools | None = None
     ) -> tuple[float, float]:
-        """Return what undoing a fault leaves; 1 where other logs do not confirm it.
+        """Return the error ratio when a fault is undone; 1 if other logs do not confirm it.
 
         Args:
             train: summary of the training logs with the fault undone.
-            held: gives that of the validation logs, where there are any; not asked in vain.
-            sure: joints whose gain is known to be no chance; None to see that from the blocks.
+            held: gives that of the validation logs, if any; called only if needed.
+            sure: joints with a significant gain; None to decide by the blocks.
         """
         after = block_errors(train, train)
-        if held_out_error(after) > 1.0:  # no model at all does better: nothing is known
+        if held_out_error(after) > 1.0:  # no model fits: nothing is known
             return 1.0, 1.0
         share, together = _what_is_left(self.own, after, sure)
         if self.other is None:
             return share, together
-        # Where few blocks of the training logs hold the gain, those of other logs may be sure.
+        # If few blocks of the training logs show the gain, the other logs may confirm it.
         unsure = share > _CLEARER and sure is None
         if unsure:
             share, together = _what_is_left(self.own, after, np.ones(self.n, dtype=bool))
@@ -161,7 +160,7 @@ class Trial:
             return 1.0, 1.0
         right = held()
         before, X = _shares(self.other, self.base.fit()), train.fit()
-        # The fault may be one of the training logs alone.
+        # The fault may be in the training logs only.
         plain = [] if right.grams.shape != self.other.grams.shape else [_shares(self.other, X)]
         for now in (_shares(right, X), *plain):
             found = _what_is_left(before, now, None if unsure else np.ones(self.n, dtype=bool))
@@ -170,12 +169,12 @@ class Trial:
         return 1.0, 1.0
 
     def right(self, fault: Fault, group: Sequence[FilteredLog]) -> Blocks:
-        """Summarise logs without a fault."""
+        """Return the summary of logs with a fault undone."""
         assert fault.undo is not None
         return block_summary(_equations_of(self.evaluator, map(fault.undo, group)))
 
     def judged(self, faults: Iterable[Fault]) -> Iterator[Fault]:
-        """Yield the faults that leave little when they are undone."""
+        """Yield the faults whose correction leaves a small error."""
         for fault in faults:
             share, _ = self.share(
                 self.right(fault, self.logs), partial(self.right, fault, self.held)
@@ -196,9 +195,10 @@ def _largest(trial: Trial, finders: Iterable[Callable[[Trial], Iterator[Fault]]]
 
 
 def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
-    """Whether the fit to logs without the fault has positive mean inertias about its joints.
+    """Whether the fit with the fault undone has positive mean inertias about its joints.
 
-    Where nothing but the sign of X tells which joints are turned, this is what a robot can be.
+    If only the sign of X shows which joints are reversed, this selects the physically possible
+    case.
     """
     X = trial.right(fault, trial.logs).fit()
     assert fault.undo is not None
@@ -214,9 +214,9 @@ def _inertia_is_positive(trial: Trial, fault: Fault) -> bool:
 def _late(trial: Trial) -> Iterator[Fault]:
     """Find torques of all joints that are late: tau(t) = model(t - delay).
 
-    A small delay is found to first order; where the error is large, it is looked for. The column
-    -d tau/dt that finds it is exact for a filter of first order: where that leaves less than the
-    shift does, there is no delay to undo.
+    A small delay is found to first order; a large one is searched for if the error is large. The
+    column -d tau/dt is exact for a first-order filter. If it leaves less error than the shift, the
+    cause is a filter, and there is no delay to undo.
     """
     blocks = _with_delay(trial.logs, trial.rows)
     if held_out_error(trial.own) > _LOUD:
@@ -235,7 +235,7 @@ def _late(trial: Trial) -> Iterator[Fault]:
     if left[0] < _CLEARER * left[1]:
         return
     best, share = trial.share(shifted, held, np.ones(trial.n, dtype=bool) if known else None)
-    if max(best, share) <= _CLEARER:  # it is common to all joints, or none
+    if max(best, share) <= _CLEARER:  # all joints share a delay, or none has one
         yield replace(fault, share=share)
 
 
@@ -255,7 +255,7 @@ def _fault(
 
 
 def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
-    """Summarise tau = W X - delay dtau/dt."""
+    """Return the summary of tau = W X - delay dtau/dt."""
     extended = [
         _with_column(log, rows, -log.compared(np.gradient(log.tau, log.step, axis=0)))
         for log, rows in zip(logs, equations, strict=True)
@@ -264,11 +264,11 @@ def _with_delay(logs: Sequence[FilteredLog], equations: Rows) -> Blocks:
 
 
 def _exchanged(trial: Trial) -> Iterator[Fault]:
-    """Find two joints whose torques stand in each other's channel."""
+    """Find two joints with exchanged torques."""
     if held_out_error(trial.own) <= _LOUD:
         return
     if any(len(e.y) != len(log[0].y) for log in (*trial.rows, *trial.held_rows) for e in log):
-        return  # masks differ from joint to joint
+        return  # the masks of the joints differ
     for j, k in combinations(range(trial.n), 2):
         share, _ = trial.share(_turned(trial.rows, j, k), partial(_turned, trial.held_rows, j, k))
         if share < _EXCHANGED:
@@ -276,7 +276,7 @@ def _exchanged(trial: Trial) -> Iterator[Fault]:
 
 
 def _exchange(robot: Robot, j: int, k: int, keys: Sequence[str]) -> Fault:
-    """Return the fault that channels of two joints stand in each other's place."""
+    """Return the fault that channels of two joints are exchanged."""
     channel = ", ".join(f"{key}{i + 1}" for i in (j, k) for key in keys)
     what = channel.replace(", ", " and ") if keys == ("tau",) else None
     where = f"{what} stand" if what else f"{channel}: {robot.listed([j, k])} stand"
@@ -285,7 +285,7 @@ def _exchange(robot: Robot, j: int, k: int, keys: Sequence[str]) -> Fault:
 
 
 def _turned(equations: Rows, j: int, k: int) -> Blocks:
-    """Summarise the equations with the torques of two joints exchanged."""
+    """Return the summary with the torques of two joints exchanged."""
     turned = [
         tuple(
             e.with_sides(log[k if i == j else j]) if i in (j, k) else e for i, e in enumerate(log)
@@ -296,7 +296,7 @@ def _turned(equations: Rows, j: int, k: int) -> Blocks:
 
 
 def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
-    """Return the torque of a model along a log in the comparison band, (K, n)."""
+    """Return the torque of a model along a log, in the comparison band, (K, n)."""
     regressor = trial.evaluator["torque_regressor"]
 
     def torque(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
@@ -306,7 +306,7 @@ def _modelled(trial: Trial, log: FilteredLog, X: FloatArray) -> FloatArray:
 
 
 def _moved(trial: Trial) -> Iterator[Fault]:
-    """Find positions and speeds that are exchanged, turned or in degrees."""
+    """Find positions and speeds that are exchanged, reversed or in degrees."""
     masked = any(log.mask is not None for log in (*trial.logs, *trial.held))
     if held_out_error(trial.own) > _LOUDER and not masked:
         yield from trial.short.judged(_hypotheses(trial.evaluator))
@@ -331,7 +331,7 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
         yield _fault("units", names, says, group, 1 / factor, undo)
 
 
-#: What the equations are searched for: finders of delays, of channels exchanged, and so on.
+#: Finders of delays, exchanged channels and so on, which use the equations.
 FINDERS: Mapping[str, Callable[[Trial], Iterator[Fault]]] = {
     "delay": _late,
     "exchange": _exchanged,
@@ -343,7 +343,7 @@ FINDERS: Mapping[str, Callable[[Trial], Iterator[Fault]]] = {
 
 
 def _equations_of(evaluator: Evaluator, logs: Iterable[FilteredLog]) -> Rows:
-    """Return the torque equations of logs, of which rests say nothing: they blame no channel."""
+    """Return the torque equations of logs without rests, which cannot show channel faults."""
     return [
         tuple(e.with_rest_weight(_AT_REST) for e in torque_equations(evaluator, log))
         for log in logs
@@ -358,7 +358,7 @@ def _with_column(
     Args:
         log: the log.
         rows: its equations, joint by joint.
-        column: (K, n) of the unknown, at the kept samples.
+        column: (K, n) column of the unknown, at the kept samples.
     """
     out = []
     for j, e in enumerate(rows):
@@ -368,7 +368,7 @@ def _with_column(
 
 
 def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
-    """Return ||y - W X||^2 of every block over ||y||^2 of all of them, by joint, (B, m)."""
+    """Return ||y - W X||^2 of every block over the total ||y||^2, by joint, (B, m)."""
     measured = blocks.grams[:, :, -1, -1].sum(axis=0)
     errors = np.stack([blocks.errors([b], X) for b in range(len(blocks.grams))])
     return errors / np.where(measured > 0, measured, np.inf)
@@ -377,9 +377,10 @@ def _shares(blocks: Blocks, X: FloatArray) -> FloatArray:
 def _what_is_left(
     own: FloatArray, other: FloatArray, sure: Bools | None = None
 ) -> tuple[float, float]:
-    """Return what is left of the error of the joint that gains most, and of all; 1 for chance.
+    """Return the error ratio of the joint with the largest gain, and of all; 1 if not significant.
 
-    All joints together, each in units of its own error, must gain; as must the torques themselves.
+    All joints together, each relative to its own error, must gain, and so must the torques
+    themselves.
     """
     whole, rest = own.sum(axis=0), other.sum(axis=0)
     scale = 1 / np.where(whole > 0, whole, np.inf)
@@ -393,7 +394,7 @@ def _what_is_left(
 
 
 def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
-    """Return logs, cut where models are evaluated at many nodes."""
+    """Return the logs, shortened for evaluations of the model at many nodes."""
     total = sum(log.rows.nodes for log in logs)
     if total <= _NODES:
         return logs
@@ -401,13 +402,13 @@ def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
     return [filter_log(s, log.band) for s, log in zip(cut, logs, strict=True)]
 
 
-# What a diagnosis asks besides.
+# Further faults that a diagnosis checks.
 
 
 def against_physics(trial: Trial) -> list[Fault]:
-    """Find torques of the other sign, and time that runs backwards: nothing but a word undoes them.
+    """Find torques with the wrong sign and reversed time. They are reported, not undone.
 
-    By the equations of each joint alone: inertia is positive, and friction dissipates.
+    The equations of each joint alone show them: inertia is positive, and friction dissipates.
     """
     found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in trial.moving}
     if found and all(loss and not mass for mass, loss in found.values()):
@@ -437,7 +438,7 @@ def _negative_inertia(trial: Trial, j: int) -> bool:
 def _driving_friction(trial: Trial, j: int) -> bool:
     """Whether the equations of a joint alone give it friction that does not dissipate.
 
-    Where no friction is declared, a viscous one is looked for.
+    If no friction is declared, viscous friction is fitted.
     """
     first = trial.evaluator.model.inertial
     own, work = [], []
@@ -454,22 +455,22 @@ def _driving_friction(trial: Trial, j: int) -> bool:
 
 
 def _surely_negative(grams: FloatArray, mean: FloatArray) -> bool:
-    """Whether mean @ X is negative by five deviations, those of the jackknife over blocks."""
+    """Whether mean @ X is negative by five standard deviations of the jackknife over blocks."""
     whole = grams.sum(axis=0)
     apart = np.array([mean @ solve_gram(whole - gram) for gram in grams if gram.any()])
     return bool(mean.any()) and float(mean @ solve_gram(whole)) < -_SIGMAS * _jackknife(apart)
 
 
 def _jackknife(apart: FloatArray) -> float:
-    """Return the standard deviation of an estimate, of what it is without each block."""
+    """Return the jackknife standard deviation from the estimates without each block."""
     return float(np.sqrt((len(apart) - 1) * np.mean((apart - apart.mean()) ** 2)))
 
 
 def torque_steps(trial: Trial) -> Iterator[Fault]:
-    """Find steps of a torque that the residual keeps until the next one, and take them out.
+    """Find steps of a torque that stay in the residual until the next one, and remove them.
 
-    A drive may give a jump, which moves the robot, and friction jumps where a motion starts, ends
-    or turns; a sensor's step stays in the residual.
+    A drive may step and move the robot, and friction steps when a motion starts, ends or reverses.
+    These are part of the model. The step of a sensor stays in the residual.
     """
     X = trial.base.fit()
     for log in trial.logs:
@@ -483,13 +484,13 @@ def torque_steps(trial: Trial) -> Iterator[Fault]:
 
 
 def _kept_steps(log: FilteredLog, j: int, left: FloatArray, rests: Bools) -> dict[int, float]:
-    """Return the steps of a torque (height after each sample) that its residual keeps."""
+    """Return the steps of a torque that its residual keeps: height by sample number."""
     x, qd, at = log.tau[:, j], log.qd[:, j], log.kept
     wide = max(5, int(2 / (log.band.comparison_hz * log.step)))
     away = rests if log.mask is None else rests | touched(log.mask.joint[:, j], wide // 4)
 
     def height(i: int, first: int, last: int) -> float:
-        """Return the step of the residual after sample i; 0.0 where it has not what x has."""
+        """Return the step of the residual after sample i; 0.0 if it differs from that of x."""
         before = left[(at >= first) & (at < i - wide // 4)]
         after = left[(at >= i + wide // 4) & (at < last)]
         if min(len(before), len(after)) < 2:

@@ -1,6 +1,6 @@
-"""What a recorder does to torques beside factors and signs: it is late, or cuts them off.
+"""Late and clipped torques.
 
-Both compete with other causes on the rows of the torque as it was measured.
+Both compete with other causes on the rows of the recorded torque.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.scene import Scene
 from symgen.faults.undo import earlier, unlimited
 
-#: Largest delay in s that is looked for, and values that are tried up to it.
+#: Largest delay in s, and number of values that are tried.
 _LATEST, _TRIED = 0.5, 12
-_FEWEST, _ROWS = 4, 3000  # times the largest delay: a log is at least so long; rows, about
-#: A quantile of the torque that a cut one reaches; in deviations of noise, how near to it the level
-#: is looked for, and how near to the level a torque is that is cut; samples that tell the noise.
+_FEWEST, _ROWS = 4, 3000  # shortest log, in largest delays; approximate number of rows
+#: Quantile of the torque that a clipped torque reaches; distances, in noise std, in which the level
+#: is searched and in which a torque counts as clipped; samples needed to estimate the noise.
 _TOP, _WITHIN, _AT_LIMIT, _FEW = 0.999, 6.0, 3.0, 20
-_ROUNDS, _EXACT = 6, 1e-5  # of Gauss and Newton's method, and s to which it settles
+_ROUNDS, _EXACT = 6, 1e-5  # of the Gauss-Newton method; accuracy in s
 
 
 def late_torques(scene: Scene) -> Iterator[Fault]:
-    """Yield torques that come late: those of all joints, and those of the joint that gains most.
+    """Yield torques that are late: of all joints, and of the joint with the largest gain.
 
         tau_j(t) = W_j(t - d) X
 
-    Delays d up to half a second are tried between the kept rows, ends of the logs trimmed alike for
-    all; steps of Gauss and Newton's method with the column -d tau_j/dt find it exactly. A joint
-    alone is never early.
+    Delays d up to half a second are tried between the kept rows, with the ends of the logs cut
+    equally for all. The Gauss-Newton method with the column -d tau_j/dt then refines them. A single
+    joint is never early.
 
     Args:
         scene: the model.
@@ -61,14 +61,14 @@ def late_torques(scene: Scene) -> Iterator[Fault]:
 
 
 def common_delay(scene: Scene) -> Fault | None:
-    """Return by how much the torques of all joints are late, or early; None where they are not."""
+    """Return the delay of the torques of all joints, with its sign; None if there is none."""
     joints = list(range(scene.n))
     delay = settled_delay(scene, joints, _roughly(scene, joints, early=True)[2])
     return late_fault(delay, scene.n) if delay else None
 
 
 def late_fault(delay: float, n: int) -> Fault:
-    """Return the fault that the torques of all n joints are late, s; early where it is negative."""
+    """Return the fault for a delay of all n torques, s; negative if they are early."""
     word = "late" if delay > 0 else "early"
     says = f"the torques of all joints are {1e3 * abs(delay):.3g} ms {word} against the motion"
     return _late("tau", says, range(n), delay)
@@ -89,10 +89,10 @@ def _rates(logs: Sequence[FilteredLog]) -> FloatArray:
 def _roughly(
     scene: Scene, joints: list[int], early: bool = False
 ) -> tuple[float, list[int], float]:
-    """Return what the best delay of some joints leaves, as a logarithm, the joints and the delay.
+    """Return the log residual of the best delay of some joints, the joints, and the delay.
 
-    Motion is moved by whole rows, and the column -d tau/dt reaches half way to the next value that
-    is tried. Rows nearer to the ends than the largest delay have no say.
+    The motion is shifted by whole rows. The column -d tau/dt covers half the distance to the next
+    value. Rows nearer to the ends than the largest delay are left out.
     """
     rows, W = scene.rows, scene.score.W
     spans = kept_spans(rows.logs)
@@ -104,7 +104,7 @@ def _roughly(
     rate, p = _rates(rows.logs)[at], W.shape[2]
 
     def products(shift: int, own: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Return [W rate y]' [W rate y] of some joints whose motion comes late, and their rows."""
+        """Return [W rate y]' [W rate y] of joints with shifted motion, and the number of rows."""
         moved = W[at - shift][:, own]
         weight = (rows.weight[at] * rows.weight[at - shift])[:, own]
         both = [moved, rate[:, own, None], rows.y[at][:, own, None]]
@@ -112,7 +112,7 @@ def _roughly(
         return whole.swapaxes(1, 2) @ whole, (weight**2).sum(axis=0)
 
     grams, count = products(0, range(scene.n))
-    grams[:, p], grams[:, :, p] = 0.0, 0.0  # the others come in time
+    grams[:, p], grams[:, :, p] = 0.0, 0.0  # the other joints have no delay
     best, delay = np.inf, 0.0
     for shift in [*shifts, *(-s for s in shifts[1:] if early)]:
         grams[joints], count[joints] = products(shift, joints)
@@ -128,7 +128,7 @@ def _roughly(
 
 
 def settled_delay(scene: Scene, joints: Sequence[int], delay: float) -> float:
-    """Return the delay of some joints, s, near one: Gauss and Newton's; 0.0 where it is none."""
+    """Return the delay of some joints, s, near a start value; 0.0 without convergence."""
     rows = scene.rows
     own = np.zeros(scene.n)
     own[list(joints)] = 1.0
@@ -148,16 +148,16 @@ def settled_delay(scene: Scene, joints: Sequence[int], delay: float) -> float:
 
 
 def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
-    """Yield torques of one joint that may be cut off: the largest of each log are its limit.
+    """Yield clipped torques of one joint, with the largest value of each log as the limit.
 
-    Where the robot's drive gives no more than a limit, the robot moves by that torque: the model
-    asks for no more, and nothing is cut.
+    If the drive itself cannot exceed a limit, the robot moves by the clipped torque. The model then
+    needs no more torque, and there is no fault.
 
     Args:
         scene: the model.
 
     Yields:
-        The fault; (K,) the limit of the rows; and (K, n) their weight without those near it.
+        The fault; (K,) limit of the rows; and (K, n) their weight without those near the limit.
     """
     rows = scene.rows
     for j in range(scene.n):
@@ -168,7 +168,7 @@ def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
         undo = partial(unlimited, j=j, limits=near)
         weight = rows.with_torques(tuple(map(undo, rows.logs))).weight
         if not weight[:, j].any():
-            continue  # all of it is the signal
+            continue  # the whole signal is near the limit
         counts = [np.count_nonzero(np.abs(log.tau[:, j]) > near[log.name]) for log in rows.logs]
         shares = [count / len(log.t) for count, log in zip(counts, rows.logs, strict=True)]
         most = int(np.argmax(shares))
@@ -186,7 +186,7 @@ def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
 
 
 def _top(log: FilteredLog, j: int) -> tuple[float, float]:
-    """Return the level at which the largest torques of a joint lie, and the noise, a deviation."""
+    """Return the level of the largest torques of a joint, and the std of its noise."""
     x = log.tau[:, j] if log.mask is None else log.tau[~log.mask.joint[:, j], j]
     size = np.abs(x)
     if len(x) < _FEW:

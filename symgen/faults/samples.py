@@ -1,11 +1,10 @@
-"""Faults that samples alone show: each has one finder, which says how it is undone.
+"""Faults that samples alone show. Each has one finder, which also corrects it.
 
-Rows that repeat the one before are dropped, not interpolated through; stamps of a host that jitter
-about a fixed clock are put on that clock where positions then agree better with speeds; single
-samples that jump are taken out (Hampel 1974); turns of 2 pi are joined. No equation touches torques
-that are cut off and channels that are stuck. Measured speeds that are late, scaled or off against
-dq/dt are mended. Nothing is mended unless what is compared agrees better afterwards; thresholds are
-ratios to the signal's own scatter.
+Repeated rows are dropped. Time stamps with jitter are replaced by a uniform clock if positions then
+agree better with speeds. Single samples that jump are replaced (Hampel 1974). Jumps of 2 pi are
+unwrapped. Clipped torques and stuck channels are masked. Measured speeds that are late, scaled or
+offset against dq/dt are corrected. A repair is made only if the compared channels agree better
+afterwards. Thresholds are ratios to the signal's own scatter.
 """
 
 from __future__ import annotations
@@ -38,52 +37,52 @@ from symgen.estimation.summary import solve_gram
 from symgen.faults.fault import Fault, fault_of, undo_faults
 from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
 
-#: A clock is taken where it leaves so much of the disagreement that the stamps leave, at most.
+#: Largest disagreement with a uniform clock, relative to that with the stamps, to use the clock.
 _CLOCK = 0.8
-#: More repeated rows than chance would give, by this factor, and at least so many.
+#: Factor of repeated rows over the number expected by chance, and their smallest number.
 _CHANCE, _FEW = 5.0, 3
-#: A channel is held where so many runs of one value hold so much of the log.
+#: Smallest number of runs of a held channel, and shares of the log and of the runs.
 _HELD_RUNS, _HELD, _PACED = 20, 0.9, 0.4
-_FIRST = 4096  # samples of a channel that are looked at before all of it
-#: Steps of a channel that are worth a word, over its spread: encoders have 14 bits a turn and more.
+_FIRST = 4096  # samples of a channel that are checked before all of it
+#: Steps relative to the spread, above which a channel is reported as coarse; encoders are finer.
 _COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
-#: A jump is so many times the scatter of its channel, and so many times what is around it.
+#: Smallest jump, relative to the scatter of its channel, and to its surroundings.
 _JUMP, _AROUND = 12.0, 4.0
 _NEAR = 8  # samples around a jump that it is compared with
-#: Jumps meet where this many pairs are expected; a signal with more jumps than so is one of jumps.
+#: Expected number of adjacent jumps above which pairs are searched; largest share of jumps; passes.
 _MEET, _MANY, _PASSES = 0.1, 0.05, 4
-#: A torque is cut off where it is so often at its extreme, and so many times as often as below.
+#: Smallest number of samples at the extreme of a clipped torque, and their ratio to those below.
 _FLAT, _PILED = 10, 4.0
-_RUN = 3  # times the runs of other values, at least
-#: A channel is stuck for at least so many samples, and so many times the length of its other runs.
+_RUN = 3  # times the runs of other values
+#: Shortest run of a stuck channel in samples, and in lengths of its other runs.
 _STUCK, _LONGER = 20, 10.0
 _DEAD = 0.5  # of the log
-#: A position that was stuck jumps by so many times its largest usual step.
+#: Smallest jump of a position after it was stuck, over its largest usual step.
 _LEAVES = 3.0
-#: Speed of a robot that moves, of the RMS over the log.
+#: Speed of a moving robot, relative to the RMS over the log.
 _MOVES = 0.1
-#: Speeds are mended where that leaves so much of the square of their disagreement, at most.
+#: Largest remaining part of the squared disagreement for a repair of speeds.
 _SPEEDS = 0.8
-#: Correlation of speeds with dq/dt under which they are replaced by it.
+#: Correlation of speeds with dq/dt below which dq/dt replaces them.
 _FOLLOWS = 0.9
-_LATE, _SCALED = 0.1, 0.02  # of a sample; of 1
-_NOISY = 2.0  # times its noise a speed may be off before it is said not to follow
-_SETTLED = 1e-3  # of a sample
-_STILL = 3.0  # spreads of noise in the band within which a position is noise
-_SLOPES = 5.0  # the band of that comparison, in comparison bands
-#: A step is so many times the largest usual difference (99 of 100 are smaller), so far apart.
+_LATE, _SCALED = 0.1, 0.02  # smallest delay in samples, and smallest relative scale error
+_NOISY = 2.0  # error of a speed over its noise, above which it does not follow the position
+_SETTLED = 1e-3  # in samples
+_STILL = 3.0  # noise std in the band, below which a position is noise
+_SLOPES = 5.0  # band of that comparison, in comparison bands
+#: Smallest step over the largest usual difference (99th percentile), and distance in samples.
 _STEP, _APART = 5.0, 5
-#: Of a torque: sensors and currents have more noise than that; samples from which it is taken.
+#: Relative noise that every measured torque exceeds, and samples needed to estimate it.
 _NOISE, _SIXTH = 1e-4, 100
-#: rad or m: positions that were measured have more noise. An encoder of 20 bits has 1.7e-6 rad.
+#: Noise that every measured position exceeds, rad or m; an encoder of 20 bits has 1.7e-6 rad.
 _ENCODER = 1e-6
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
-    """Mend what shows sample by sample in a log as it was recorded.
+    """Repair the faults that single samples show, in a log as recorded.
 
     Args:
-        log: mapped to the joint side.
+        log: the log, mapped to the joint side.
         sigma: types of the joints.
     """
     ticks = np.flatnonzero(~repeated_rows(log)).astype(float)
@@ -95,13 +94,13 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
 
 
 def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask what is cut off or stuck, in a log on uniform steps.
+    """Mask clipped torques and stuck channels in a log with uniform steps.
 
     Args:
-        log: the log that it came from, before it was resampled.
-        samples: the log on uniform steps.
+        log: the log before it was resampled.
+        samples: the log with uniform steps.
     """
-    assert log.tau is not None  # open_log has seen to it
+    assert log.tau is not None  # open_log requires it
     flat = np.column_stack([cut_off(np.ascontiguousarray(x)) for x in log.tau.T])
     return undo_faults(samples, (*_saturated(log, samples, flat), *_stuck(log, samples, flat)))
 
@@ -115,13 +114,13 @@ def _channels(log: Log) -> Iterator[tuple[str, int, FloatArray]]:
 
 
 def _converted(log: Log, *_: object) -> Iterator[Fault]:
-    """Say which columns the file has in another unit; reading has converted them."""
+    """Yield columns that were converted from another unit while reading."""
     for columns, unit, done in log.converted:
         yield Fault(log.name, columns, unit, 0, done, kind="converted")
 
 
 def _missing(log: Log, *_: object) -> Iterator[Fault]:
-    """Say which values the file lacks for a short time; reading has interpolated them."""
+    """Yield values that were missing for a short time and interpolated while reading."""
     for key, j, lost in _lost(log):
         short = int((lost & ~long_runs(lost)).sum())
         if short:
@@ -129,7 +128,7 @@ def _missing(log: Log, *_: object) -> Iterator[Fault]:
 
 
 def _lost(log: Log) -> Iterator[tuple[str, int, Bools]]:
-    """Yield the channels of a log that lack values: key, joint, and where (N,)."""
+    """Yield channels with missing values: key, joint, and a mask (N,)."""
     if log.missing is not None:
         for k, key in enumerate(("q", "qd", "tau")):
             for j in map(int, np.flatnonzero(log.missing[:, :, k].any(axis=0))):
@@ -137,11 +136,11 @@ def _lost(log: Log) -> Iterator[tuple[str, int, Bools]]:
 
 
 def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask values that the file lacks for so long that no interpolation gives them.
+    """Mask values that are missing for too long to be interpolated.
 
     Args:
-        log: the log that the samples came from, before it was resampled.
-        samples: the log on uniform steps.
+        log: the log before it was resampled.
+        samples: the log with uniform steps.
     """
     found, everyone = list[Fault](), range(log.q.shape[1])
     for key, j, lost in _lost(log):
@@ -157,7 +156,7 @@ def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]
 
 
 def _repeated(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
-    """Find rows that hold the values of the row before."""
+    """Find rows that repeat the values of the row before."""
     count = len(log.t) - len(ticks)
     if count:
         undo = partial(rows, chosen=np.isin(np.arange(len(log.t)), ticks))
@@ -166,11 +165,11 @@ def _repeated(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
 
 
 def repeated_rows(log: Log) -> Bools:
-    """Find rows that hold the values of the row before, where that is no chance: (N,).
+    """Find rows that repeat the values of the row before more often than by chance: (N,).
 
-    Channels that stand still, or move by less than their last digit, repeat by themselves: rows are
-    repeated where all channels are at once, far more often than if each did so on its own. Longer
-    stretches are a robot at rest, or a recorder that is stuck, and are not touched.
+    Channels at rest, or with a motion below their last digit, repeat by themselves. Rows count as
+    repeated if all channels repeat together, much more often than independent channels would.
+    Longer repetitions are a robot at rest or a stuck recorder, and do not count.
     """
     arrays = [x for x in (log.q, log.qd, log.tau) if x is not None]
     whole, out = same_rows(arrays), np.zeros(len(log.t), dtype=bool)
@@ -186,7 +185,7 @@ def repeated_rows(log: Log) -> Bools:
 
 
 def same_rows(arrays: Sequence[FloatArray]) -> Bools:
-    """Return which rows hold the values of the row before in all columns, (N - 1,)."""
+    """Return which rows repeat the row before in all columns, (N - 1,)."""
     out = np.ones(len(arrays[0]) - 1, dtype=bool)
     for column in (column for x in arrays for column in x.T):
         if not out.any():
@@ -196,7 +195,7 @@ def same_rows(arrays: Sequence[FloatArray]) -> Bools:
 
 
 def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
-    """Find turns of 2 pi: steps of one turn between samples that hardly move."""
+    """Find jumps of 2 pi between samples of a slow motion."""
     for j, kind in enumerate(sigma):
         steps = np.diff(log.q[:, j])
         if kind == names.PRISMATIC or np.abs(steps).max(initial=0.0) <= np.pi:
@@ -216,13 +215,13 @@ def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
 def _mended(
     log: Log, kind: str, key: str, j: int, x: FloatArray, fault: str, count: int, done: str
 ) -> Fault:
-    """Return the fault of a channel whose values should be x (N,)."""
+    """Return the fault of a channel whose corrected values are x (N,)."""
     undo = partial(with_column, key=key, j=j, x=x)
     return fault_of(log.name, kind, key, j, fault, count, done, undo)
 
 
 def _jumping(log: Log, *_: object) -> Iterator[Fault]:
-    """Find single samples that jump, or two, off the line between their neighbours."""
+    """Find one or two samples that jump away from the line between their neighbours."""
     for key, j, x in _channels(log):
         at = jumps(x)
         if len(at):
@@ -231,15 +230,15 @@ def _jumping(log: Log, *_: object) -> Iterator[Fault]:
 
 
 def jumps(x: FloatArray) -> Places:
-    """Return the numbers of single samples that stand out of their neighbours.
+    """Return the indices of single samples that stand out from their neighbours.
 
-    r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump, and next to nothing at a step, as
-    of friction at a reversal (Hampel 1974). It counts where |r_k| is 12 times the scatter of
-    x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which knows how the
-    signal bends, and 4 times all around. Where there are some, others that stood in their shade are
-    looked for, and where there are so many that two meet by chance, two in a row. It leaves its
-    neighbours on both sides to the same hand: the corner at which a torque falls from braking to
-    standstill does not.
+    The residual r_k = x_k - median(x_(k-3) .. x_(k+3)) of a jump is the jump; at a step, as of
+    friction at a reversal, it is almost zero (Hampel 1974). A jump has |r_k| above 12 times the
+    scatter of x_k - (x_(k-1) + x_(k+1))/2 (median absolute deviation, or the last digit), which
+    includes the curvature of the signal, and above 4 times the values around it. After jumps are
+    found, others that they masked are searched for. If jumps are so frequent that two meet by
+    chance, pairs are searched for. A jump leaves both neighbours in the same direction; the corner
+    at which a braking torque ends at standstill does not.
     """
     found: set[int] = set()
     for _ in range(_PASSES):
@@ -249,45 +248,45 @@ def jumps(x: FloatArray) -> Places:
             break
         found.update(map(int, more))
         x = without(x, more)
-        if len(found) > _MANY * len(x):  # this is the signal
+        if len(found) > _MANY * len(x):  # these are the signal
             return np.zeros(0, dtype=np.int64)
     return np.array(sorted(found), dtype=np.int64)
 
 
 def _usual_step(x: FloatArray) -> float:
-    """Return the step that 99 of 100 of a signal are below; inf where it never changes."""
+    """Return the 99th percentile of a signal's steps; inf if it never changes."""
     size = np.abs(np.diff(x))
     return float(np.quantile(size[size > 0], 0.99)) if size.any() else np.inf
 
 
 def least_step(x: FloatArray) -> float:
-    """Return the smallest step of a signal from a sample to the next that is none; inf without."""
+    """Return the smallest non-zero step between samples; inf if there is none."""
     steps = np.abs(np.diff(x))
     return float(np.min(steps, where=steps > 0, initial=np.inf))
 
 
 def _outstanding(x: FloatArray, together: int, others: int) -> Places:
-    """Return the samples that stand out of those around.
+    """Return the samples that stand out from those around.
 
     Args:
         x: the signal.
-        together: that may stand out in a row.
-        others: jumps that may be near.
+        together: largest number of adjacent samples that stand out.
+        others: number of jumps that may be near.
     """
     none = np.zeros(0, dtype=np.int64)
     if len(x) < 2 * _NEAR:
         return none
-    size = x[:-2] + x[2:]  # in place: long logs come this way
+    size = x[:-2] + x[2:]  # in place, because logs can be long
     size *= -0.5
     size += x[1:-1]
     np.abs(size, out=size)
     largest = float(size.max())
-    # Most are so large that the median is: nothing stands out, and nothing has to be sorted.
+    # The median is usually far above zero: nothing stands out, and no sort is needed.
     if 2 * np.count_nonzero(size >= 2 * largest / (_JUMP * NORMAL)) > len(size):
         return none
     digit = least_step(x)
     _, lengths = runs(x)
-    moves = np.repeat(lengths < _STUCK, lengths)[1:-1]  # a channel that is stuck has no scatter
+    moves = np.repeat(lengths < _STUCK, lengths)[1:-1]  # the scatter excludes stuck channels
     scatter = NORMAL * float(np.median(size[moves])) if moves.any() else 0.0
     least = _JUMP * max(scatter, digit if np.isfinite(digit) else 0.0)
     if least == 0.0 or largest <= least / 2:
@@ -301,19 +300,19 @@ def _outstanding(x: FloatArray, together: int, others: int) -> Places:
         low, high = max(k - _NEAR, 0), min(k + _NEAR + 1, len(x))
         first, end = max(k - together + 1, 0), k + together
         around = [*range(low, first), *range(end, high)]
-        # What jumps to the other hand right beside it is another jump.
+        # An adjacent value that jumps in the other direction is another jump.
         near = r[[i for i in around if abs(i - k) > 1 or signed[i] * signed[k] >= 0]]
         if _there_and_back(x, k, together) < r[k] / 2:
-            continue  # the corner of a signal that goes on elsewhere
+            continue  # a corner of the signal
         if r[k] > _AROUND * float(np.sort(near)[-1 - others]):
             out.append(k)
     return np.array(out, dtype=np.int64)
 
 
 def _there_and_back(x: FloatArray, k: int, together: int) -> float:
-    """Return by how much a sample stands out of both sides to the same hand.
+    """Return how far a sample stands out from both sides in the same direction.
 
-    Of what a side leads to: its nearest sample, or the line through two, whichever is nearer.
+    Each side is its nearest sample, or the line through two samples, whichever is nearer.
     """
     s = np.arange(1, together + 1)
 
@@ -327,7 +326,7 @@ def _there_and_back(x: FloatArray, k: int, together: int) -> float:
 
 
 def without(x: FloatArray, at: Places) -> FloatArray:
-    """Return a signal with some samples on the line between those around."""
+    """Return a signal with some samples replaced by interpolation."""
     good = np.setdiff1d(np.arange(len(x)), at)
     out = x.copy()
     out[at] = np.interp(at, good, x[good])
@@ -335,7 +334,7 @@ def without(x: FloatArray, at: Places) -> FloatArray:
 
 
 def _held(log: Log, *_: object) -> Iterator[Fault]:
-    """Find channels that are held between their readings."""
+    """Find channels that hold their value between readings."""
     for key, j, x in _channels(log):
         k = held_for(x)
         if k > 1:
@@ -348,19 +347,18 @@ def _held(log: Log, *_: object) -> Iterator[Fault]:
 
 
 def runs(x: FloatArray) -> tuple[Places, Places]:
-    """Return where a signal takes a value, and for how many samples it keeps it."""
+    """Return where each run of one value starts, and its length in samples."""
     first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
     return first, np.diff(np.concatenate([first, [len(x)]]))
 
 
 def held_for(x: FloatArray) -> int:
-    """Return how many samples a channel holds every value, where it is read anew at such a pace.
+    """Return for how many samples a channel holds each value; 1 if it does not.
 
-    Two fifths of its runs of one value are of that length, and nine tenths within a sample of it;
-    1 where it is not held. Longer ones, of a robot at rest, are left out. A coarse channel keeps
-    its values for as long as the motion wants.
+    Two fifths of its runs have that length, and nine tenths differ from it by at most one sample.
+    Longer runs, of a robot at rest, are left out. A coarse channel has runs of any length.
     """
-    if 1.5 * (1 + np.count_nonzero(x[1:] != x[:-1])) > len(x):  # so many that half of them are 1
+    if 1.5 * (1 + np.count_nonzero(x[1:] != x[:-1])) > len(x):  # half of the runs have length 1
         return 1
     _, lengths = runs(x)
     k = round(float(np.median(lengths)))
@@ -372,11 +370,11 @@ def held_for(x: FloatArray) -> int:
 
 
 def _coarse(log: Log, *_: object) -> Iterator[Fault]:
-    """Find channels that come in steps that count beside their motion."""
+    """Find channels with a coarse resolution, relative to their motion."""
     for key, j, x in _channels(log):
         size = float(np.std(x))
         least = _COARSE[key] * size
-        # What it comes in is no larger than any step: most channels show it at once.
+        # The resolution is at most the smallest step, which rules out most channels quickly.
         if any(1.5 * least_step(part) <= least for part in (x[:_FIRST], x)):
             continue
         step = _quantum(x)
@@ -386,7 +384,7 @@ def _coarse(log: Log, *_: object) -> Iterator[Fault]:
 
 
 def _quantum(x: FloatArray) -> float:
-    """Return the step in which a signal comes, 0 where it comes in none."""
+    """Return the resolution of a signal; 0 if it has none."""
     apart = np.diff(np.unique(x))
     if not 1 < len(apart) < len(x) / 2:
         return 0.0
@@ -396,11 +394,11 @@ def _quantum(x: FloatArray) -> float:
 
 
 def _jittering(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
-    """Find stamps that jitter: on a clock of the sampler, positions and speeds agree better.
+    """Find time stamps with jitter: with a uniform clock, positions and speeds agree better.
 
     Args:
-        log: without repeated rows.
-        ticks: (N,) numbers of its rows among those that were recorded.
+        log: the log without repeated rows.
+        ticks: (N,) indices of its rows among the recorded ones.
     """
     t = log.t
     steps = np.diff(t)
@@ -417,7 +415,7 @@ def _jittering(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
         if np.diff(clock).min() <= 0:
             continue
         found = disagree(clock)
-        if found < least:  # another one has to be as much better again
+        if found < least:  # a further clock has to be better by the same factor
             best, least = clock, _CLOCK * found
     if best is t:
         return
@@ -428,10 +426,10 @@ def _jittering(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
 
 
 def _line(index: FloatArray, t: FloatArray) -> FloatArray:
-    """Return the times of a clock that ticks evenly, nearest to stamps (least absolute errors)."""
+    """Return the times of the uniform clock nearest to the stamps (least absolute errors)."""
     weight = np.ones(len(t))
     slope, start = 0.0, 0.0
-    for _ in range(8):  # reweighted: late stamps of a busy host have no say
+    for _ in range(8):  # reweighting removes the influence of late stamps
         mean_i, mean_t = np.average(index, weights=weight), np.average(t, weights=weight)
         x, y = index - mean_i, t - mean_t
         slope = float((weight * x) @ y / ((weight * x) @ x))
@@ -442,11 +440,11 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _disagreement(log: Log) -> Callable[[FloatArray], float]:
-    """Return how far positions are from what speeds, or else their neighbours, make of the times.
+    """Return a function of the times: how far positions disagree with speeds or with neighbours.
 
-    Of speeds: q_(k+1) - q_k - (qd_k + qd_(k+1))/2 (t_(k+1) - t_k). Without speeds: the second
-    divided difference of the times on either side. The median of the size over the samples that
-    move, the geometric mean over the joints.
+    With speeds, it is q_(k+1) - q_k - (qd_k + qd_(k+1))/2 (t_(k+1) - t_k). Without speeds, it is
+    the second divided difference. The result is the median size over the moving samples, and the
+    geometric mean over the joints.
     """
     change = np.diff(log.q, axis=0)
     moving = np.abs(change) >= np.maximum(np.median(np.abs(change), axis=0), 1e-300)
@@ -468,7 +466,7 @@ def _disagreement(log: Log) -> Callable[[FloatArray], float]:
     return at
 
 
-#: What logs as they were recorded are searched for, in this order; each sees what is mended before.
+#: Finders for logs as recorded, in this order; each finder sees the earlier repairs.
 FINDERS: Mapping[str, Callable[[Log, Sequence[int], FloatArray], Iterator[Fault]]] = {
     "converted": _converted,
     "missing": _missing,
@@ -482,7 +480,7 @@ FINDERS: Mapping[str, Callable[[Log, Sequence[int], FloatArray], Iterator[Fault]
 
 
 def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
-    """Find torques that are cut off, where `flat` (N, n) says."""
+    """Find clipped torques, where `flat` (N, n) is true."""
     assert log.tau is not None
     for j in map(int, np.flatnonzero(flat.any(axis=0))):
         at = flat[:, j]
@@ -494,7 +492,7 @@ def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
 
 
 def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
-    """Find times in which a recorder is stuck, and channels that are, where `flat` is no reason."""
+    """Find times with a stuck recorder, and stuck channels; `flat` torques are not stuck."""
     everyone, n = "masked, for all joints", log.q.shape[1]
     hidden = flat.copy()  # from the equations of a joint
     frozen = stuck_rows(log)
@@ -508,7 +506,7 @@ def _stuck(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         if stuck.any():
             stuck &= ~(hidden[:, j] if key == "tau" else frozen)
         if not stuck.any() or stuck.mean() > _DEAD:
-            continue  # a channel without a signal is not mended by a mask
+            continue  # a mask does not repair a channel without signal
         at = on_grid(stuck, log.t, samples.t)
         undo, done = partial(masked, at=at, joints=[j]), "masked"
         if key == "q":
@@ -532,7 +530,7 @@ def _fast(qd: FloatArray) -> Bools:
 
 
 def _others_tell(moving: Bools, key: str, j: int) -> Bools:
-    """Return where the robot moves, as others tell than q or qd of joint j, (N,)."""
+    """Return where the robot moves, judged without q or qd of joint j, (N,)."""
     if key == "qd":
         return moving[:, j]
     alone = key == "tau" or moving.shape[1] == 1
@@ -540,9 +538,9 @@ def _others_tell(moving: Bools, key: str, j: int) -> Bools:
 
 
 def stuck_rows(log: Log) -> Bools:
-    """Return where a recorder is stuck: all channels keep their values, and a position then jumps.
+    """Return where a recorder is stuck: all channels keep their values, then a position jumps.
 
-    A robot at rest goes on from where it stood.
+    A robot at rest continues from its position without a jump.
     """
     out = np.zeros(len(log.t), dtype=bool)
     long = [
@@ -561,10 +559,10 @@ def stuck_rows(log: Log) -> Bools:
 
 
 def cut_off(x: FloatArray) -> Bools:
-    """Return where a signal is cut off: samples at an extreme that pile up there, (N,).
+    """Return where a signal is clipped: samples that accumulate at an extreme, (N,).
 
-    A peak that is merely rounded to its last digit has nearly as many samples one digit below; a
-    channel that is held for some samples, or is coarse, keeps other values as long.
+    A peak that is rounded to its last digit has nearly as many samples one digit below. A held or
+    coarse channel keeps its other values as long.
     """
     out = np.zeros(len(x), dtype=bool)
     for side in (1.0, -1.0):
@@ -589,12 +587,12 @@ def cut_off(x: FloatArray) -> Bools:
 
 
 def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools:
-    """Return where a channel keeps one value much longer than it ever does, while the robot moves.
+    """Return where a channel keeps a value much longer than usual while the robot moves, (N,).
 
     Args:
         x: (N,) the channel.
-        others: gives (N,) whether the robot moves, as other channels tell.
-        jumps: whether the value has to jump away from where it was stuck, as a position does.
+        others: returns (N,) whether the robot moves, judged by other channels.
+        jumps: whether the value has to jump after the run, as a position does.
     """
     out = np.zeros(len(x), dtype=bool)
     starts, ends = spans(x[1:] == x[:-1]).T
@@ -606,7 +604,7 @@ def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools
     if not long.any():
         return out
     moves, least = others(), _LEAVES * _usual_step(x) if jumps else -1.0
-    steps = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before each sample, and behind
+    steps = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before and after each sample
     for start, end in zip(starts[long], ends[long], strict=True):
         if moves[start:end].mean() >= 0.5 and max(steps[start], steps[end + 1]) > least:
             out[start : end + 1] = True
@@ -614,15 +612,15 @@ def stuck_runs(x: FloatArray, others: Callable[[], Bools], jumps: bool) -> Bools
 
 
 def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
-    """Shift and rescale measured speeds that are late or scaled against dq/dt; replace wrong ones.
+    """Correct measured speeds that are late or scaled against dq/dt; replace unrelated ones.
 
-    In a band somewhat wider than the comparison band, least squares
-    qd = g (v - delay a) + offset with v = dq/dt and a its derivative; what is masked for the robot,
-    a position that is stuck say, is not compared.
+    In a band wider than the comparison band, least squares fits
+    qd = g (v - delay a) + offset with v = dq/dt and its derivative a. Samples that are masked for
+    the robot, for example at a stuck position, are left out.
 
     Args:
-        samples: a log on uniform steps, with measured speeds.
-        comparison_hz: of the run.
+        samples: a log with uniform steps and measured speeds.
+        comparison_hz: comparison band of the run, Hz.
     """
     if samples.velocity_derived:
         return samples, ()
@@ -630,7 +628,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
     qd = samples.qd.copy()
     seen = np.ones(len(samples.t), dtype=bool)
-    if samples.mask is not None:  # what a filter of that band keeps clear of what is masked
+    if samples.mask is not None:  # without samples that the filter mixes with masked ones
         seen = ~touched(samples.mask.robot, math.ceil(1 / (band * step)))
     positions, slopes, bends = lowpass_and_slopes(samples.q, step, band, 2)
     smooth = lowpass(qd, step, band)
@@ -638,7 +636,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     done: list[Fault] = []
     still = at_standstill(samples.q, positions, step, band)
     noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
-    for j in map(int, np.flatnonzero(~still)):  # the rest have no motion that a speed could follow
+    for j in map(int, np.flatnonzero(~still)):  # the other joints have no motion to compare
         v, w = slopes[:, j], smooth[:, j]
         if not np.any(v[seen]):
             continue
@@ -660,17 +658,17 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
 
 
 def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> Bools:
-    """Whether positions never leave their place: what a low-pass lets pass of them is noise.
+    """Return whether low-passed positions contain nothing but noise.
 
     Args:
         x: (N, k) positions.
-        low: what passed the filter.
+        low: (N, k) low-passed positions.
         step: sampling step in s.
         band: cutoff of the filter in Hz, below Nyquist.
 
     Returns:
-        (k,) true where the spread of `low` is not three times that of white noise in the band, or
-        where x stays within two of its smallest steps.
+        (k,) true if the spread of `low` is below three times that of white noise in the band, or if
+        x stays within two of its smallest steps.
     """
     noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
     least = np.array([least_step(column) for column in x.T])
@@ -680,7 +678,7 @@ def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> B
 
 @dataclass(frozen=True)
 class _Speed:
-    """What is wrong with the speed of joint j: qd = gain (dq/dt - delay d2q/dt2) + offset."""
+    """The errors of joint j's speed: qd = gain (dq/dt - delay d2q/dt2) + offset."""
 
     j: int
     delay: float
@@ -689,7 +687,7 @@ class _Speed:
     std: tuple[float, ...]
 
     def fault(self, samples: Samples) -> Fault:
-        """Return it as a fault of the joint's speed, which is one where anything is wrong."""
+        """Return the error as a fault of the joint's speed."""
         wrong, (late, scaled, off) = [], self.std
         if self.gain != 1.0:
             values = ("GV", self.gain - 1, scaled)
@@ -713,10 +711,10 @@ def _speed(
     longest: float,
     seen: Bools,
 ) -> _Speed | None:
-    """Compare a measured speed w with v = dq/dt where it is seen; None if it does not follow it.
+    """Compare a measured speed w with v = dq/dt at the rows `seen`; None if it does not follow v.
 
-    Delay, then gain, then offset are taken where each of them leaves at most four fifths of the
-    square of the disagreement.
+    Delay, then gain, then offset are included if each leaves at most four fifths of the squared
+    disagreement.
     """
     delay, v, a = 0.0, v[seen], a[seen]
     for _ in range(3):
@@ -748,20 +746,20 @@ def _speed(
             left = error
             gain = float(found[0]) if 0 in columns else 1.0
             offset = float(found[-1]) if 1 in columns else 0.0
-    # Rows that pass the low-pass share samples: one in a period of it counts.
+    # Filtered rows are correlated: one per period of the low-pass counts.
     noise = left / max(len(v), 1) * max(longest / step, 1.0)
     std = tuple(float(np.sqrt(noise / max(float(x @ x), 1e-300))) for x in (a, v, np.ones(len(v))))
     return _Speed(j, delay, gain, offset, std)
 
 
 def _least_squares(A: FloatArray, y: FloatArray) -> FloatArray:
-    """Solve y = A x of a few columns by their products: one pass over many rows."""
+    """Solve y = A x of a few columns by the normal equations: one pass over many rows."""
     both = np.column_stack([A, y])
     return solve_gram(both.T @ both)
 
 
 def _speed_faults(samples: Samples, found: Sequence[_Speed]) -> list[Fault]:
-    """Say delays: one of the recorder where all joints share it, else joint by joint."""
+    """Return delays as one fault of the recorder if all joints share it, else joint by joint."""
     n, delays = samples.q.shape[1], np.array([speed.delay for speed in found])
     common = len(found) == n > 1 and np.ptp(delays) <= max(0.2 * abs(delays.mean()), samples.step)
     if common and all(f.gain == 1.0 and f.offset == 0.0 for f in found):
@@ -777,7 +775,7 @@ def _late(delay: float) -> str:
 
 
 def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
-    """Find what remains wrong with one channel: dead ones, and values that step.
+    """Find the remaining faults of single channels: dead channels and steps.
 
     Steps of a speed are undone on a log in the band of a run.
     """
@@ -792,7 +790,7 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
-    """Find positions and torques that keep one value for most of a log while their joint moves."""
+    """Find positions and torques that keep one value for most of a log while the joint moves."""
     moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
         for j in moving_joints([samples.qd], sigma):
@@ -810,7 +808,7 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 
 
 def torques_look_computed(samples: Samples) -> bool:
-    """Return whether no torque of a log has any noise, as sixth differences show it."""
+    """Return whether no torque of a log has noise, judged by sixth differences."""
     tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
     if not tau.size or len(tau) < _SIXTH:
         return False
@@ -818,16 +816,16 @@ def torques_look_computed(samples: Samples) -> bool:
 
 
 def positions_look_measured(samples: Samples) -> bool:
-    """Return whether the position of any joint has the noise of an encoder."""
+    """Return whether the position of any joint has encoder noise."""
     return bool((noise_of_differences(samples.q) > _ENCODER).any())
 
 
 def steps(x: FloatArray) -> Places:
-    """Return the samples after which x steps by several times its largest usual difference."""
+    """Return the indices of samples after which x steps by several times its usual difference."""
     d = np.diff(x)
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
     found = np.flatnonzero((np.abs(d - around) > _STEP * _usual_step(x))[3:-3]) + 3
-    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # there and back is one
+    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # a step and its return are one
 
 
 def step(
@@ -848,10 +846,10 @@ def step(
 
 
 def _moved(q: FloatArray, qd: FloatArray, i: int, step: float) -> bool:
-    """Whether a jump of the speed after sample i is one of the motion, as at a hard stop.
+    """Return whether a speed jump after sample i is part of the motion, as at a hard stop.
 
-    The mean speed over some samples then changes as the slope of q does; a sensor's single wrong
-    sample shifts it by a fifth of the jump, a step by all of it.
+    In this case the mean speed over some samples changes with the slope of q. A single wrong sample
+    shifts the mean by a fifth of the jump, a sensor step by all of it.
     """
     before, after = max(i - _APART, 0), min(i + 1 + _APART, len(q) - 1)
     slopes = (q[i] - q[before]) / (i - before), (q[after] - q[i + 1]) / (after - i - 1)

@@ -1,4 +1,4 @@
-"""The torque equations of all logs, and the model fitted to them: where causes compete."""
+"""The torque equations of all logs, and the model fitted to them, in which causes compete."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.variation import Variation, variation
 
-#: Values (k, ...) of q, qd, qdd, (k, n) each.
+#: Returns values (k, ...) from q, qd, qdd, (k, n) each.
 State = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-_STATES = 200  # at which an inertia is taken
+_STATES = 200  # number of states for the mean of an inertia
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Rows:
         evaluator: the compiled model.
         logs: training logs, then validation logs.
         train: number of the training logs.
-        misfit: part of a joint's torque that no model is righter than.
+        misfit: smallest model error to expect, as a part of a joint's torque.
     """
 
     evaluator: Evaluator
@@ -53,7 +53,7 @@ class Rows:
 
     @cached_property
     def weight(self) -> FloatArray:
-        """(K, n) 1.0 for rows that count: out of the mask's reach, and not at rest."""
+        """(K, n) 1.0 for rows that count: out of reach of masked samples, and not at rest."""
         clear = [log.clear[log.kept] for log in self.logs]
         rests = [log.resting for log in self.logs]
         counts = [c if r is None else c & ~r for c, r in zip(clear, rests, strict=True)]
@@ -72,17 +72,17 @@ class Rows:
 
     @cached_property
     def t(self) -> FloatArray:
-        """(K,) time in the own log of each row, 0 .. 1."""
+        """(K,) time of each row in its log, scaled to 0 .. 1."""
         parts = [log.compared_t for log in self.logs]
         return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
 
     def along(self, state: State, together: int = CHANNELS, *, smooth: bool = False) -> FloatArray:
-        """Return values (k, ...) of q, qd, qdd in the comparison band, (K, ...).
+        """Return a function (k, ...) of q, qd, qdd in the comparison band, (K, ...).
 
         Args:
-            state: gives them.
-            together: states that are evaluated at once, about.
-            smooth: whether no sign of a speed is in them: then fewer states show them.
+            state: the function.
+            together: approximate number of states that are evaluated at once.
+            smooth: whether the function contains no sign(qd); then fewer states are needed.
         """
         parts = (
             log.unmasked.modelled(state, together, log.smooth_stride if smooth else None)
@@ -91,7 +91,7 @@ class Rows:
         return np.concatenate([x for part in parts for _, x in part])
 
     def held(self, weight: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        """Return values (k, n, ...) of q alone in the comparison band, (K, n, ...)."""
+        """Return a function (k, n, ...) of q alone in the comparison band, (K, n, ...)."""
         shape = weight(self.logs[0].q[:1]).shape[1:]
 
         def flat(q: FloatArray) -> FloatArray:
@@ -102,7 +102,7 @@ class Rows:
 
     @cached_property
     def at_rest(self) -> FloatArray:
-        """(K, n, p) regressor of weight alone: inertial columns with nothing moving."""
+        """(K, n, p) regressor of the weight: inertial columns at zero speed and acceleration."""
         regressor, inertial = self.evaluator["torque_regressor"], self.evaluator.model.inertial
 
         def weight(q: FloatArray) -> FloatArray:
@@ -113,13 +113,13 @@ class Rows:
         return self.held(weight)
 
     def turned(self, signs: FloatArray) -> Rows:
-        """Return the rows with torques of other signs, (n,)."""
+        """Return the rows with torques multiplied by signs (n,)."""
         out = replace(self)
         out.__dict__.update(W=self.W, y=self.y * signs, weight=self.weight, fold=self.fold)
         return out
 
     def with_torques(self, logs: tuple[FilteredLog, ...]) -> Rows:
-        """Return the rows of logs of the same motion; those count that count in both."""
+        """Return the rows with torques of logs of the same motion; rows must count in both."""
         out = replace(self, logs=logs)
         same = all(a.q is b.q and a.qd is b.qd for a, b in zip(logs, self.logs, strict=True))
         clear = np.concatenate([log.clear[log.kept] for log in logs])
@@ -130,13 +130,13 @@ class Rows:
 
     @cached_property
     def variation(self) -> Variation:
-        """The links with gravity and lengths free."""
+        """The links with variable gravity and lengths."""
         return variation(replace(self.evaluator.model.robot, sought=()))
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """The model fitted to its rows, beside physics that it lacks.
+    """The model fitted to its rows, with columns of missing physics.
 
     Attributes:
         rows: the torque equations.
@@ -165,7 +165,7 @@ class Scene:
         return X, np.maximum(np.sqrt(left), 1e-6 * self.rows.size)
 
     def scored(self, W: FloatArray, weight: FloatArray | None = None) -> PredictiveScore:
-        """Fit a model with a regressor (K, n, p) and return what scores columns beside it."""
+        """Fit a model with regressor (K, n, p) and return the score of columns beside it."""
         rows = self.rows
         weight = rows.weight if weight is None else weight
         W = np.concatenate([W, *(dense(c, rows.y.shape) for c in self.physics)], axis=2)
@@ -174,12 +174,12 @@ class Scene:
 
     @cached_property
     def score(self) -> PredictiveScore:
-        """What scores columns beside the model as it is."""
+        """The predictive score of columns beside the model."""
         return self.scored(self.rows.W)
 
     @property
     def worst(self) -> float:
-        """Largest torque error on a fold of motion, of fits to the others; 0.0 without a torque."""
+        """Largest torque error on a fold, with fits to the other folds; 0.0 without torque."""
         y, count = (self.rows.y * self.rows.weight) ** 2, self.score.squares.shape[1]
         size = [float(y[self.rows.fold == f].sum()) for f in range(count)]
         left = self.score.squares.sum(axis=0)
@@ -187,7 +187,7 @@ class Scene:
 
     @cached_property
     def model(self) -> FloatArray:
-        """(K, n) what the model says."""
+        """(K, n) torque of the model."""
         return self.rows.y - self.score.residual
 
     @cached_property
@@ -197,7 +197,7 @@ class Scene:
 
     @property
     def whole(self) -> FloatArray:
-        """(p,) the same, 0.0 for what is not linear in it."""
+        """(p,) the same; 0.0 for parameters in which the model is not linear."""
         return np.pad(self.X, (0, len(self.rows.evaluator.model.base.parameters) - len(self.X)))
 
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
@@ -218,11 +218,11 @@ def mean_friction_power(
 
     Args:
         evaluator: the compiled model, with torque_regressor.
-        logs: whose motion it is.
-        states: at which it is taken, at least.
+        logs: the logs with the motion.
+        states: smallest number of states for the mean.
 
     Returns:
-        (n, p) by base parameter, 0.0 where it is none of friction; (n,) rad/s or m/s.
+        (n, p) by base parameter, 0.0 for others than friction; (n,) rad/s or m/s.
     """
     q, qd = (np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd"))
     every = slice(None, None, max(1, len(q) // states))
@@ -230,12 +230,12 @@ def mean_friction_power(
     W = np.array(evaluator["torque_regressor"](q, qd, np.zeros_like(q)))
     W[:, :, : evaluator.model.inertial] = 0.0
     offsets = [b.name.startswith("OF") for b in evaluator.model.base.parameters][: W.shape[2]]
-    W[:, :, offsets] = 0.0  # an offset is no friction: it gives and takes
+    W[:, :, offsets] = 0.0  # an offset does not dissipate
     return np.mean(W * qd[:, :, None], axis=0), rms(qd)
 
 
 def mean_inertia(evaluator: Evaluator, logs: Sequence[FilteredLog], j: int) -> FloatArray:
-    """Return the mean of what base parameters add to the inertia about a joint, (p,)."""
+    """Return the mean derivative of the inertia about joint j by the base parameters, (p,)."""
     q = np.concatenate([log.q[log.kept] for log in logs])
     q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
     regressor, zero = evaluator["torque_regressor"], np.zeros_like(q)

@@ -1,4 +1,4 @@
-"""What may be wrong beside a model, to first order: columns C with tau = W X + C theta.
+"""Possible faults beside a model, to first order: columns C with tau = W X + C theta.
 
     zero of a joint                  d tau / d q_j
     gain of a torque                 tau_j
@@ -7,10 +7,10 @@
     weight that something carries    - tau_j at rest
     a load on the last link          tau of its mass and its moments
     friction of a joint              sign(qd_j), qd_j
-    a torque beside the motor's      1
+    an external torque on a joint    1
 
-Zeros, gains and the last three may begin within a log, or grow along it; these last three are no
-fault where they are always there. Physics that the model may lack has columns, too, without a name.
+Zeros, gains and the last three may begin within a log, or grow along it. The last three are no
+fault if they are permanent. Physics that the model may lack also has columns, without a name.
 """
 
 from __future__ import annotations
@@ -34,38 +34,38 @@ from symgen.faults.scene import Scene
 from symgen.faults.undo import geared, multiplied
 from symgen.symbolic.variation import link_values
 
-#: Gives a log without a fault.
+#: Returns a log without a fault.
 Undo = Callable[[FilteredLog], FilteredLog]
-#: Sizes that robots have without being wrong: zeros 0.5 degrees, factors 5 %.
+#: Sizes that sound robots have: zeros 0.5 degrees, factors 5 %.
 ZERO, FACTOR = math.radians(0.5), 0.05
-_FAR = 0.7  # rad: of a zero farther off the first order tells nothing
-_SLOW = 0.02  # s: filters that drives have
-_LONG = 0.5  # of a length, likewise
-_WHOLE = 1.5  # of a weight: no more than all of it, and what an estimate misses, is carried
-_STEP = 1e-4  # rad or part, of differences
+_FAR = 0.7  # rad: largest zero offset for which the first order is valid
+_SLOW = 0.02  # s: filters that sound drives have
+_LONG = 0.5  # largest relative error of a length for which the first order is valid
+_WHOLE = 1.5  # largest compensated share of a weight, with the error of the estimate
+_STEP = 1e-4  # rad or relative, step of differences
 _PHYSICS = "physics"
-#: Sets of columns that stand for physics of a joint's own motion; and how many there are in all.
+#: Sets of columns for physics of a joint's own motion, and the total number of sets.
 _LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
 LAWS = len(_LAWS) + 2
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Columns beside the model, and what their first coefficient would say.
+    """Columns beside the model, and the meaning of their first coefficient.
 
     Attributes:
         kind: a key of KINDS.
-        joints: positions; empty for all.
+        joints: indices; empty for all.
         columns: (K, m) by joint.
-        words: what would be wrong, with {x} for the coefficient and {when} for its time.
-        channel: of the logs; "" where none is wrong.
-        least: what is smaller is in every robot.
-        within: nothing of the kind is smaller, or larger.
-        shown: gives {x} of the coefficient.
+        words: message, with {x} for the coefficient and {when} for its time.
+        channel: the channel of the logs; "" if none is wrong.
+        least: size that sound robots have.
+        within: possible range of the coefficient.
+        shown: converts the coefficient to {x}.
         changes: whether it may begin within a log.
-        always: whether it may be there all the time.
-        undo: of the coefficient: gives a log without it; None where no log can be mended.
-        size: RMS of the torque that each column is expected to have, N m or N.
+        always: whether it may be permanent.
+        undo: returns a log without the fault of that coefficient; None if no log can be corrected.
+        size: expected RMS torque of each column, N m or N.
     """
 
     kind: str
@@ -92,12 +92,12 @@ class Shape:
         return math.isfinite(self.size)
 
     def says(self, x: float, when: str = "") -> str:
-        """Return what a coefficient would say; "" where it is no larger than in every robot."""
+        """Return the message for a coefficient; "" if it is no larger than in every robot."""
         told = self.words.format(x=self.shown(x), when=when)
         return told if abs(x) > self.least else ""
 
 
-_BRACES = str.maketrans("{}", "()")  # words of a shape are a format
+_BRACES = str.maketrans("{}", "()")  # `words` is a format string
 
 
 def _label(scene: Scene, j: int) -> str:
@@ -106,7 +106,7 @@ def _label(scene: Scene, j: int) -> str:
 
 
 def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) -> FloatArray:
-    """Return d tau / dx at 0 of a model that moves with x, (K, n); friction has no part in it."""
+    """Return d tau / dx at 0 of a model that moves with x, (K, n), without friction."""
 
     def difference(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         low, high = (moved(h)(q, qd, qdd) for h in (-_STEP, _STEP))
@@ -116,7 +116,7 @@ def _slope(scene: Scene, moved: Callable[[float], Callable[..., FloatArray]]) ->
 
 
 def _zeros(scene: Scene) -> Iterator[Shape]:
-    """Yield zeros of joints that turn."""
+    """Yield zero offsets of revolute joints."""
     for j, joint in enumerate(scene.rows.evaluator.model.robot.movable):
         if joint.sigma != names.REVOLUTE or joint.follows is not None:
             continue
@@ -166,7 +166,7 @@ def _gains(scene: Scene) -> Iterator[Shape]:
 
 
 def _ratios(scene: Scene) -> Iterator[Shape]:
-    """Yield joints that were recorded through another gear ratio."""
+    """Yield joints that were recorded with another gear ratio."""
     for j in range(scene.n if scene.n > 1 else 0):
         unit = np.eye(scene.n)[j]
 
@@ -192,9 +192,9 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
 
 
 def _filtered(scene: Scene) -> Iterator[Shape]:
-    """Yield torques that all pass a slow filter of T s: T d tau / dt, of first order.
+    """Yield torques that all pass a slow first-order filter with time constant T: T d tau / dt.
 
-    Where the delay of a filter is undone, T^2/2 d2 tau / dt2 is left.
+    If the delay of the filter is undone, T^2/2 d2 tau / dt2 remains.
     """
     rate = [-np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
     bent = [-np.gradient(x, log.step, axis=0) for log, x in zip(scene.rows.logs, rate, strict=True)]
@@ -216,7 +216,7 @@ def _filter_ms(order: int, x: float) -> float:
 
 
 def _weights(scene: Scene) -> Iterator[Shape]:
-    """Yield torques of one joint that lack its weight, or a part of it."""
+    """Yield torques of one joint without its weight, or a part of it."""
     weight = scene.rows.at_rest @ scene.X
     for j in range(scene.n):
         if np.any(weight[:, j]):
@@ -235,7 +235,7 @@ def _weights(scene: Scene) -> Iterator[Shape]:
 
 
 def _lengths(scene: Scene) -> Iterator[Shape]:
-    """Yield lengths of the geometry that are not zero, of robots without loops."""
+    """Yield errors of the non-zero lengths, for robots without loops."""
     model, v = scene.rows.evaluator.model, scene.rows.variation
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
@@ -260,7 +260,7 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
 
 
 def _loads(scene: Scene) -> Iterator[Shape]:
-    """Yield a load on the last link, from some time on: always, it is that link's own."""
+    """Yield a load on the last link from some time on; a permanent load belongs to the link."""
     robot = scene.rows.evaluator.model.robot
     links = np.zeros((4, len(robot.joints), len(names.LINK)))
     for i, prefix in enumerate((names.MASS, *names.MOMENT)):
@@ -278,7 +278,7 @@ def _loads(scene: Scene) -> Iterator[Shape]:
 
 
 def _frictions(scene: Scene) -> Iterator[Shape]:
-    """Yield friction of one joint that changes: always, it is the joint's own."""
+    """Yield a change of friction of one joint; permanent friction belongs to the joint."""
     speeds = scene.rows.along(lambda _, qd, __: np.hstack([np.sign(qd), qd]))
     for j in range(scene.n):
         words = (
@@ -290,7 +290,7 @@ def _frictions(scene: Scene) -> Iterator[Shape]:
 
 
 def _offsets(scene: Scene) -> Iterator[Shape]:
-    """Yield a torque of one joint beside the motor's that begins, or grows."""
+    """Yield an external torque on one joint that begins or grows."""
     for j in range(scene.n):
         words = (
             f"tau{j + 1} drifts or is loaded from outside{{when}}: zero the sensor, and leave the "
@@ -303,8 +303,8 @@ def _offsets(scene: Scene) -> Iterator[Shape]:
 def _rivals(scene: Scene) -> Iterator[Shape]:
     """Yield physics of one joint that a model may lack.
 
-    Its friction, load, position and inertia, what the motion of other joints does to it, and any
-    function of positions and speeds, smooth but where the joint turns back.
+    It depends on the joint's friction, load, position and inertia, on the motion of other joints,
+    or on any function of positions and speeds. This function may jump where the joint turns back.
     """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
@@ -331,7 +331,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
         yield Shape(_PHYSICS, (j,), {j: waves[:, j]}, size=float(size))
 
 
-#: What is tried beside a model.
+#: Shapes that are tried beside a model.
 KINDS: Mapping[str, Callable[[Scene], Iterator[Shape]]] = {
     "zero": _zeros,
     "gain": _gains,

@@ -1,4 +1,4 @@
-"""Faults undone: logs with channels multiplied, exchanged, shifted, drawn anew or masked."""
+"""Undo faults: scale, exchange, shift, replace or mask channels of logs."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from symgen.data.signals import Samples, can_filter, differentiate, interpolated
 from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog
 
-_SMOOTH = 10.0  # Hz: band in which a speed is drawn from positions
+_SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
 
 
-# Logs as they were recorded, and samples.
+# Logs as recorded, and samples.
 
 
 def with_column(log: Rows, key: str, j: int, x: FloatArray) -> Rows:
-    """Return a log, or what was made of one, with another column (N,) of a channel."""
+    """Return a log, or samples, with another column (N,) of a channel."""
     columns = getattr(log, key).copy()
     columns[:, j] = x
     columns.setflags(write=False)
@@ -31,14 +31,14 @@ def with_column(log: Rows, key: str, j: int, x: FloatArray) -> Rows:
 
 
 def masked(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
-    """Return samples of which no equation of some joints, nor a common one, touches some, (N,)."""
+    """Return samples that are masked at some samples (N,) for some joints."""
     joint = np.zeros(samples.q.shape, dtype=bool)
     joint[:, list(joints)] = at[:, None]
     return samples.masked(joint, at)
 
 
 def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
-    """Return samples with positions drawn over a time in which they were not seen, and masked."""
+    """Return samples with positions interpolated over a time, and masked there."""
     q, t = samples.q.copy(), samples.t
     for j in joints:
         q[at, j] = interpolated(t[~at], q[~at, j])(t[at])
@@ -46,14 +46,14 @@ def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
 
 
 def sloped(samples: Samples, at: Bools, j: int) -> Samples:
-    """Return samples with the speed of a joint replaced by dq/dt at some of them."""
+    """Return samples with the speed of a joint replaced by dq/dt at some samples."""
     q, step = samples.q[:, j], samples.step
     q = lowpass(q, step, _SMOOTH) if can_filter(_SMOOTH, step) else q
     return with_column(samples, "qd", j, np.where(at, differentiate(q, step), samples.qd[:, j]))
 
 
 def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
-    """Return a signal as it was `delay` s later, between samples by a cubic (Catmull and Rom)."""
+    """Return a signal `delay` s later, by cubic interpolation (Catmull and Rom)."""
     if delay == 0.0:
         return x
     at = np.arange(len(x)) + delay / step
@@ -71,7 +71,7 @@ def shifted(x: FloatArray, delay: float, step: float) -> FloatArray:
 def with_earlier_torques(
     samples: Samples, delay: float, joints: Sequence[int] | None = None
 ) -> Samples:
-    """Return samples whose torques, of some joints or of all, were measured `delay` s earlier."""
+    """Return samples with torques measured `delay` s earlier, of some joints or of all."""
     tau = samples.tau.copy()
     for j in range(tau.shape[1]) if joints is None else joints:
         tau[:, j] = shifted(tau[:, j], delay, samples.step)
@@ -82,10 +82,10 @@ def with_earlier_torques(
 
 
 def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLog:
-    """Return a log whose torques, of some joints, were measured `delay` s earlier.
+    """Return a log with torques of some joints measured `delay` s earlier.
 
-    Where that needs torques from before or after the log, these joints are masked, unless it is
-    less than is left out at the ends in any case.
+    If this needs torques outside the log, these joints are masked there, unless the ends of the log
+    that are left out anyway are longer.
     """
     samples = with_earlier_torques(log.samples, delay, joints)
     if abs(delay) > ENDS / 2:
@@ -111,7 +111,7 @@ def multiplied(
 
 
 def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
-    """Return a log with the motion of a joint times a factor, its torque over it."""
+    """Return a log with the motion of a joint scaled by a ratio, and its torque divided by it."""
     return multiplied(multiplied(log, (j,), ratio, ("q", "qd")), (j,), 1 / ratio, ("tau",))
 
 
@@ -121,9 +121,9 @@ def derived(log: FilteredLog, j: int) -> FilteredLog:
 
 
 def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) -> FilteredLog:
-    """Return the log of a name without the steps (height after each sample) of a torque.
+    """Return a log, if it has the given name, without some steps of a torque: height by sample.
 
-    The torque before the first one is taken for the right one.
+    The torque before the first step is taken as correct.
     """
     if log.name != name:
         return log
@@ -134,9 +134,9 @@ def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) ->
 
 
 def unlimited(log: FilteredLog, j: int, limits: Mapping[str, float]) -> FilteredLog:
-    """Return a log without torques of a joint at its limit, and what the low-pass made of them.
+    """Return a log without torques of a joint at its limit, and samples that the low-pass mixes in.
 
-    It carries them to their neighbours, half a period of its cutoff away.
+    The low-pass spreads them by half a period of its cutoff.
     """
     reach = 0 if log.rows.cutoff is None else int(0.5 / (log.rows.cutoff * log.step))
     at = touched(np.abs(log.tau[:, j]) > limits[log.name], reach)
