@@ -2,8 +2,8 @@
 
 What no effect of a model explains is a function of positions and speeds that nobody knows, the same
 one whenever the robot comes by. It is taken as random: a sum of waves with random directions and
-lengths in the state, their coefficients independent and of one size (random Fourier features,
-Rahimi and Recht 2007).
+lengths in the state, their coefficients independent (random Fourier features, Rahimi and Recht
+2007), of a variance that falls with the frequency of the wave.
 
     m_j(q, qd) = sum over waves k of (a_k cos(d_k'x) + b_k sin(d_k'x)) s_k,
     x = (state - middle) / spread
@@ -108,7 +108,8 @@ def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     for d in ways:
         lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), d.shape[1]))
         d *= lengths / np.linalg.norm(d, axis=0)
-        sizes.append(1 / lengths / np.linalg.norm(1 / lengths) / np.sqrt(2))
+        size = lengths**-0.5  # laws are rather long than short
+        sizes.append(size / np.linalg.norm(size) / np.sqrt(len(ways)))
     return ways[0], ways[1], np.concatenate(sizes), rng.normal(size=(n, 2 * WAVES))
 
 
