@@ -31,7 +31,6 @@ DOORS = {
         "data/signals",
         "estimation/filtered_log",
         "estimation/statistics",
-        "experiment/integrator",
         "experiment/recording",
         "experiment/reference",
         "experiment/trajectory",
