@@ -605,13 +605,13 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]
     out, first, weights = [], 0, estimated(system).moves
     known = features_of(system.logs, sigma)
     for log in system.logs:
-        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)[:, 0]
+        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            own = weight[:, None] * features[at]
+            own = weight[:, None] * features[at, j]
             out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")

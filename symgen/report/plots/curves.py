@@ -311,7 +311,7 @@ def line_grid(
     choose_log(figure, [log for log in logs if log is not None], owners)
     styled(figure, plain(title), height)
     # panels side by side need their room on a phone, too
-    meta = {"min_width": 240 * columns if columns > 1 else 0, "grid": columns > 1}
+    meta = {"min_width": 240 * columns, "grid": True}
     return figure.update_layout(margin={"t": figure.layout.margin.t + 26 * titled}, meta=meta)
 
 
