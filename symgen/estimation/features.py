@@ -59,7 +59,7 @@ class Features:
         jumps = np.concatenate([np.ones_like(smooth), sign], axis=2)
         angle = np.concatenate([smooth, rubs], axis=2)
         jumps *= sizes
-        return np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2)
+        return np.asarray(np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2))
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
