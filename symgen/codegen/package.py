@@ -27,6 +27,7 @@ from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
+from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -87,6 +88,7 @@ def generate(
     kernels: tuple[str, ...] | None = None,
     tex: bool = False,
     prefix: str | None = None,
+    values: Values | None = None,
 ) -> SourceTree:
     """Generate a package of C, CasADi, FMU and MEX from a model.
 
@@ -99,6 +101,7 @@ def generate(
         tex: whether to add the model as a LaTeX document, with the formulas of the kernels.
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
+        values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.
@@ -110,7 +113,9 @@ def generate(
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    return _Writer(model, target, dtype, chosen, tex, name, added).tree()
+    if values is not None:
+        values.require(model.base)
+    return _Writer(model, target, dtype, chosen, tex, name, added, values).tree()
 
 
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
@@ -215,6 +220,7 @@ class _Writer:
     tex: bool
     name: str
     backends: tuple[str, ...]
+    values: Values | None = None
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
@@ -331,7 +337,10 @@ class _Writer:
             for k, p in enumerate(base.standard)
         ]
         rows = [
-            [(p.index, 1.0), *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms)]
+            [
+                (p.index, 1.0),
+                *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms),
+            ]
             for p in base.parameters
         ]
         begin = list(accumulate(map(len, rows), initial=0))
@@ -351,6 +360,16 @@ class _Writer:
         sources = [path for path in out if path.endswith(".c")]
         if frames := self.frames():
             out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
+        if self.values is not None:
+            base, robot = self.model.base, self.model.robot
+            out[f"{self.name}_values.h"] = values_header(
+                self.name,
+                robot.name,
+                self.values,
+                [(b.name, b.expression, b.unit) for b in base.parameters],
+                digest=model_digest(robot_key(robot)),
+                standard=[p.name for p in base.standard],
+            )
         out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(
@@ -371,7 +390,7 @@ class _Writer:
             "CMakeLists.txt", sources=sources, headers=" ".join(headers)
         )
         out[f"{self.name}.pc.in"] = self.render("package.pc.in")
-        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
+        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out), self.values)
         for target in self.backends:
             out |= BACKENDS[target].files(package)
         return out
@@ -492,12 +511,14 @@ class _Writer:
                 "kernels": [k.name for k in self.kernels],
                 "prefix": self.name,
                 **({"tex": True} if self.tex else {}),
+                **({"values": vars(self.values)} if self.values is not None else {}),
             },
             "joints": robot.n,
             "joint_numbers": robot.numbers,
             **({"joint_names": robot.joint_names} if any(robot.joint_names) else {}),
             **({"frames": [_frame_entry(f) for f in robot.frames]} if robot.frames else {}),
             "standard_parameters": len(base.standard),
+            "standard_names": [p.name for p in base.standard],
             "base_parameters": [
                 {"name": b.name, "expression": b.expression, "unit": b.unit}
                 for b in base.parameters

@@ -275,9 +275,7 @@ class Search:
         finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
         return self._together(stage, finite)
 
-    def _together(
-        self, stage: _Stage, found: Iterable[tuple[Candidate, Columns]]
-    ) -> list[_Group]:
+    def _together(self, stage: _Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
         """Return candidates and their columns, those together that are scored together."""
         alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
         for candidate, columns in found:

@@ -14,6 +14,7 @@ import numpy as np
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import SCHEMA, SourceTree, generate
+from symgen.codegen.values import Values
 from symgen.codegen.verification import TOLERANCE
 from symgen.errors import PackageError, ParameterError
 from symgen.robot.toml_io import read_robot
@@ -82,6 +83,7 @@ class Options:
     kernels: tuple[str, ...]
     tex: bool = False
     prefix: str | None = None
+    values: Values | None = None
 
 
 def read_options(folder: Path) -> Options:

@@ -204,7 +204,9 @@ def studied(case: str, model: str, dtype: str, samples: int) -> Row:
     online, rng = Online(model, dtype), np.random.default_rng(88000 + CASES.index(case))
 
     def feed(parts: Sequence[np.ndarray]) -> None:
-        q, qd, tau = (x + s * rng.standard_normal(x.shape) for x, s in zip(parts, NOISE.values(), strict=True))
+        q, qd, tau = (
+            x + s * rng.standard_normal(x.shape) for x, s in zip(parts, NOISE.values(), strict=True)
+        )
         if case in ("nan", "outliers"):
             hit = rng.random(len(q)) < (1e-3 if case == "nan" else 1e-4)
             which = rng.integers(2, size=len(q))
@@ -241,7 +243,9 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=10_000_000)
     parser.add_argument("--cases", nargs="+", default=CASES, choices=CASES)
     asked = parser.parse_args()
-    table = Table(title=f"{asked.samples:,} samples, window {WINDOW}, forgetting {FORGETTING}", box=None)
+    table = Table(
+        title=f"{asked.samples:,} samples, window {WINDOW}, forgetting {FORGETTING}", box=None
+    )
     for head in ("case", "model", "precision", "change of X", "of std", "worst error / std",
                  "above 3 std", "gravity torque off", "excited"):  # fmt: skip
         table.add_column(head)

@@ -170,7 +170,7 @@ static void soften(const NAME_real *s, const NAME_real *s0, NAME_real *y)
 {
     NAME_real P[16];
     NAME_real Y[16];
-    NAME_real Z[16];
+    NAME_real Z[16] = {0};
     for (int i = 0; i < NAME_STANDARD; i++) {
         const NAME_real size = KIND[i] == POSITIVE ? s[i] : reach(s0[i]);
         y[i] *= KIND[i] == IN_LINK ? 1 : size * size;
@@ -189,7 +189,7 @@ static void slope(const NAME_real *s, const NAME_real *s0, NAME_real *out)
 {
     NAME_real P[16];
     NAME_real L[16];
-    NAME_real Z[16];
+    NAME_real Z[16] = {0};
     for (int i = 0; i < NAME_STANDARD; i++) {
         out[i] = KIND[i] == POSITIVE ? s[i] * s[i] / s0[i] - s[i] : s[i] - s0[i];
     }
