@@ -18,8 +18,8 @@ from scipy.interpolate import CubicSpline
 import symgen
 from symgen.estimation.integrals import cumulative_integral
 from symgen.experiment import paper
-from symgen.experiment.integrator import Motion
 from symgen.experiment.reference import SAMPLES, STEP, paper_motion
+from symgen.runtime.integrator import Motion
 
 SEED = 1988
 PILOTS = 20  # runs of another seed, whose joint least-squares estimate drives the simulation

@@ -68,6 +68,11 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     help="Commanded motion of a log, for method iv; once for each log.",
 )
 @click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
+@click.option(
+    "--controller",
+    type=PATH,
+    help="TOML with [controller] kp and kd: simulate held-out motion with this feedback too.",
+)
 @worker_options
 @click.option(
     "--work", type=PATH, help="Folder that keeps an unfinished run; default beside --into."
@@ -111,7 +116,7 @@ def identify(
             workers = replace(workers, work=kept)
     with stages(_IDENTIFYING) as told:
         estimate = symgen.identify(
-            source,
+            robot,
             logs,
             validation=validation,
             model=model,

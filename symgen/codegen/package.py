@@ -23,6 +23,7 @@ from symgen import names
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
+from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
@@ -228,11 +229,8 @@ class _Writer:
         if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
-            from symgen.codegen.casadi_model import casadi_function, serialized
-
-            for kernel in self.kernels:
-                function = casadi_function(self.model, kernel)
-                files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+            source = casadi_source(self.name, self.model, self.kernels)
+            files[f"{self.name}_casadi.py"] = source.encode()
             if self.controlled:
                 program = example.optimal_control(self.name, self.model)
                 files[f"example/{self.name}_optimal_control.py"] = program.encode()
@@ -243,9 +241,7 @@ class _Writer:
             files[f"{self.name}.tex"] = document.encode()
         files["README.md"] = self.readme().encode()
         digests = {
-            path: hashlib.sha256(content).hexdigest()
-            for path, content in sorted(files.items())
-            if not path.endswith(".casadi")
+            path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())
         }
         manifest = self.manifest(verified) | {"digests": digests}
         files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()

@@ -25,9 +25,10 @@ from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.values import FloatArray
-from symgen.experiment.plant import KERNELS, Plant, plant
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.integrator import integrate
+from symgen.runtime.plant import KERNELS, Plant, plant
 
 #: Bandwidth of the feedback, rad/s.
 BANDWIDTH = 2 * np.pi
@@ -166,7 +167,7 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
     It starts in the measured state. Cubic splines interpolate between the samples of the log.
 
     Args:
-        evaluator: the model with the kernels of `symgen.experiment.plant`.
+        evaluator: the model with the kernels of `symgen.runtime.plant`.
         X: base parameters (p,).
         seen: the measured motion and torque.
         t: (K,) times within those of `seen`, s.
@@ -178,9 +179,6 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
         SymgenError: X does not fit the model or is no physical robot, or the motion is not finite,
             or too stiff to be integrated in time.
     """
-    # SciPy's integrators take long to import, so only a page with a motion imports them.
-    from symgen.experiment.integrator import integrate
-
     if len(X) != len(evaluator.model.base.names) or not np.isfinite(X).all():
         raise ParameterError("its parameters are not all known")
     n, w, moved = seen.q.shape[1], BANDWIDTH, plant(evaluator, X)

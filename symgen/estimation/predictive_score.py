@@ -302,7 +302,7 @@ class PredictiveScore:
         return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
 
     def _squares(self, d: FloatArray) -> FloatArray:
-        """Return what parameters X + d (folds, N, p) leave of joints on each fold, (N, n, folds)."""
+        """Return what X + d, d (folds, N, p), leaves of joints on each fold, (N, n, folds)."""
         moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
         left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
         return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))

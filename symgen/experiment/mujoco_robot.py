@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from symgen.data.raw import FloatArray
 from symgen.errors import RobotError, first_of, located, told_by
+from symgen.runtime.integrator import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a joint that is held
 _FINEST = 1e-3  # s: longest step
@@ -64,19 +65,17 @@ class MujocoRobot:
         self.data = mujoco.MjData(m)
 
     def moved(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        torque: Callable[[float, FloatArray, FloatArray], FloatArray],
-        t: FloatArray,
+        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
     ) -> FloatArray:
-        """Return the positions (K, n) at times t (K,), from a state at t[0]; NaN once it diverges.
+        """Return the positions (runs, K, n) at times t; see `symgen.estimation.playback.Mover`.
 
-        Args:
-            q, qd: (n,) to begin with.
-            torque: of time, q and qd; held for a step.
-            t: (K,) s.
+        A torque is held for a step.
         """
+        return np.stack([self._run(*start, law, t) for start in zip(q, qd, clock, strict=True)])
+
+    def _run(
+        self, q: FloatArray, qd: FloatArray, clock: float, law: Law, t: FloatArray
+    ) -> FloatArray:
         m, d = self.model, self.data
         self._mujoco.mj_resetData(m, d)
         d.qpos[self._q], d.qvel[self._v] = q, qd
@@ -88,9 +87,8 @@ class MujocoRobot:
                 out[row] = d.qpos[self._q]
                 row += 1
                 continue
-            d.qfrc_applied[self._v] = torque(
-                t[0] + (step + 0.5) * m.opt.timestep, d.qpos[self._q], d.qvel[self._v]
-            )
+            at = np.array([clock + t[0] + (step + 0.5) * m.opt.timestep])
+            d.qfrc_applied[self._v] = law(at, d.qpos[None, self._q], d.qvel[None, self._v])[0]
             self._mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:

@@ -22,11 +22,11 @@ from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.system import LinearSystem, window_equations
-from symgen.experiment.integrator import Motion, integrate
-from symgen.experiment.plant import KERNELS, plant
 from symgen.experiment.reference import SAMPLES, STEP, as_csv, paper_motion
 from symgen.identification.workflow import identify
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.integrator import Motion, integrate
+from symgen.runtime.plant import KERNELS, plant
 
 X_TRUE = np.array([1.702, 0.05644, 0.15, 0.075])
 NAMES = ("ZZ1R", "ZZ2", "MX2", "MY2")

@@ -1,13 +1,7 @@
 """compare-sim: how far simulated robots are from a log, over horizons.
 
-A window of a log begins in the measured state. MuJoCo moves the robot of a file by the measured
-torques, in straight lines between the samples, and the position is compared with the measured one
-after 0.2, 0.5 and 1 s. With feedback gains the torque is
-
-    tau(t) + kp (q_m - q) + kd (qd_m - qd)
-
-with q_m and qd_m the measured motion. Contacts, limits and controlled actuators of the file have no
-say: what moves the robot is in the log.
+MuJoCo moves the robot of a file along windows of a log (`symgen.estimation.playback`). Contacts,
+limits and controlled actuators of the file have no say: what moves the robot is in the log.
 """
 
 from __future__ import annotations
@@ -21,17 +15,24 @@ from typing import Annotated, Any
 import numpy as np
 
 from symgen.data.log import Log
-from symgen.data.mask import spans
 from symgen.data.raw import Reading
 from symgen.data.signals import interpolated
 from symgen.distributed import Say, silent
 from symgen.errors import ParameterError
 from symgen.estimation.band import OPEN, Band, comparison_band
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.filtered_log import filter_log
+from symgen.estimation.playback import (
+    HORIZONS,
+    Horizon,
+    Window,
+    play,
+    position_errors,
+    read_gains,
+    windows_of,
+)
 from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
 from symgen.faults.logs import open_samples
-from symgen.files import load_toml
 from symgen.identification.estimate import Joint, joints_of
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
@@ -40,30 +41,8 @@ from symgen.views import Viewable
 
 SCHEMA = "symgen.simulation/1"
 MARKER, WINDOW = "simulation.json", "window.csv"
-#: After which a position is compared, s.
-HORIZONS = (0.2, 0.5, 1.0)
 _WINDOWS = 40  # of a log, at most
 _SMOOTH = 5.0  # of the comparison band: where the motion of a log is filtered
-#: A position error above this part of the joint's range of motion counts as having run away.
-_AWAY = 10.0
-
-
-@dataclass(frozen=True)
-class Horizon:
-    """Position error of a simulated robot some time after the measured state.
-
-    Attributes:
-        seconds: after the start of a window.
-        position_error: RMS over windows and joints of simulated minus measured position, over the
-            RMS of the distance that the joints moved.
-        spread: standard deviation of that over the windows.
-        per_joint: (n,) RMS over windows, rad or m.
-    """
-
-    seconds: float
-    position_error: float
-    spread: float
-    per_joint: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -163,7 +142,7 @@ def compare_simulations(
         raise ParameterError("compare-sim: nothing to compare; accepted: files and logs")
     source = read_imported(files[0]).robot if robot is None else read_robot(robot)
     names = [joint.name for joint in source.movable]
-    kp, kd = (np.zeros(source.n),) * 2 if controller is None else _gains(controller, source)
+    gains = None if controller is None else read_gains(controller, source)
     machines = [MujocoRobot(Path(file), names) for file in files]
     seen, notes = [], list[str]()
     for log in logs:
@@ -173,20 +152,22 @@ def compare_simulations(
         cutoff = min(_SMOOTH * comparison, OPEN * rate)
         seen.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
         notes += [*samples.notes, *(r.in_words for r in repairs)]
-    windows = [(log, k) for log in seen for k in _starts(log)]
+    windows = windows_of(seen, _WINDOWS)
     if not windows:
         raise ParameterError(
             f"compare-sim: no log has {HORIZONS[0]:g} s without a gap; accepted: longer logs"
         )
+    step = min(log.step for log in seen)
+    t = np.asarray(np.arange(round(windows[0].seconds / step) + 1) * step, dtype=np.float64)
     found, courses = [], []
     for file, machine in zip(files, machines, strict=True):
         progress(f"simulating {file}")
-        moved = [_simulated(machine, log, k, kp, kd) for log, k in windows]
-        courses.append(moved)
-        found.append(_judged(Path(file).name, windows, moved))
-    shown = _typical(windows, courses)
-    chosen, k = windows[shown]
-    last = len(courses[0][shown])
+        courses.append(play(machine, windows, t, gains))
+        horizons, diverged = position_errors(windows, t, courses[-1])
+        found.append(Simulated(Path(file).name, horizons, diverged))
+    shown = _typical(windows, courses[0])
+    chosen = windows[shown].log
+    measured = interpolated(chosen.t, chosen.q)(chosen.t[windows[shown].start] + t)
     return SimulationComparison(
         robot=source.name,
         joints=joints_of(source),
@@ -195,7 +176,7 @@ def compare_simulations(
         feedback=controller is not None,
         files=tuple(found),
         notes=tuple(dict.fromkeys(notes)),
-        measured=(chosen.t[k : k + last] - chosen.t[k], chosen.q[k : k + last]),
+        measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
     )
 
@@ -210,78 +191,8 @@ def read_comparison(path: str | Path) -> SimulationComparison:
     return read_result(SimulationComparison, file, SCHEMA, measured=None, courses=())
 
 
-def _gains(path: str | Path, robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return kp and kd of a TOML file, (n,) each."""
-    accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
-    try:
-        table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
-        kp, kd = (np.array(table[key], dtype=float) for key in ("kp", "kd"))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
-    for gain in (kp, kd):
-        if gain.shape != (robot.n,) or not (np.isfinite(gain) & (gain >= 0)).all():
-            raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
-    return kp, kd
-
-
-def _starts(log: FilteredLog) -> list[int]:
-    """Return where windows begin: evenly over the log, clear of what is masked."""
-    rows = round(HORIZONS[-1] / log.step)
-    free = np.ones(len(log.t), dtype=bool) if log.mask is None else ~log.mask.robot
-    whole = [(a, b) for a, b in spans(free) if b - a > rows]
-    if not whole:
-        return []
-    every = np.concatenate([np.arange(a, b - rows) for a, b in whole])
-    count = min(_WINDOWS, max(1, len(every) // rows))
-    return [int(k) for k in every[np.linspace(0, len(every) - 1, count).astype(int)]]
-
-
-def _simulated(
-    machine: MujocoRobot, log: FilteredLog, k: int, kp: FloatArray, kd: FloatArray
-) -> FloatArray:
-    """Return the positions of a window at its samples, (K, n); NaN where it diverges."""
-    rows = slice(k, k + round(HORIZONS[-1] / log.step) + 1)
-    t = log.t[rows] - log.t[k]
-    given = interpolated(t, np.concatenate([log.tau[rows], log.q[rows], log.qd[rows]], axis=1))
-    n = log.q.shape[1]
-
-    def torque(at: float, q: FloatArray, qd: FloatArray) -> FloatArray:
-        here = given(np.array([at]))[0]
-        pull = kp * (here[n : 2 * n] - q) + kd * (here[2 * n :] - qd)
-        return np.asarray(here[:n] + pull)
-
-    return np.asarray(machine.moved(log.q[k], log.qd[k], torque, t))
-
-
-def _judged(
-    file: str, windows: Sequence[tuple[FilteredLog, int]], moved: Sequence[FloatArray]
-) -> Simulated:
-    """Return the errors of a file over all windows."""
-    ranges = np.ptp(np.concatenate([log.q for log, _ in windows]), axis=0)
-    out, diverged = [], 0
-    for seconds in HORIZONS:
-        errors, ways = [], []
-        for (log, k), q in zip(windows, moved, strict=True):
-            at = round(seconds / log.step)
-            errors.append(q[at] - log.q[k + at])
-            ways.append(log.q[k + at] - log.q[k])
-        e, way = np.array(errors), np.array(ways)
-        bad = ~(np.abs(e) <= _AWAY * np.maximum(ranges, 1e-9)).all(axis=1)
-        diverged = max(diverged, int(bad.sum()))
-        e = np.where(bad[:, None], np.sign(np.nan_to_num(e)) * ranges, e)
-        size = float(np.sqrt(np.mean(way**2))) or 1.0
-        each = np.sqrt(np.mean(e**2, axis=1)) / size
-        per_joint = tuple(float(x) for x in np.sqrt(np.mean(e**2, axis=0)))
-        out.append(Horizon(seconds, float(np.sqrt(np.mean(each**2))), float(each.std()), per_joint))
-    return Simulated(file, tuple(out), diverged)
-
-
-def _typical(
-    windows: Sequence[tuple[FilteredLog, int]], courses: Sequence[Sequence[FloatArray]]
-) -> int:
-    """Return the window with the median error of the first file."""
-    ends = [
-        float(np.linalg.norm(np.nan_to_num(q[-1] - log.q[k + len(q) - 1], nan=1e9)))
-        for (log, k), q in zip(windows, courses[0], strict=True)
-    ]
-    return int(np.argsort(ends)[len(ends) // 2])
+def _typical(windows: Sequence[Window], moved: FloatArray) -> int:
+    """Return the window with the median error at its end."""
+    ends = np.array([w.log.q[w.rows][-1] for w in windows])
+    errors = np.linalg.norm(np.nan_to_num(moved[:, -1] - ends, nan=1e9), axis=1)
+    return int(np.argsort(errors)[len(errors) // 2])

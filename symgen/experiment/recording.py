@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -11,8 +10,9 @@ import numpy as np
 
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
-from symgen.experiment.plant import Repeated
 from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.integrator import Law
+from symgen.runtime.plant import Repeated
 
 if TYPE_CHECKING:
     from symgen.experiment.reference import Reference
@@ -226,10 +226,6 @@ class Recording:
     def moves_alike(self) -> bool:
         """Whether all runs have the same true motion, and differ only in measurement noise."""
         return not np.any(self.disturbance) and self.controller.feedback == "true"
-
-
-#: Torques (runs, n) as a function of times (runs,) and states q, qd (runs, n).
-Law = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 def tracking(

@@ -19,12 +19,9 @@ from symgen.data.raw import FloatArray
 from symgen.distributed import Meter, Say, silent
 from symgen.errors import LogError, ParameterError
 from symgen.estimation.temperature_torque import torque_beside
-from symgen.experiment.integrator import Motion, integrate
-from symgen.experiment.plant import KERNELS, Plant, plant, without_dry
 from symgen.experiment.recording import (
     Controller,
     Instruments,
-    Law,
     Recording,
     replay,
     tracking,
@@ -35,6 +32,8 @@ from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.integrator import Law, Motion, integrate
+from symgen.runtime.plant import KERNELS, Plant, plant, without_dry
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +219,7 @@ def simulate(
         M(q) qdd + h(q, qd) + A' f = tau + disturbance
 
     The model has friction, couplings and effects. Coulomb friction of width 0 holds a joint at rest
-    under any smaller load (see `symgen.experiment.plant`). The integrator is the method of order 5
+    under any smaller load (see `symgen.runtime.plant`). The integrator is the method of order 5
     of Dormand and Prince, for all runs together.
 
     Args:
@@ -464,8 +463,7 @@ def _loaded(
     """Return the evaluator with the necessary kernels, and X (p,)."""
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
-    needed = [name for name in KERNELS if name != "friction_torque"]
-    if isinstance(robot, Evaluator) and all(map(robot.has, needed)):
+    if isinstance(robot, Evaluator) and all(map(robot.has, KERNELS)):
         return robot, values_of(parameters, robot.model)
     progress("deriving and compiling the model")
     model = derive(source, KERNELS)

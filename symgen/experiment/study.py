@@ -31,7 +31,6 @@ from symgen.estimation.chunks import packed_arrays, unpacked_arrays
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.experiment.plant import KERNELS
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import Parameters, Simulation, simulate, values_of
@@ -45,6 +44,7 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.plant import KERNELS
 
 #: How many times the motions are recorded.
 LENGTHS = (1, 2, 4)

@@ -2,7 +2,7 @@
 
     prediction  the torque error on held-out motion is small, not learned by heart, and what the
                 noise of X says of other motions in the same range is no larger
-    parameters  which of them are known, and whether a robot can have them
+    parameters  which of them are known, and whether they are physically possible
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
 
@@ -28,7 +28,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, first_of
+from symgen.errors import IdentificationError, ParameterError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -37,6 +37,16 @@ from symgen.estimation.floor import noise_fit, quiet, unexplained_from
 from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
+from symgen.estimation.playback import (
+    HORIZONS,
+    Gains,
+    Horizon,
+    PlantMover,
+    Window,
+    play,
+    position_errors,
+    windows_of,
+)
 from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
@@ -94,11 +104,15 @@ WINDOWS = 3.0
 SIGNIFICANT = 3.0
 #: Relative standard deviation up to which a parameter is known, in percent.
 KNOWN = 30.0
+#: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
+WINDOWS_PLAYED = 24
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
-_UNREAD = "do not read single values"
-_FARTHER = "symgen excite writes a motion that shows them"
+_UNREAD = "do not use single values"
+_RICHER = "symgen excite plans a motion that determines them better"
+_SEARCH = "symgen diagnose searches for the cause"
+_WEAK = "are weak"
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
@@ -132,6 +146,22 @@ class Outcome:
     provenance: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """What is simulated on held-out motion beside the estimate.
+
+    Attributes:
+        own_values: parameters (p,) of the robot's own file, None where it has none.
+        gains: of a controller that holds the robot to the measured motion, None without one.
+    """
+
+    own_values: FloatArray | None = None
+    gains: Gains | None = None
+
+
+NO_TRIALS = Trials()
+
+
 def outcome(
     solution: Solution,
     model: EquationModel,
@@ -160,13 +190,16 @@ def outcome(
     return Outcome(solution, *residuals, own, seen, windows, repairs, notes, provenance)
 
 
-def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
+def assess(
+    chosen: ChosenModel, method: Method, found: Outcome, trials: Trials = NO_TRIALS
+) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
         chosen: the run with the equations that were solved, or with those of a sample.
         method: that solved them.
         found: the solution, and how it fits all logs.
+        trials: what is simulated beside the estimate.
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
@@ -211,7 +244,7 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             physical,
             (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
         ),
-        simulation_use(evaluator, run.train, X, parameters, limits),
+        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, trials),
     )
     traces = tuple(trace for p in (*train, *held) for trace in model_traces(p, model, X))
     traces += own.traces + seen.traces
@@ -259,7 +292,12 @@ def assess(chosen: ChosenModel, method: Method, found: Outcome) -> Estimate:
             uses,
             len(parameters),
             (seen.residual.relative, own.residual.relative),
-            (*limits, *seen.told_apart, *_told_of(unexplained, floor)),
+            (
+                *_largest(seen, evaluator.model.robot),
+                *limits,
+                *seen.told_apart,
+                *_told_of(unexplained, floor),
+            ),
         ),
         noise_floor=floor,
         unexplained=unexplained,
@@ -323,16 +361,18 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     if found.windows < _PLENTY * count:
         out.append(
             f"{found.windows:.0f} independent equations for {count} parameters: under "
-            f"{_PLENTY} each, the intervals tend to be short"
+            f"{_PLENTY} each, the standard deviations tend to be too small"
         )
     out += solution.notes
     if len(set(solution.weights)) > 1:
         ratio = max(solution.weights) / min(solution.weights)
-        out.append(f"equations are weighed by log and joint, largest over smallest {ratio:.2f}")
+        out.append(
+            f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
+        )
     shares = [p.equations[0].weight for p in chosen.train]
     if any(w != 1.0 for w in shares):
         listed = ", ".join(f"{w:g}" for w in shares)
-        out.append(f"squared residuals of the logs are weighed by {listed}")
+        out.append(f"squared residuals of the logs are weighted by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
     return tuple(filter(None, out))
 
@@ -351,8 +391,8 @@ def _silent(samples: Samples) -> str:
     if not torques_look_computed(samples):
         return ""
     return (
-        f"{samples.name}: the torques have no noise. They look computed (a command, a simulation), "
-        "not measured: log the measured torque or current, as a command is not what the motor gave"
+        f"{samples.name}: the torques have no noise. They look computed (a command or a "
+        "simulation), not measured: log the measured torque or the motor current"
     )
 
 
@@ -362,8 +402,9 @@ def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
         return ()
     weights = band.rests.weight
     return tuple(
-        f"joints stand still at times, where friction can be anything between its limits: {told}; "
-        f"equations at rest weigh {min(weights):.2g} to {max(weights):.2g} of those in motion"
+        "joints stand still at times, where static friction can take any value between its limits: "
+        f"{told}; rows at rest have {min(weights):.2g} to {max(weights):.2g} times the weight of "
+        "rows in motion"
         for told in seen.told_apart
     )
 
@@ -430,28 +471,28 @@ def prediction_use(
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
+    where = " in motion" if held.rest.any() else ""
     train, held = _in_motion(train), _in_motion(held)
     said, own = held.residual.relative, train.residual.relative
-    unexplained = tuple(_unexplained(held, noise, robot, not faults))
+    unexplained = tuple(_unexplained(held, noise, robot, not faults, where))
     reasons += unexplained
     if unexplained:
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
             f"overfit: the torque error on held-out motion is {percent(said)}, "
-            f"{said / max(own, 1e-300):.3g} times that on the training logs"
+            f"{said / max(own, 1e-300):.3g} times that on the training logs; record a longer log"
         )
     if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
         reasons.append(
-            f"the error depends on the motion: {percent(said)} on held-out data, and "
-            f"{percent(worst)} on another part of the motion that a fit did not see; symgen "
-            "diagnose looks for what is missing"
+            f"the torque error depends on the motion: {percent(said)} on held-out data, "
+            f"{percent(worst)} on another part of the motion that the fit did not use; {_SEARCH}"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
         reasons.append(
-            f"the motion does not carry its parameters: other motions in the same range would have "
-            f"{100 * elsewhere:.2g} % torque error from their uncertainty alone; record a richer "
-            f"one, {_FARTHER}"
+            "the motion does not determine the parameters well enough: their uncertainty alone "
+            f"causes {percent(elsewhere)} torque error on other motions in the same range; "
+            f"{_RICHER}"
         )
     return Use("prediction", tuple(reasons))
 
@@ -474,14 +515,17 @@ def _beyond(held: Residual, noise: Residual) -> float | None:
     return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
 
 
-def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) -> Iterator[str]:
-    """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
+def _unexplained(
+    held: TorqueFit, noise: Residual, robot: Robot, unknown: bool, where: str
+) -> Iterator[str]:
+    """Yield texts on joints with an unexplained held-out torque, or with too much noise.
 
     Args:
-        held: of joints in motion.
-        noise: what it alone leaves of them.
+        held: torque of joints in motion.
+        noise: its noise floor.
         robot: for the names of joints.
         unknown: whether no cause is known.
+        where: " in motion" if some joints are at rest, else "".
     """
     said, each, floor = (
         held.residual.relative,
@@ -493,19 +537,34 @@ def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) 
     cause = ", cause unknown" if unknown else ""
     if said > whole:
         yield (
-            f"the model leaves {percent(said)} of the torque of held-out motion unexplained, "
-            f"noise alone {percent(noise.relative)}{cause}"
+            f"the torque error on held-out data is {percent(said)}{where} (noise floor: "
+            f"{percent(noise.relative)}){cause}"
         )
     if len(lost):
         told = ", ".join(
-            f"{robot.listed([int(j)])} ({percent(each[j])}; noise {percent(floor[j])})"
+            f"{robot.listed([int(j)])} {percent(each[j])} (noise floor: {percent(floor[j])})"
             for j in lost
         )
-        yield f"the torque of held-out motion is unexplained at {told}{cause}"
+        yield f"the torque of single joints is unexplained: {told}{cause}"
     drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
     if len(drowned):
         told = ", ".join(f"{robot.listed([int(j)])} ({percent(floor[j])})" for j in drowned)
-        yield f"the torque is mostly noise at {told}: no model of it can be judged"
+        yield (
+            f"the torque is mostly noise at {told}: no model of it can be assessed; record a "
+            "motion with larger torques"
+        )
+
+
+def _largest(seen: TorqueFit, robot: Robot) -> tuple[str, ...]:
+    """Return the joint with the largest relative torque error, in percent and in N m or N."""
+    each = seen.residual.per_joint or ()
+    if len(each) < 2 or not seen.traces:
+        return ()
+    j = int(np.argmax(each))
+    torque = np.concatenate([trace.measured[:, j] for trace in seen.traces])
+    size = each[j] * float(np.sqrt(np.mean(torque**2)))
+    unit = names.unit("OF", robot.sigma[j])
+    return (f"largest on {robot.listed([j])}: {percent(each[j])}, {size:.3g} {unit}",)
 
 
 def _unread(unexplained: float | None) -> tuple[str, ...]:
@@ -520,8 +579,8 @@ def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
     if unexplained is None:
         return ()
     return (
-        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise leaves "
-        f"{percent(noise.relative)}): symgen diagnose looks for it",
+        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise floor: "
+        f"{percent(noise.relative)}): {_SEARCH}",
     )
 
 
@@ -584,13 +643,13 @@ def parameters_use(
         reasons.append(f"{_OPEN}: {first_of(hidden, 8)}")
     weak = [p.name for p in parameters if p.name not in (*known, *hidden)]
     if weak:
-        told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
+        told = f"{len(weak)} of {len(parameters)} {_WEAK} (std above {KNOWN:g} %)"
         reasons.append(f"{told}: {first_of(weak, 8)}")
     negative = negative_parameters(parameters)
     if negative:
-        reasons.append(f"{', '.join(negative)} must be positive and came out negative")
+        reasons.append(f"{', '.join(negative)} must be positive but is negative")
     if physical.feasible is False:
-        reasons.append(f"no robot can have them: {physical.reason}")
+        reasons.append(f"not physically possible: {physical.reason}")
     return Use("parameters", tuple(reasons), known)
 
 
@@ -625,8 +684,9 @@ def driving_friction(
     if not len(out):
         return ()
     return (
-        f"friction would drive the robot at {evaluator.model.robot.listed(out)}: the sign of "
-        "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
+        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of tau and of q "
+        "there, and that time increases; if they are right, an effect is missing, and symgen "
+        "diagnose searches for it",
     )
 
 
@@ -667,20 +727,32 @@ def negative_parameters(parameters: Sequence[ParameterEstimate]) -> list[str]:
 
 def simulation_use(
     evaluator: Evaluator,
-    logs: Sequence[FilteredLog],
+    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
     limits: Sequence[str] = (),
+    trials: Trials = NO_TRIALS,
 ) -> Use:
     """Judge whether the model can be simulated over the range of the motion.
 
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
-    joints are drawn from them independently; coefficients of friction must not be negative. A
-    simulated robot keeps no proportion: a model with `limits`, of motion alone, is good for none.
+    joints are drawn from them independently; coefficients of friction must not be negative. On
+    held-out motion, the model has to come nearer to the log than a robot that stands still: after
+    the shortest horizon, its position error must be below the distance moved. A simulated robot
+    keeps no proportion: a model with `limits`, of motion alone, is good for none.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the training logs, and the held-out ones.
+        X: the parameters, (p,).
+        parameters: the same with their standard deviations.
+        limits: what the model is restricted to, in words.
+        trials: what is simulated beside X.
     """
     if limits:
         return Use("simulation", tuple(limits))
-    q = np.concatenate([log.q[log.kept] for log in logs])
+    train, held = logs
+    q = np.concatenate([log.q[log.kept] for log in train])
     at = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
     M = mass_matrices(evaluator, at, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
@@ -688,27 +760,63 @@ def simulation_use(
     if (least <= 0).any():
         share = 100 * float(np.mean(least <= 0))
         reasons.append(
-            f"the mass matrix is not positive definite at {share:.3g} % of the positions of the "
-            "motion's range"
+            f"the mass matrix is not positive definite at {share:.3g} % of the positions in the "
+            "range of the motion"
         )
     rubs = below_zero(parameters, ("FS", "FV", "FSM", "FVM"), 0.0)
     if rubs:
         reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
     if reasons:
-        reasons.append("--method consistent gives parameters that a robot can have")
-    return Use("simulation", tuple(reasons))
+        reasons.append("symgen identify --method consistent gives physically possible parameters")
+    windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
+    horizons, diverged = _played(evaluator, windows, X)
+    before, _ = _played(evaluator, windows, trials.own_values)
+    held_by, _ = _played(evaluator, windows, X, trials.gains) if trials.gains else ((), 0)
+    if horizons and horizons[0].position_error >= 1:
+        first = horizons[0]
+        reasons.append(
+            f"under the torques of held-out motion it is {percent(first.position_error)} of the "
+            f"distance moved away after {first.seconds:g} s"
+        )
+    return Use(
+        "simulation",
+        tuple(reasons),
+        horizons=horizons,
+        before=before,
+        with_feedback=held_by,
+        windows=len(windows) if horizons else 0,
+        diverged=diverged,
+    )
+
+
+def _played(
+    evaluator: Evaluator,
+    windows: Sequence[Window],
+    X: FloatArray | None,
+    gains: Gains | None = None,
+) -> tuple[tuple[Horizon, ...], int]:
+    """Return the position errors over windows, and how many diverged; none without a motion."""
+    robot = evaluator.model.robot
+    if X is None or not windows or robot.loaded or robot.on_logs:
+        return (), 0
+    try:
+        mover = PlantMover.of(evaluator, X)
+    except ParameterError:  # negative friction: the reasons name it
+        return (), 0
+    t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
+    return position_errors(windows, t, play(mover, windows, t, gains))
 
 
 def headline(
     uses: Sequence[Use], count: int, errors: tuple[float, float], rests: Sequence[str] = ()
 ) -> str:
-    """Say in one line for each use what an estimate is good for, and what mends it where it is not.
+    """Return one line for each use: what the estimate is good for, and what helps if it is not.
 
     Args:
-        uses: prediction, parameters and simulation, as judged.
+        uses: the assessed uses: prediction, parameters and simulation.
         count: number of parameters.
-        errors: of torque on held-out motion and on the training logs.
-        rests: what else is said of an estimate that is good for prediction.
+        errors: torque error on held-out data and on the training logs.
+        rests: further texts for an estimate that is good for prediction.
     """
     prediction, parameters, simulation = uses
     held, own = map(percent, errors)
@@ -719,14 +827,30 @@ def headline(
                  "the training logs)", *rests]  # fmt: skip
     told = f"{known} of {count} are known to {KNOWN:g} %"
     unread = [reason for reason in parameters.reasons if reason.startswith(_UNREAD)]
-    others = [reason for reason in parameters.reasons if reason not in unread]
+    others = [r for r in parameters.reasons if r not in unread and _WEAK not in r]
     second = ["Parameters: ", *unread, told, *others]
     if known < count:
-        second.append("a richer motion determines more (symgen excite)")
-    third = ["Good for simulation"]
+        second.append(_RICHER.replace("them", "more of them").removesuffix(" better"))
+    third = ["Good for simulation", *filter(None, [_told_of_simulation(simulation)])]
+    third[:1] = [f"{third[0]}: "] if len(third) > 1 else third[:1]
     if not simulation.ok:
         third = ["Not good for simulation: ", *simulation.reasons]
     return BETWEEN_USES.join(f"{line[0]}{'; '.join(line[1:])}." for line in (first, second, third))
+
+
+def _told_of_simulation(use: Use) -> str:
+    """Say how far the simulated robot is from held-out motion at the end; "" where unknown."""
+    if not use.horizons:
+        return ""
+    last = use.horizons[-1]
+    told = f"position error after {last.seconds:g} s {percent(last.position_error)} of the distance"
+    if use.before:
+        told += f" moved ({percent(use.before[-1].position_error)} with the values of the file)"
+    else:
+        told += " moved"
+    if use.diverged:
+        told += f", {use.diverged} of {use.windows} windows diverge"
+    return told
 
 
 def hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
@@ -755,8 +879,8 @@ def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
         more = f" and {len(told) - 5} more" if len(told) > 5 else ""
         if told:
             out.append(
-                f"the {a.model} model sees {', '.join(told[:5])}{more} apart from the "
-                f"{found[0].model} model: the robot does something that its model does not"
+                f"the {a.model} model gives other values than the {found[0].model} model for "
+                f"{', '.join(told[:5])}{more}: an effect is missing; {_SEARCH}"
             )
     return tuple(out)
 

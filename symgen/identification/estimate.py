@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
+from symgen.estimation.playback import Horizon
 from symgen.estimation.values import (
     Balance,
     Convergence,
@@ -101,7 +102,7 @@ class Consistency:
 
     Attributes:
         feasible: None where it was not checked.
-        distance_sigma: to the nearest base parameters that a robot can have, in standard deviations
+        distance_sigma: to the nearest physically possible base parameters, in standard deviations
             of the estimate; None where it is unknown.
         reason: in words.
     """
@@ -127,23 +128,40 @@ class Use:
         reasons: what speaks against it, in words; empty where it does.
         known: names of the parameters that are known, of parameters alone.
         ok: whether nothing speaks against it.
+        horizons: of simulation alone: position errors on held-out motion after some times.
+        before: the same with the values of the robot's own file, where it has any.
+        with_feedback: the same of the estimate, with the gains of a controller that holds it to the
+            measured motion; empty without gains.
+        windows: of simulation alone: number of windows of held-out motion that were simulated.
+        diverged: in how many of them the simulated robot ran away.
     """
 
     name: Annotated[str, BESIDE] = ""
     ok: bool = field(init=False)
     reasons: Annotated[tuple[str, ...], at("reason"), _JOINED] = ()
     known: tuple[str, ...] = ()
+    horizons: tuple[Horizon, ...] = ()
+    before: tuple[Horizon, ...] = ()
+    with_feedback: tuple[Horizon, ...] = ()
+    windows: int = 0
+    diverged: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "ok", not self.reasons)
 
 
+#: What stands in the file of one use alone.
+_OWN = {"known": "parameters"} | dict.fromkeys(
+    ("horizons", "before", "with_feedback", "windows", "diverged"), "simulation"
+)
+
+
 def _by_name(uses: Iterable[Use]) -> dict[str, dict[str, Any]]:
-    """Return what stands in the file; `known` of the parameters alone."""
-    out = {use.name: as_json(use) for use in uses}
-    for name in out.keys() - {"parameters"}:
-        del out[name]["known"]
-    return out
+    """Return what stands in the file: of each use what is its own."""
+    return {
+        use.name: {k: v for k, v in as_json(use).items() if _OWN.get(k, use.name) == use.name}
+        for use in uses
+    }
 
 
 #: Uses by their names.

@@ -13,7 +13,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model
 from symgen.codegen.values import Values, named_values
-from symgen.errors import ParameterError, told_by
+from symgen.errors import ParameterError, SymgenError, told_by
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
 from symgen.estimation.values import FloatArray
@@ -149,12 +149,43 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from, and geometry as imported"
         )
-    values = dict(found.parameters)
-    standard = {p.name: p for p in model.base.standard}
-    for name, p in standard.items():
+    return _with_drives(dict(found.parameters), model)
+
+
+def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:
+    """Return the parameters that a model has; those of drives that have no value are 0."""
+    for p in model.base.standard:
         if not (p.inertial and p.prefix in names.LINK):
-            values.setdefault(name, 0.0)
-    return {name: value for name, value in values.items() if name in standard}
+            values.setdefault(p.name, 0.0)
+    known = {*model.base.names, *(p.name for p in model.base.standard)}
+    return {name: value for name, value in values.items() if name in known}
+
+
+def values_of_file(robot: Any, model: Model) -> FloatArray | None:
+    """Return the base parameters (p,) that a robot's own file has; None where it has none.
+
+    They are in a URDF, MJCF or .par itself, and in NAME_parameters.toml beside the robot.toml of
+    `symgen import`. A rotor inertia or friction that the file lacks is 0.
+
+    Args:
+        robot: path of the robot's file; of anything else there are no values.
+        model: model of the robot.
+    """
+    if not isinstance(robot, (str, Path)):
+        return None
+    path = Path(robot)
+    beside = path.with_name(f"{model.robot.name}_parameters.toml")
+    try:
+        if path.suffix.lower() in FORMATS:
+            values = cad_parameters(path, model)
+        elif beside.is_file():
+            found = {name: value for name, (value, _) in read_named(beside, model).items()}
+            values = _with_drives(found, model)
+        else:
+            return None
+        return base_values(values, model, str(path))
+    except SymgenError:
+        return None
 
 
 def _undeclared(name: str, value: float, robot: Robot) -> bool:

@@ -26,10 +26,12 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
+from symgen.estimation.playback import read_gains
 from symgen.estimation.predictive_score import LEAST
 from symgen.faults.logs import open_logs
 from symgen.identification.assessment import (
     Outcome,
+    Trials,
     assess,
     driving_friction,
     negative_mass,
@@ -45,7 +47,7 @@ from symgen.identification.model_choice import (
     name_cause,
 )
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
-from symgen.identification.parameters import read_prior
+from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
@@ -69,6 +71,7 @@ def identify(
     window: float = 0.2,
     cutoff: float | None = None,
     fit: Fit | None = None,
+    controller: str | Path | None = None,
     reading: Reading | None = None,
     workers: Workers | None = None,
     progress: Say = silent,
@@ -90,12 +93,14 @@ def identify(
             "static", in which each row is a pose at rest (`symgen.identification.static`).
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
             weight from its own residual), "ols", "huber", "tls", "iv", "ridge", "essential",
-            "consistent" (parameters that a robot can have), or "recursive" (least squares with
+            "consistent" (physically possible parameters), or "recursive" (least squares with
             forgetting).
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
         fit: prior, weights of logs, commanded motions, forgetting.
+        controller: TOML with [controller] kp and kd, (n,) each: held-out motion is simulated with
+            this feedback to the measured motion too.
         reading: columns, span and masks of the logs.
         workers: processes or scheduler that read chunks, and the folder of an unfinished run.
         progress: called with a text about the current step.
@@ -117,6 +122,7 @@ def identify(
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
+    gains = None if controller is None else read_gains(controller, source)
     with told_of_angles(source):
         if model == STATIC:
             return identify_poses(source, (sources, given), by, asked, reading, progress)
@@ -143,7 +149,8 @@ def identify(
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
             progress("judging")
-            return assess(chosen, *_possible(opened, chosen, by, found))
+            trials = Trials(values_of_file(robot, opened.evaluator.model), gains)
+            return assess(chosen, *_possible(opened, chosen, by, found), trials)
 
 
 def _possible(
@@ -170,12 +177,12 @@ def _possible(
     before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
     if np.max(after - before) > LEAST**2:
         worse = (
-            "parameters that a robot can have leave more torque error "
+            "physically possible parameters have a larger torque error "
             f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
-            "symgen diagnose looks for it"
+            "symgen diagnose searches for it"
         )
         return by, replace(found, notes=(*found.notes, *wrong, worse))
-    told = "least squares gives parameters that no robot has"
+    told = "least squares gives physically impossible parameters"
     notes = tuple(f"{told}: {reason}" for reason in wrong)
     return bounded, replace(other, notes=(*other.notes, *notes))
 

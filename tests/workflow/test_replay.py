@@ -18,10 +18,10 @@ from symgen.diagnosis import replay
 from symgen.diagnosis.diagnosis import Curves, Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.replay import driven, replayed, worst
 from symgen.errors import SymgenError
-from symgen.experiment.plant import KERNELS
 from symgen.report.store import result_files
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
+from symgen.runtime.plant import KERNELS
 
 W = 2 * np.pi  # of the feedback, rad/s
 SLIDER = """

@@ -16,9 +16,9 @@ from support import robot_of, sampled
 
 import symgen
 from symgen import Controller, Instruments, Recording
-from symgen.experiment.plant import KERNELS
 from symgen.experiment.reference import fourier, make_reference
 from symgen.experiment.simulate import simulate, track
+from symgen.runtime.plant import KERNELS
 
 SLIDER = """
 [robot]

@@ -233,9 +233,9 @@ void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
     panda_real out[5][434];
     const double *from[5];
     size_t rows[5];
+    size_t samples = 1;
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];
-    size_t samples = 1;
     if ((size_t)nrhs != k->inputs + 1 || (nlhs > 1 && (size_t)nlhs > k->outputs)) {
         mexErrMsgIdAndTxt("panda:arguments", "%s; accepted: %d inputs, at most %d outputs", k->name,
             (int)k->inputs, (int)k->outputs);

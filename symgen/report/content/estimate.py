@@ -1,4 +1,4 @@
-"""What is said of an estimate."""
+"""Content of an estimate."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from symgen.identification.assessment import KNOWN, LEVEL, in_words
 from symgen.identification.estimate import BETWEEN_USES, Estimate, ParameterEstimate
 from symgen.report.content.parts import (
+    PLAYBACK,
     Banner,
     Content,
     Section,
@@ -19,6 +20,7 @@ from symgen.report.content.parts import (
     counted,
     errors_in_units,
     frames_section,
+    horizon_table,
     notes_section,
     number,
     percent,
@@ -80,12 +82,12 @@ _WHITENESS = (
     "95 % of the correlations of a white residual, also if its size changes with the motion. A "
     f"residual is not white if p is below {LEVEL:g}."
 )
-#: Correlation from which two parameters are named as hardly told apart by the data.
+#: Correlation above which two parameters are listed as hardly distinguishable.
 TIED = 0.9
 
 
 def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
-    """Return verdict, torque, uses, parameters, the robot, what is left, provenance."""
+    """Return verdict, torque error, parameters, models, and folded details."""
     count = len(estimate.parameters)
     lead = (
         f"{counted(count, 'base parameter')} of the robot {estimate.robot}, identified with the "
@@ -109,7 +111,7 @@ def _banner(e: Estimate) -> Banner:
 
 
 def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
-    """Return the error on held-out data and on the training logs: of torque, where it is known."""
+    """Return the errors on held-out data and on the training logs: of torque, if it is known."""
     if e.torque_train is None or e.torque_validation is None:
         said, held, own = f"{e.model} residual", e.validation, e.train
     else:
@@ -126,10 +128,41 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
         _known_section(e),
+        *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
     return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
+
+
+def _simulation_sections(e: Estimate) -> list[Section]:
+    """Return the position errors of the simulated robot, where there are any."""
+    use = next((use for use in e.uses if use.name == "simulation" and use.horizons), None)
+    if use is None:
+        return []
+    own = (("values of the robot file", use.before),) if use.before else ()
+    led = (("identified, with feedback", use.with_feedback),) if use.with_feedback else ()
+    models = (*own, ("identified", use.horizons), *led)
+    table = horizon_table("model", models)
+    units = ["m" if joint.unit == "N" else "rad" for joint in e.joints]
+    last = use.horizons[-1]
+    by_joint = [
+        (joint.label, *(f"{h[-1].per_joint[j]:.3g} {units[j]}" for _, h in models))
+        for j, joint in enumerate(e.joints)
+    ]
+    text = [
+        f"{counted(use.windows, 'window')} of held-out motion. Each begins in the measured state "
+        f"and replays the measured torque. {PLAYBACK}"
+    ]
+    if use.diverged:
+        text.append(f"The identified model diverges in {use.diverged} of the windows.")
+    return [
+        Section("Position error in simulation", tuple(text), table, told=()),
+        Section(
+            f"Position error in simulation by joint after {last.seconds:g} s", (),
+            Table(("joint", *(name for name, _ in models)), by_joint), told=(), folded=True,
+        ),
+    ]  # fmt: skip
 
 
 def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
@@ -170,7 +203,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 
 def _error_section(e: Estimate) -> Section:
-    """The torque error of each joint, in its unit and as a share of its torque."""
+    """Return the torque error of each joint, in N m or N and in percent."""
     (said, _, held), (_, _, own) = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
     sizes = [("", "")] * len(e.joints)
@@ -185,12 +218,12 @@ def _error_section(e: Estimate) -> Section:
     ]
     rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
     header = ("joint", "RMS torque", "RMS error", "held-out data",
-              *(() if e.noise_floor is None else ("noise alone",)), "training logs")  # fmt: skip
+              *(() if e.noise_floor is None else ("noise floor",)), "training logs")  # fmt: skip
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
 def _model_section(e: Estimate) -> Section:
-    """Which models were fitted, and which one predicts best."""
+    """Return the errors of the fitted models."""
     rows = [
         (
             a.model + (" (chosen)" if a.chosen else ""),
@@ -237,7 +270,7 @@ def _rows(e: Estimate) -> list[tuple[str, ...]]:
 
 
 def _values_sections(e: Estimate) -> list[Section]:
-    """The same parameters by their prior and by other methods, and the tests of bias."""
+    """Return the parameters by prior and by other methods, and the tests of bias."""
     others = {"prior": e.prior} if e.prior else {}
     others |= {f"by {other.method}": other for other in e.comparison}
     tests = bias_tests(e)
@@ -261,7 +294,7 @@ def _values_sections(e: Estimate) -> list[Section]:
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
-    """Return what the tests of bias say, a sentence each."""
+    """Return the results of the bias tests, one sentence each."""
     return tuple(
         f"Durbin-Wu-Hausman test, {e.columns} columns: F({e.df[0]}, {e.df[1]:.0f}) = "
         f"{number(e.statistic, 3)}, p = {number(e.p_value, 2)}. A small p says that plain least "
@@ -331,5 +364,5 @@ def _provenance(e: Estimate) -> Table:
 
 
 def _weak(parameter: ParameterEstimate) -> bool:
-    # written so that an unknown deviation (NaN) is weak
+    # an unknown deviation (NaN) counts as weak
     return not parameter.relative_std_percent <= KNOWN

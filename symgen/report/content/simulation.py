@@ -1,4 +1,4 @@
-"""What is said of simulated robots beside logs."""
+"""Content of a comparison of simulated robots with logs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,16 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from symgen.experiment.playback import SimulationComparison
-from symgen.report.content.parts import Banner, Content, Section, Table, notes_section, percent
+from symgen.report.content.parts import (
+    PLAYBACK,
+    Banner,
+    Content,
+    Section,
+    Table,
+    horizon_table,
+    notes_section,
+    percent,
+)
 from symgen.report.plots import curves as plots
 
 if TYPE_CHECKING:
@@ -16,12 +25,11 @@ if TYPE_CHECKING:
 def simulation_content(found: SimulationComparison) -> Content:
     """Return the position errors by file and horizon, by joint, and a window."""
     first = found.files[0]
-    header = ("file", *(f"{h.seconds:g} s" for h in first.horizons), "diverged")
-    rows = [
-        (f.file, *(f"{percent(h.position_error)} ± {percent(h.spread)}" for h in f.horizons),
-         f"{f.diverged} of {found.windows}")
-        for f in found.files
-    ]  # fmt: skip
+    table = horizon_table(
+        "file",
+        [(f.file, f.horizons) for f in found.files],
+        {"diverged": [f"{f.diverged} of {found.windows}" for f in found.files]},
+    )
     joints = [joint.label for joint in found.joints]
     last = first.horizons[-1].seconds
     units = ["m" if joint.unit == "N" else "rad" for joint in found.joints]
@@ -32,11 +40,10 @@ def simulation_content(found: SimulationComparison) -> Content:
     moved = "replays the measured torque" + (" with feedback" if found.feedback else "")
     text = (
         f"{found.windows} windows of {', '.join(found.logs)}. Each begins in the measured state "
-        f"and {moved}. The error is the RMS of simulated minus measured position, over the RMS of "
-        "the distance that the joints moved; ± is its standard deviation over the windows.",
+        f"and {moved}. {PLAYBACK}",
     )
     sections = (
-        Section("Position error over the horizon", text, Table(header, rows), told=()),
+        Section("Position error over the horizon", text, table, told=()),
         Section(
             f"Position error by joint after {last:g} s", (),
             Table(("joint", *(f.file for f in found.files)), by_joint), told=(),

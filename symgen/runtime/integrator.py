@@ -14,21 +14,45 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import RK45
 
 from symgen.data.raw import FloatArray
 from symgen.distributed import silent
 from symgen.errors import ParameterError
-from symgen.experiment.plant import SLACK, Plant
-from symgen.experiment.recording import Law
+from symgen.runtime.plant import SLACK, Plant
 
+#: Torques (runs, n) as a function of times (runs,) and states q, qd (runs, n).
+Law = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-#: Nodes (7,); weights of the stages (i, 1, 1); those of the error (7, 1, 1).
-_C = np.append(RK45.C, 1.0)
-_A = [RK45.A[i, :i, None, None] for i in range(1, 6)] + [RK45.B[:, None, None]]
-_E = RK45.E[:, None, None]
+#: Dormand and Prince (1980), as SciPy has it, which takes half a second to import: nodes (7,),
+#: weights of the stages (i, 1, 1), of the error (7, 1, 1), and of Shampine's interpolant (7, 4).
+_C = np.array([0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1])
+_A = [
+    np.array(row)[:, None, None]
+    for row in (
+        [1 / 5],
+        [3 / 40, 9 / 40],
+        [44 / 45, -56 / 15, 32 / 9],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+    )
+]
+_E = np.array([-71 / 57600, 0, 71 / 16695, -71 / 1920, 17253 / 339200, -22 / 525, 1 / 40])[
+    :, None, None
+]
+_P = np.array(
+    [
+        [1, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
+        [0, 0, 0, 0],
+        [0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
+        [0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
+        [0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
+        [0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
+        [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
+    ]
+)
 #: Speed at which a friction that slows down has come to rest, rad/s or m/s.
 _STOPPED = 1e-8
 #: Below this step, s, what remains of a search for an event is rounding; as an accuracy it is
@@ -63,6 +87,7 @@ class _State:
     slope: FloatArray  # (runs, 2 n) of x, where known
     force: FloatArray  # (runs, m) of the frictions, where known
     known: Mask  # (runs,) whether mode, slope and force are those at x
+    clock: FloatArray  # (runs,) the law's time of a run at the stamp 0, s
 
 
 def integrate(
@@ -75,6 +100,7 @@ def integrate(
     held: Callable[[int, FloatArray, FloatArray], FloatArray] | None = None,
     unseen: FloatArray | None = None,
     smooth: bool = False,
+    clock: FloatArray | None = None,
     tolerance: float = 1e-9,
     progress: Callable[[int], None] = silent,
 ) -> Motion:
@@ -90,6 +116,7 @@ def integrate(
             a function of k and of all true q and qd (runs, N, n) up to it.
         unseen: additional torques (runs, N, n), held from stamp to stamp.
         smooth: whether the law is smooth at stamps; a step can then span several.
+        clock: (runs,) time at which the law is asked, minus the stamp, s; 0 by default.
         tolerance: largest error of a step, absolute in rad, m, rad/s, m/s, and relative.
         progress: called with the stamp that is reached.
 
@@ -105,7 +132,8 @@ def integrate(
     mode = np.where(np.abs(v) > _STOPPED, np.sign(v), 0.0)
     x = np.concatenate([q, plant.stopped(qd, mode)], axis=1)
     step, known = np.full(runs, t[1] - t[0]), np.zeros(runs, dtype=bool)
-    state = _State(x, mode, step, np.zeros_like(x), np.zeros_like(mode), known)
+    clock = np.zeros(runs) if clock is None else clock
+    state = _State(x, mode, step, np.zeros_like(x), np.zeros_like(mode), known, clock)
     stride = _STRIDE if smooth and held is None and unseen is None else 1
     shown = 1 + len(t) // 200 // stride
     constant = np.zeros((runs, n))
@@ -125,7 +153,7 @@ def integrate(
         return out
     for run in range(runs):
         for part in (slice(at, at + _BLOCK) for at in range(0, len(t), _BLOCK)):
-            out.tau[run, part] = law(t[part], out.q[run, part], out.qd[run, part])
+            out.tau[run, part] = law(t[part] + clock[run], out.q[run, part], out.qd[run, part])
     return out
 
 
@@ -178,7 +206,7 @@ def _advance(
         run, stamp = np.nonzero((begin[:, None] < since) & (since <= end) & found[:, None])
         if len(run):  # Shampine's interpolant of order 4 (1986)
             powers = ((since[stamp] - begin[run]) / h[run]) ** np.arange(1, 5)[:, None]
-            weights = (RK45.P[:, :, None] * powers).sum(axis=1)[:, :, None]
+            weights = (_P[:, :, None] * powers).sum(axis=1)[:, :, None]
             at = x[run] + h[run, None] * np.add.reduce(weights * trial.slopes[:, run], axis=0)
             at[:, n:] = plant.stopped(at[:, n:], state.mode[rows[run]])
             passed[rows[run], stamp] = at
@@ -228,7 +256,7 @@ def _step(
 
     def torque(at: FloatArray, x: FloatArray, rows: Rows) -> FloatArray:
         tau = added[rows]
-        return tau if law is None else tau + law(at, x[:, :n], x[:, n:])
+        return tau if law is None else tau + law(at + state.clock[rows], x[:, :n], x[:, n:])
 
     try:
         new = ~state.known[rows]

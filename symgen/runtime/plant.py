@@ -17,6 +17,7 @@ tanh(qd/width) in the kernels, and no mode.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -30,7 +31,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Sizes of batches that have buffers of their own.
-_SIZES = 16
+_SIZES = 64
 
 
 class Repeated:
@@ -62,9 +63,43 @@ class Repeated:
         return bound.out.copy()
 
 
-Mask = NDArray[np.bool_]
+class _Inverse:
+    """Mass matrix, bias torque and forward dynamics from inverse dynamics alone.
 
-KERNELS = ("forward_dynamics", "mass_matrix", "bias_torque", "inverse_dynamics", "friction_torque")
+        h = ID(q, qd, 0),    M e_j = ID(q, 0, e_j) - ID(q, 0, 0),    M qdd = tau - h
+
+    A robot whose other kernels are not compiled is so simulated without a compiler's run.
+    """
+
+    def __init__(self, evaluator: Evaluator, X: FloatArray) -> None:
+        self._torque = Repeated(evaluator, "inverse_dynamics", X)
+
+    def bias(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        return np.asarray(self._torque(q, qd, np.zeros_like(q)))
+
+    def mass(self, q: FloatArray) -> FloatArray:
+        runs, n = q.shape
+        still, at = np.zeros(((n + 1) * runs, n)), np.tile(q, (n + 1, 1))
+        unit = np.repeat(np.eye(n + 1, n, -1), runs, axis=0)
+        columns = self._torque(at, still, unit).reshape(n + 1, runs, n)
+        M = (columns[1:] - columns[0]).transpose(1, 2, 0)
+        return np.asarray((M + M.transpose(0, 2, 1)) / 2)
+
+    def forward(self, q: FloatArray, qd: FloatArray, tau: FloatArray) -> FloatArray:
+        force = np.broadcast_to(tau, q.shape) - self.bias(q, qd)
+        try:
+            L = np.linalg.cholesky(self.mass(q))
+        except np.linalg.LinAlgError as error:
+            raise ParameterError("the mass matrix is not positive definite") from error
+        half = np.linalg.solve(L, force[:, :, None])
+        return np.asarray(np.linalg.solve(L.transpose(0, 2, 1), half)[:, :, 0])
+
+
+Mask = NDArray[np.bool_]
+#: A kernel of the plant's own parameters: arrays (runs, n) to (runs, ...).
+Kernel = Callable[..., FloatArray]
+
+KERNELS = ("forward_dynamics", "mass_matrix", "bias_torque", "inverse_dynamics")
 #: The speed at which an effect with sign(qd) is evaluated where its joint begins to slide.
 _BARELY = 1e-12
 #: Compliance, relative to the mass, that shares a load among frictions that hold one motion twice.
@@ -96,9 +131,9 @@ class Plant:
     joint: NDArray[np.intp]
     shown: Mask
     shared: bool
-    forward: Repeated
-    mass: Repeated
-    bias: Repeated
+    forward: Kernel
+    mass: Kernel
+    bias: Kernel
 
     def speed(self, qd: FloatArray) -> FloatArray:
         """Return v = A qd, (runs, m)."""
@@ -111,16 +146,11 @@ class Plant:
         low, high = (np.tile(sign * self.force, (len(q), 1)) for sign in (-1.0, 1.0))
         for i in np.flatnonzero(self.shown):
             j = self.joint[i]
-            still = self._friction(q, _with(qd, j, 0.0))[:, j]
-            low[:, i] += self._friction(q, _with(qd, j, -_BARELY))[:, j] - still
-            high[:, i] += self._friction(q, _with(qd, j, _BARELY))[:, j] - still
+            still = self.bias(q, _with(qd, j, 0.0))[:, j]
+            low[:, i] += self.bias(q, _with(qd, j, -_BARELY))[:, j] - still
+            high[:, i] += self.bias(q, _with(qd, j, _BARELY))[:, j] - still
         middle = (low + high) / 2  # friction that drives has no hold
         return np.minimum(low, middle), np.maximum(high, middle)
-
-    def _friction(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        columns = self.evaluator["friction_torque"](q, qd)
-        base = self.evaluator.model.base
-        return np.asarray((columns * self.X[base.inertial : base.linear]).sum(-1))
 
     def accelerate(
         self, q: FloatArray, qd: FloatArray, tau: FloatArray, mode: FloatArray
@@ -142,11 +172,14 @@ class Plant:
         applied = tau - np.einsum("rm,mj->rj", f, self.A)
         if self.shown.any():
             qd = self._seen(qd, mode)
-        qdd = self.forward(q, qd, applied)
-        if not mode.all():
-            rows = np.flatnonzero((mode == 0).any(axis=1))
-            qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
-            f[rows] += held
+        if mode.all():
+            return self.forward(q, qd, applied), f
+        qdd, sticks = np.empty_like(q), ~mode.all(axis=1)
+        rows, others = np.flatnonzero(sticks), np.flatnonzero(~sticks)
+        qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
+        f[rows] += held
+        if len(others):
+            qdd[others] = self.forward(q[others], qd[others], applied[others])
         return qdd, f
 
     def _seen(self, qd: FloatArray, mode: FloatArray) -> FloatArray:
@@ -240,7 +273,7 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
     """Make a plant of a model and its parameters.
 
     Args:
-        evaluator: model with the kernels of KERNELS.
+        evaluator: model with the kernels of KERNELS, or with inverse_dynamics alone.
         X: base parameters (p,).
 
     Raises:
@@ -282,6 +315,12 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
         )
     rows_of, forces, joints, jumps = zip(*kept, strict=True) if kept else ((),) * 4
     A = np.array(rows_of).reshape(len(kept), robot.n)
+    terms: tuple[Kernel, ...]
+    if all(map(evaluator.has, KERNELS)):
+        terms = tuple(Repeated(evaluator, name, rest) for name in KERNELS[:3])
+    else:
+        inverse = _Inverse(evaluator, rest)
+        terms = inverse.forward, inverse.mass, inverse.bias
     return Plant(
         evaluator,
         rest,
@@ -290,7 +329,7 @@ def plant(evaluator: Evaluator, X: FloatArray) -> Plant:
         np.array([k for k in joints if k >= 0], dtype=np.intp),
         np.array(jumps, dtype=bool),
         bool(kept) and bool(np.linalg.matrix_rank(A) < len(A)),
-        *(Repeated(evaluator, name, rest) for name in KERNELS[:3]),
+        *terms,
     )
 
 

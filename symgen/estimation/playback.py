@@ -1,0 +1,271 @@
+"""Playback: windows of a log, simulated from measured states under the measured torques.
+
+    M(q) qdd + h(q, qd) + A' f = tau_m(t) + kp (q_m - q) + kd (qd_m - qd)
+
+A window begins in the measured state. Without gains, the measured torque alone moves the robot.
+Torques are sampled 16 times a period of the highest frequency of the motion, with cubics between.
+The position is compared with the measured one after 0.2, 0.5 and 1 s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from symgen.data.mask import spans
+from symgen.data.signals import can_filter, lowpass
+from symgen.errors import ParameterError
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
+from symgen.files import load_toml
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.integrator import Law, integrate
+from symgen.runtime.plant import Plant, plant
+
+#: After which a position is compared, s.
+HORIZONS = (0.2, 0.5, 1.0)
+#: A position error above this multiple of the joint's range of motion counts as having run away,
+#: and as this much.
+_AWAY = 10.0
+#: Of a step of the integrator: far below any error of a position that a log can show.
+_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """Position error of a simulated robot some time after the measured state.
+
+    Attributes:
+        seconds: after the start of a window.
+        position_error: RMS over windows and joints of simulated minus measured position, over the
+            RMS of the distance that the joints moved. An error counts as ten times the range of
+            motion of its joint at most.
+        spread: standard deviation of that over the windows.
+        per_joint: (n,) RMS over windows, rad or m.
+    """
+
+    seconds: float
+    position_error: float
+    spread: float
+    per_joint: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A part of a log that is simulated.
+
+    Attributes:
+        log: which.
+        start: its first sample.
+        seconds: its length.
+    """
+
+    log: FilteredLog
+    start: int
+    seconds: float
+
+    @property
+    def rows(self) -> slice:
+        """Samples of the window."""
+        return slice(self.start, self.start + round(self.seconds / self.log.step) + 1)
+
+
+#: kp and kd of the feedback to the measured motion, (n,) each.
+Gains = tuple[FloatArray, FloatArray]
+
+
+class Mover(Protocol):
+    """What moves a robot from states, under a law of the torque."""
+
+    def moved(
+        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
+    ) -> FloatArray:
+        """Return the positions (runs, K, n); NaN from where a run diverges.
+
+        Args:
+            q, qd: (runs, n) states at t[0].
+            law: torques (runs, n) as a function of times (runs,) and states.
+            clock: (runs,) what the law's time is ahead of t, s.
+            t: (K,) s.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class PlantMover:
+    """symgen's own model as a mover.
+
+    Attributes:
+        plant: the robot with its parameters.
+    """
+
+    plant: Plant
+
+    @classmethod
+    def of(cls, evaluator: Evaluator, X: FloatArray) -> PlantMover:
+        """Return the mover of a model with parameters X (p,).
+
+        Raises:
+            ParameterError: they do not determine a motion.
+        """
+        return cls(plant(evaluator, X))
+
+    def moved(
+        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
+    ) -> FloatArray:
+        """See `Mover`."""
+        try:
+            motion = integrate(
+                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=_TOLERANCE
+            )
+            return motion.q
+        except ParameterError:  # of one run, which the message names in words alone
+            if len(q) == 1:
+                return np.concatenate([q[:, None], np.full((1, len(t) - 1, q.shape[1]), np.nan)], 1)
+            half = len(q) // 2
+            parts = (slice(half), slice(half, None))
+            return np.concatenate([self.moved(q[p], qd[p], law, clock[p], t) for p in parts])
+
+
+def read_gains(path: str | Path, robot: Robot) -> Gains:
+    """Return the feedback gains kp and kd of a TOML file, (n,) each.
+
+    Raises:
+        ParameterError: the file has no [controller] with kp and kd, or they are not the robot's.
+    """
+    accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
+    try:
+        table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
+        kp, kd = (np.array(table[key], dtype=float) for key in ("kp", "kd"))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
+    for gain in (kp, kd):
+        if gain.shape != (robot.n,) or not (np.isfinite(gain) & (gain >= 0)).all():
+            raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
+    return kp, kd
+
+
+def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
+    """Return windows of the longest horizon that fits, evenly over each log, clear of its mask.
+
+    Args:
+        logs: in the band of the run.
+        most: windows of each log, at most.
+    """
+    for seconds in reversed(HORIZONS):
+        out = [Window(log, k, seconds) for log in logs for k in _starts(log, seconds, most)]
+        if out:
+            return out
+    return []
+
+
+def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
+    rows = round(seconds / log.step)
+    whole = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
+    if not whole:
+        return []
+    every = np.concatenate([np.arange(a, b - rows) for a, b in whole])
+    count = min(most, max(1, len(every) // rows))
+    return [int(k) for k in every[np.linspace(0, len(every) - 1, count).astype(int)]]
+
+
+def play(
+    mover: Mover,
+    windows: Sequence[Window],
+    t: FloatArray,
+    gains: Gains | None = None,
+) -> FloatArray:
+    """Simulate windows; return the positions (windows, K, n), NaN where one diverges.
+
+    Args:
+        mover: the robot.
+        windows: of one length, those of a log together.
+        t: (K,) times after the start of each window, s; the first is 0.
+        gains: kp and kd, (n,) each, of the feedback to the measured motion.
+    """
+    out = []
+    for log in dict.fromkeys(w.log for w in windows):
+        starts = np.array([w.start for w in windows if w.log is log])
+        law = torque_law(log, gains)
+        out.append(mover.moved(log.q[starts], log.qd[starts], law, log.t[starts], t))
+    return np.concatenate(out)
+
+
+def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
+    """Return a signal (N, c) of a log at its nodes, (K, c), below a quarter of their rate.
+
+    Steps of the torque where a joint reverses are above the cutoff of the motion.
+    """
+    cutoff = 0.25 / (log.stride * log.step)
+    if log.stride > 1 and can_filter(cutoff, log.step):
+        x = lowpass(x, log.step, cutoff)
+    return x[:: log.stride]
+
+
+def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
+    """Return the torque of a log as a law, with gains towards its measured motion."""
+    n, tau = log.q.shape[1], at_nodes(log, log.tau)
+    if gains is None:
+        torque = _between(log, tau)
+        return lambda t, q, qd: torque(t)  # noqa: ARG005
+    kp, kd = gains
+    measured = _between(log, np.concatenate([tau, *log.nodes(log.stride)], axis=1))
+
+    def law(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+        at = measured(t)
+        return np.asarray(at[:, :n] + kp * (at[:, n : 2 * n] - q) + kd * (at[:, 2 * n :] - qd))
+
+    return law
+
+
+def _between(log: FilteredLog, x: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return x (N, c) at the nodes of a log as a function of time, by cubics of Catmull and Rom.
+
+    SciPy's splines take longer to import than all windows to simulate.
+    """
+    slope, last = np.gradient(x, axis=0), len(x) - 1
+    first, step = log.t[0], log.step * log.stride
+
+    def at(t: FloatArray) -> FloatArray:
+        u = np.clip((t - first) / step, 0, last)
+        k = np.minimum(u.astype(int), last - 1)
+        s, a, rise = (u - k)[:, None], slope[k], x[k + 1] - x[k]
+        bend = a + slope[k + 1] - 2 * rise
+        return np.asarray(x[k] + s * (a + s * (rise - a - bend + s * bend)))
+
+    return at
+
+
+def position_errors(
+    windows: Sequence[Window], t: FloatArray, moved: FloatArray
+) -> tuple[tuple[Horizon, ...], int]:
+    """Return the errors over all windows by horizon, and the number of windows that diverged.
+
+    Args:
+        windows: as given to `play`.
+        t: (K,) s.
+        moved: (windows, K, n) simulated positions.
+    """
+    ranges = np.ptp(
+        np.concatenate([log.q for log in dict.fromkeys(w.log for w in windows)]), axis=0
+    )
+    far = _AWAY * np.maximum(ranges, 1e-9)
+    out, diverged = [], 0
+    for seconds in HORIZONS:
+        if seconds > windows[0].seconds:
+            break
+        at = int(np.argmin(np.abs(t - seconds)))
+        measured = np.array([w.log.q[w.start + round(seconds / w.log.step)] for w in windows])
+        way = measured - np.array([w.log.q[w.start] for w in windows])
+        e = np.nan_to_num(moved[:, at] - measured, nan=np.inf)
+        diverged = max(diverged, int((np.abs(e) > far).any(axis=1).sum()))
+        e = np.clip(e, -far, far)
+        size = float(np.sqrt(np.mean(way**2))) or 1.0
+        each = np.sqrt(np.mean(e**2, axis=1)) / size
+        per_joint = tuple(float(x) for x in np.sqrt(np.mean(e**2, axis=0)))
+        out.append(Horizon(seconds, float(np.sqrt(np.mean(each**2))), float(each.std()), per_joint))
+    return tuple(out), diverged

@@ -1,0 +1,114 @@
+"""Held-out motion is simulated: position errors in `uses.simulation` beside an own integration."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles import planar2r
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+import symgen
+
+L1, X, FV = 0.5, np.array([3.7, 0.8, 1.2, 0.3]), np.array([2.0, 0.5])
+ROBOT = planar2r.robot_toml("arm", 'friction = ["viscous"]\nrotor_inertia = false')
+#: 1.2 s: room for one window of 1 s, which begins at the first sample.
+HELD = 240
+
+
+def motion(seed: int, X: np.ndarray = X) -> tuple[np.ndarray, ...]:
+    t, q, qd, qdd = planar2r.harmonic_motion(np.random.default_rng(seed), seed)
+    rows = zip(q, qd, qdd, strict=True)
+    tau = np.array([planar2r.inverse_dynamics(*row, X, L1) for row in rows]) + FV * qd
+    return t, q, qd, tau
+
+
+def simulated(
+    rows: tuple[np.ndarray, ...], X: np.ndarray, FV: np.ndarray, kp: np.ndarray, kd: np.ndarray
+) -> np.ndarray:
+    """Positions after 0.2, 0.5 and 1 s under the torques of a log, from its first state."""
+    t, q, qd, tau = rows
+    measured = CubicSpline(t, np.concatenate([tau, q, qd], axis=1))
+    zero = np.zeros(2)
+
+    def slope(at: float, x: np.ndarray) -> np.ndarray:
+        m = measured(at)
+        force = m[:2] + kp * (m[2:4] - x[:2]) + kd * (m[4:] - x[2:]) - FV * x[2:]
+        bias = planar2r.inverse_dynamics(x[:2], x[2:], zero, X, L1)
+        still = [planar2r.inverse_dynamics(x[:2], zero, e, X, L1) for e in np.eye(2)]
+        return np.concatenate([x[2:], np.linalg.solve(np.array(still).T, force - bias)])
+
+    start = np.concatenate([q[0], qd[0]])
+    moved = solve_ivp(slope, (0, 1), start, t_eval=[0.2, 0.5, 1.0], rtol=1e-9, atol=1e-9)
+    return moved.y[:2].T
+
+
+def relative(rows: tuple[np.ndarray, ...], moved: np.ndarray) -> list[float]:
+    at = rows[1][[40, 100, 200]]
+    way = np.sqrt(np.mean((at - rows[1][0]) ** 2, axis=1))
+    return list(np.sqrt(np.mean((moved - at) ** 2, axis=1)) / way)
+
+
+def write(path: Path, rows: tuple[np.ndarray, ...]) -> Path:
+    np.savetxt(path, np.column_stack(rows), delimiter=",", comments="",
+               header="t,q1,q2,qd1,qd2,tau1,tau2")  # fmt: skip
+    return path
+
+
+def test_identify_simulates_held_out_motion_before_and_after(tmp_path, command) -> None:
+    # The held-out log is of a robot with a heavier link, so that both models are wrong on it.
+    held = tuple(x[:HELD] for x in motion(4, X * [1.1, 1.2, 1.2, 1.2]))
+    train, test = write(tmp_path / "train.csv", motion(3)), write(tmp_path / "test.csv", held)
+    robot, gains = tmp_path / "robot.toml", tmp_path / "gains.toml"
+    robot.write_text(ROBOT)
+    own = np.array([3.0, 0.7, 1.0, 0.3])
+    values = "".join(f"{n} = {v}\n" for n, v in zip(planar2r.NAMES, own, strict=True))
+    (tmp_path / "arm_parameters.toml").write_text("[parameters]\n" + values)
+    gains.write_text("[controller]\nkp = [40.0, 10.0]\nkd = [8.0, 2.0]\n")
+    code, printed, err = command("identify", robot, train, "--validation", test, "--cutoff", "40",
+                                 "--controller", gains, "--into", tmp_path / "out")  # fmt: skip
+    assert code in (0, 1), err
+    use = json.loads((tmp_path / "out" / "estimate.json").read_text())["uses"]["simulation"]
+    assert use["windows"] == 1
+    assert use["diverged"] == 0
+    zero = np.zeros(2)
+    expected = {
+        "horizons": simulated(held, X, FV, zero, zero),
+        "before": simulated(held, own, zero, zero, zero),
+        "with_feedback": simulated(held, X, FV, np.array([40.0, 10.0]), np.array([8.0, 2.0])),
+    }
+    for key, moved in expected.items():
+        assert [h["seconds"] for h in use[key]] == [0.2, 0.5, 1.0]
+        errors = [h["position_error"] for h in use[key]]
+        assert errors == pytest.approx(relative(held, moved), rel=0.03), key
+    assert use["with_feedback"][-1]["position_error"] < 0.5 * use["horizons"][-1]["position_error"]
+    assert "with the values of the file" in printed
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Position error in simulation" in page
+
+
+def test_a_model_worse_than_standing_still_is_not_good_for_simulation() -> None:
+    t, q, qd, tau = motion(3)
+    # Torques at the end are those of another robot.
+    tau = np.where((np.arange(len(t)) < 0.8 * len(t))[:, None], tau, -4 * tau)
+    found = symgen.identify(
+        symgen.parse_robot(ROBOT, "robot"), symgen.make_log("log", t, q, tau, qd)
+    )
+    use = found.uses[2]
+    assert use.horizons[0].position_error > 1
+    assert not use.ok
+    assert "after 0.2 s" in found.headline
+
+
+def test_a_robot_without_values_has_none_before() -> None:
+    t, q, qd, tau = motion(3)
+    found = symgen.identify(
+        symgen.parse_robot(ROBOT, "robot"), symgen.make_log("log", t, q, tau, qd)
+    )
+    use = found.uses[2]
+    assert use.ok
+    assert use.before == ()
+    assert use.horizons[-1].position_error < 1e-3
