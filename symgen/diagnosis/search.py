@@ -287,9 +287,9 @@ class Search:
             )
         out = []
         for same in alike.values():
-            own, columns = zip(*same, strict=True)
+            own, torques = [c for c, _ in same], [c for _, c in same]
             sizes = np.array([self._expected(*x) for x in same])
-            out.append(_Group(own, columns, stage.score.folded(columns), sizes))
+            out.append(_Group(own, torques, stage.score.folded(torques), sizes))
         return out
 
     def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
