@@ -53,6 +53,8 @@ _LINE = 100  # line length of a header
 _SINCOS = "math.h"
 #: The C runtime: least squares, and the online identifier.
 _RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
+#: Limits of [limits] that C has as constants.
+_LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: Steps of the search for possible parameters.
 _STEPS = {"double": 40, "float": 25}
 #: Parameters that are above zero in every robot, beside those of links.
@@ -356,6 +358,9 @@ class _Writer:
         sources = [path for path in out if path.endswith(".c")]
         if frames := self.frames():
             out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
+        limits = {key: getattr(self.model.robot.limits, key, None) for key in _LIMITS}
+        if any(value is not None for value in limits.values()):
+            out[f"{self.name}_limits.h"] = self.render("limits.h", limits=limits)
         if self.values is not None:
             base, robot = self.model.base, self.model.robot
             out[f"{self.name}_values.h"] = values_header(

@@ -96,7 +96,7 @@ def read_values(path: str | Path, model: Model) -> Values:
     """
     named = read_named(Path(path), model)
     X = base_values({name: value for name, (value, _) in named.items()}, model, str(path))
-    return named_values(X, named, model.base, f"From {Path(path).name}.")
+    return named_values(X.tolist(), named, model.base, f"From {Path(path).name}.")
 
 
 def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:

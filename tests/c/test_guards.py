@@ -271,3 +271,24 @@ def test_find_package_knows_the_version(tmp_path) -> None:
         ]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert (done.returncode == 0) == found, done.stderr
+
+
+@needs_cc
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_limits_of_the_robot_file_are_constants(dtype, tmp_path) -> None:
+    limits = "\n[limits]\nposition = [[-1.5, 2.25], [-0.5, 0.125]]\ntorque = [30.0, 7.5]\n"
+    model = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5) + limits), ("friction",))
+    folder = tmp_path / "plane"
+    symgen.write_package(symgen.generate(model, target="c", dtype=dtype, prefix="plane"), folder)
+    (tmp_path / "main.c").write_text(
+        '#include "plane_limits.h"\n#include <stdio.h>\nint main(void) {\n'
+        'for (int j = 0; j < plane_JOINTS; j++) printf("%g %g %g ", '
+        "(double)plane_POSITION_LIMITS[j][0], (double)plane_POSITION_LIMITS[j][1], "
+        "(double)plane_TORQUE_LIMITS[j]);\nreturn 0; }\n"
+    )
+    run(["gcc", *STRICT, f"-I{folder}", "main.c", "-o", "main"], tmp_path)
+    assert run([tmp_path / "main"], tmp_path).split() == "-1.5 2.25 30 -0.5 0.125 7.5".split()
+    text = (folder / "plane_limits.h").read_text()
+    assert "VELOCITY" not in text
+    free = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), ("friction",))
+    assert "plane_limits.h" not in symgen.generate(free, target="c", prefix="plane").files
