@@ -914,6 +914,205 @@ def link_drift():
     )
 
 
+def operational_space():
+    """Return the function: operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1
+    of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the
+    part (I - J' J#') tau of a torque that does not accelerate these rows."""
+    q = ca.SX.sym("q", 2)
+    link = ca.SX.sym("link", 1)
+    point = ca.SX.sym("point", 3)
+    select = ca.SX.sym("select", 6)
+    tau = ca.SX.sym("tau", 2)
+    X = ca.SX.sym("X", 4)
+    X_at1 = link == 1
+    X_at2 = link == 2
+    L1 = 0.5
+    C1 = ca.cos(q[0])
+    S1 = ca.sin(q[0])
+    C2 = ca.cos(q[1])
+    S2 = ca.sin(q[1])
+    pd2_1 = L1 * C1
+    pd2_2 = L1 * S1
+    R1e2_1 = C1 * C2 - S1 * S2
+    R1e2_2 = C1 * S2 + S1 * C2
+    R0c1 = X_at1 * C1 + X_at2 * R1e2_1
+    R0c2 = X_at1 * S1 + X_at2 * R1e2_2
+    R2c3 = X_at1 + X_at2
+    R3c1 = X_at2 * pd2_1
+    R3c2 = X_at2 * pd2_2
+    t1 = point[0] * R0c1 + R3c1 - point[1] * R0c2
+    t2 = point[0] * R0c2 + point[1] * R0c1 + R3c2
+    v1_1 = -R2c3 * t2
+    v1_2 = R2c3 * t1
+    r2_1 = t1 - pd2_1
+    r2_2 = t2 - pd2_2
+    v2_1 = -X_at2 * r2_2
+    v2_2 = X_at2 * r2_1
+    m2_1e2 = X[2] * C2 - X[3] * S2
+    xd2_2 = 2.0 * L1 * m2_1e2
+    J33d2_2 = X[1] + xd2_2
+    J33s1_2 = X[0] + J33d2_2
+    Nbm23d2 = X[1] + L1 * m2_1e2
+    d2 = 1.0 / X[1]
+    l2_1 = Nbm23d2 * d2
+    m2_1_1 = J33s1_2 - Nbm23d2 * l2_1
+    iD0 = 1.0 / m2_1_1
+    y0_0 = v1_1 - v2_1 * l2_1
+    y1_0 = v1_2 - v2_2 * l2_1
+    y5_0 = R2c3 - X_at2 * l2_1
+    z0_0 = iD0 * y0_0
+    z0_1 = v2_1 * d2
+    z1_0 = iD0 * y1_0
+    z1_1 = v2_2 * d2
+    z5_0 = iD0 * y5_0
+    z5_1 = X_at2 * d2
+    w0_1 = z0_1 - l2_1 * z0_0
+    w1_1 = z1_1 - l2_1 * z1_0
+    w5_1 = z5_1 - l2_1 * z5_0
+    m00 = v2_1 * z0_1 + y0_0 * z0_0
+    S00 = select[0] * select[0]
+    o0 = 1.0 - select[0]
+    A00 = m00 * S00 + o0 * o0
+    m01 = v2_1 * z1_1 + y0_0 * z1_0
+    S01 = select[0] * select[1]
+    A01 = m01 * S01
+    m05 = v2_1 * z5_1 + y0_0 * z5_0
+    S05 = select[0] * select[5]
+    A05 = m05 * S05
+    m11 = v2_2 * z1_1 + y1_0 * z1_0
+    S11 = select[1] * select[1]
+    o1 = 1.0 - select[1]
+    A11 = m11 * S11 + o1 * o1
+    m15 = v2_2 * z5_1 + y1_0 * z5_0
+    S15 = select[1] * select[5]
+    A15 = m15 * S15
+    o2 = 1.0 - select[2]
+    A22 = o2 * o2
+    o3 = 1.0 - select[3]
+    A33 = o3 * o3
+    o4 = 1.0 - select[4]
+    A44 = o4 * o4
+    m55 = X_at2 * z5_1 + y5_0 * z5_0
+    S55 = select[5] * select[5]
+    o5 = 1.0 - select[5]
+    A55 = m55 * S55 + o5 * o5
+    ip5 = 1.0 / A55
+    u05 = A05 * ip5
+    u15 = A15 * ip5
+    ip4 = 1.0 / A44
+    ip3 = 1.0 / A33
+    ip2 = 1.0 / A22
+    h15 = A55 * u15
+    p1 = A11 - u15 * h15
+    ip1 = 1.0 / p1
+    v01 = A01 - u05 * h15
+    u01 = ip1 * v01
+    h01 = p1 * u01
+    h05 = A55 * u05
+    p0 = A00 - u05 * h05 - u01 * h01
+    ip0 = 1.0 / p0
+    r0_1 = -u01 * ip0
+    r0_5 = -u05 * ip0 - u15 * r0_1
+    r1_1 = ip1 - u01 * r0_1
+    r1_5 = -u05 * r0_1 - u15 * r1_1
+    s5_0 = u15 * u01 - u05
+    t5_0 = ip0 * s5_0
+    t5_1 = -u15 * ip1
+    r5_1 = t5_1 - u01 * t5_0
+    r5_5 = ip5 - u05 * t5_0 - u15 * r5_1
+    l00 = select[0] * ip0
+    La00 = select[0] * l00
+    l01 = select[1] * r0_1
+    La01 = select[0] * l01
+    l05 = select[5] * r0_5
+    La05 = select[0] * l05
+    l10 = select[0] * r0_1
+    La10 = select[1] * l10
+    l11 = select[1] * r1_1
+    La11 = select[1] * l11
+    l15 = select[5] * r1_5
+    La15 = select[1] * l15
+    l22 = select[2] * ip2
+    La22 = select[2] * l22
+    l33 = select[3] * ip3
+    La33 = select[3] * l33
+    l44 = select[4] * ip4
+    La44 = select[4] * l44
+    l50 = select[0] * t5_0
+    La50 = select[5] * l50
+    l51 = select[1] * r5_1
+    La51 = select[5] * l51
+    l55 = select[5] * r5_5
+    La55 = select[5] * l55
+    c0_0 = z0_0 * La00 + z1_0 * La10 + z5_0 * La50
+    c0_1 = z0_0 * La01 + z1_0 * La11 + z5_0 * La51
+    c0_5 = z0_0 * La05 + z1_0 * La15 + z5_0 * La55
+    c1_0 = w0_1 * La00 + w1_1 * La10 + w5_1 * La50
+    c1_1 = w0_1 * La01 + w1_1 * La11 + w5_1 * La51
+    c1_5 = w0_1 * La05 + w1_1 * La15 + w5_1 * La55
+    f0 = tau[0] * c0_0 + tau[1] * c1_0
+    f1 = tau[0] * c0_1 + tau[1] * c1_1
+    f5 = tau[0] * c0_5 + tau[1] * c1_5
+    N0 = tau[0] - R2c3 * f5 - v1_1 * f0 - v1_2 * f1
+    N1 = tau[1] - X_at2 * f5 - v2_1 * f0 - v2_2 * f1
+    Lambda_out = ca.vertcat(
+        La00, La01, 0.0, 0.0, 0.0, La05, La10, La11, 0.0, 0.0, 0.0, La15, 0.0, 0.0, La22, 0.0,
+        0.0, 0.0, 0.0, 0.0, 0.0, La33, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, La44, 0.0, La50, La51, 0.0,
+        0.0, 0.0, La55
+    )
+    Lambda_out = ca.reshape(Lambda_out, 6, 6).T
+    inverse_out = ca.vertcat(
+        c0_0, c0_1, 0.0, 0.0, 0.0, c0_5, c1_0, c1_1, 0.0, 0.0, 0.0, c1_5
+    )
+    inverse_out = ca.reshape(inverse_out, 6, 2).T
+    null_out = ca.vertcat(
+        N0, N1
+    )
+    valid = m2_1_1 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = X[1] > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = p0 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = p1 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = A22 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = A33 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = A44 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = A55 > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    valid = (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
+    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
+    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
+    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
+    return ca.Function(
+        "planar2r_casadi_operational_space",
+        [q, link, point, select, tau, X],
+        [Lambda_out, inverse_out, null_out],
+        ["q", "link", "point", "select", "tau", "X"],
+        ["Lambda_out", "inverse_out", "null_out"],
+    )
+
+
 def base_parameters():
     """Return the function: X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1,
     MZ1, M1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2."""
@@ -996,6 +1195,7 @@ FUNCTIONS = {
     "mass_matrix_factor": mass_matrix_factor,
     "link_jacobian": link_jacobian,
     "link_drift": link_drift,
+    "operational_space": operational_space,
     "base_parameters": base_parameters,
     "add_body": add_body,
 }
