@@ -28,7 +28,7 @@ from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
-from symgen.diagnosis.noise_of_positions import may_be_noise
+from symgen.diagnosis.noise_of_positions import shown_by_instruments
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.rests import beyond_friction
@@ -127,6 +127,35 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
     return out
 
 
+def _shown(
+    baseline: Baseline, selection: Selection
+) -> tuple[Selection, frozenset[tuple[str, tuple[int, ...]]]]:
+    """Remove the effects that noise of q explains: their evidence is that of the instruments.
+
+    The least one goes first, because the others are then tested again.
+
+    Returns:
+        The selection, and names and joints of effects with biased coefficients.
+    """
+    while True:
+        every = selection.accepted
+        told = list(zip(every, shown_by_instruments(baseline, every), strict=True))
+        odds = [s.odds - max(0.0, s.evidence - x.evidence) for s, x in told]
+        if min(odds, default=1.0) > 0:
+            kept = (
+                replace(s, probability=min(s.probability, 1 / (1 + math.exp(-o))))
+                for s, o in zip(every, odds, strict=True)
+            )
+            biased = frozenset(s.candidate.key for s, x in told if x.biased)
+            return replace(selection, accepted=tuple(kept)), biased
+        lost, x = told[int(np.argmin(odds))]
+        fault = (
+            "noise of the positions explains it: the even samples do not show it in the odd ones "
+            f"(log-likelihood ratio {x.evidence:.2g})"
+        )
+        selection = _without(selection, [lost], fault)
+
+
 def conclude(
     baseline: Baseline,
     selection: Selection,
@@ -149,6 +178,7 @@ def conclude(
     """
     accepted, _ = _settled(baseline, selection.accepted)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
+    selection, biased = _shown(baseline, selection)
     suspected = [s for s in selection.accepted if not s.confirmed]
     while True:
         accepted, seen = _settled(baseline, [s for s in selection.accepted if s.confirmed])
@@ -177,9 +207,8 @@ def conclude(
         notes = (*notes, _REPEAT)
         lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
-    doubts = may_be_noise(baseline, (*accepted, *suspected))
-    pairs = zip(found, doubts, strict=True)
-    found = tuple(replace(e, note=NOISE) if doubt else e for e, doubt in pairs)
+    pairs = zip(found, (*accepted, *suspected), strict=True)
+    found = tuple(replace(e, note=NOISE) if s.candidate.key in biased else e for e, s in pairs)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
         was, now, noise = (100 * gap.total for gap in moving[:3])
@@ -516,7 +545,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
-        noise = noise_floor(log, log.tau - whole, after_torque, others)
+        # What friction leaves at rest is no noise: `at_rest` counts it.
+        noise = noise_floor(log, log.tau - whole, after_torque, others, free & ~held)
         extended_torque = partial(torque_at, model.evaluator, X)
         still = at_rest(log, held, measured - after, extended_torque)
         beyond[0] += beyond_friction(log, measured - before, declared_torque)
@@ -575,13 +605,13 @@ def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]
     out, first, weights = [], 0, estimated(system).moves
     known = features_of(system.logs, sigma)
     for log in system.logs:
-        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)[:, 0]
+        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            own = weight[:, None] * features[at]
+            own = weight[:, None] * features[at, j]
             out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")
