@@ -551,9 +551,10 @@ static void absorb(panda_identifier *s)
 static panda_real power(panda_real x, size_t exponent)
 {
     panda_real out = 1;
+    panda_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (panda_real)FLT_MIN ? out : (panda_real)FLT_MIN;
 }

@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 11, 22, 33, 44, 55, 66};
@@ -33,150 +35,155 @@ static const int BEGIN[panda_PARAMETERS + 1] = {
     84, 88, 89, 90, 91, 94, 95, 97, 98, 102, 104, 105, 106, 109, 111, 113, 114, 116, 117, 118,
     119, 120, 121, 122, 123, 124, 125, 126, 127, 128, 129, 130, 131, 132, 133, 134, 135, 136, 137
 };
-static const struct {
-    int place;
-    panda_real factor;
-} TERM[] = {
-    {5, (panda_real)1.0},
-    {10, (panda_real)1.0},
-    {14, (panda_real)1.0},
-    {11, (panda_real)1.0},
-    {14, (panda_real)-1.0},
-    {25, (panda_real)1.0},
-    {30, (panda_real)0.632},
-    {31, (panda_real)0.099856},
-    {42, (panda_real)0.10666225},
-    {53, (panda_real)0.10666225},
-    {64, (panda_real)0.10666225},
-    {75, (panda_real)0.10666225},
-    {12, (panda_real)1.0},
-    {13, (panda_real)1.0},
-    {15, (panda_real)1.0},
-    {16, (panda_real)1.0},
-    {21, (panda_real)1.0},
-    {25, (panda_real)1.0},
-    {30, (panda_real)0.632},
-    {31, (panda_real)0.099856},
-    {42, (panda_real)0.10666225},
-    {53, (panda_real)0.10666225},
-    {64, (panda_real)0.10666225},
-    {75, (panda_real)0.10666225},
-    {17, (panda_real)1.0},
-    {18, (panda_real)1.0},
-    {30, (panda_real)-1.0},
-    {31, (panda_real)-0.316},
-    {42, (panda_real)-0.316},
-    {53, (panda_real)-0.316},
-    {64, (panda_real)-0.316},
-    {75, (panda_real)-0.316},
-    {22, (panda_real)1.0},
-    {25, (panda_real)-1.0},
-    {36, (panda_real)1.0},
-    {42, (panda_real)-0.00680625},
-    {23, (panda_real)1.0},
-    {41, (panda_real)0.0825},
-    {24, (panda_real)1.0},
-    {26, (panda_real)1.0},
-    {27, (panda_real)1.0},
-    {36, (panda_real)1.0},
-    {42, (panda_real)0.00680625},
-    {53, (panda_real)0.0136125},
-    {64, (panda_real)0.0136125},
-    {75, (panda_real)0.0136125},
-    {28, (panda_real)1.0},
-    {42, (panda_real)0.0825},
-    {53, (panda_real)0.0825},
-    {64, (panda_real)0.0825},
-    {75, (panda_real)0.0825},
-    {29, (panda_real)1.0},
-    {41, (panda_real)-1.0},
-    {32, (panda_real)1.0},
-    {33, (panda_real)1.0},
-    {36, (panda_real)-1.0},
-    {47, (panda_real)1.0},
-    {52, (panda_real)0.768},
-    {53, (panda_real)0.14064975},
-    {64, (panda_real)0.14064975},
-    {75, (panda_real)0.14064975},
-    {34, (panda_real)1.0},
-    {52, (panda_real)0.0825},
-    {53, (panda_real)0.03168},
-    {64, (panda_real)0.03168},
-    {75, (panda_real)0.03168},
-    {35, (panda_real)1.0},
-    {37, (panda_real)1.0},
-    {38, (panda_real)1.0},
-    {47, (panda_real)1.0},
-    {52, (panda_real)0.768},
-    {53, (panda_real)0.15426225},
-    {64, (panda_real)0.15426225},
-    {75, (panda_real)0.15426225},
-    {39, (panda_real)1.0},
-    {53, (panda_real)-0.0825},
-    {64, (panda_real)-0.0825},
-    {75, (panda_real)-0.0825},
-    {40, (panda_real)1.0},
-    {52, (panda_real)1.0},
-    {53, (panda_real)0.384},
-    {64, (panda_real)0.384},
-    {75, (panda_real)0.384},
-    {43, (panda_real)1.0},
-    {44, (panda_real)1.0},
-    {47, (panda_real)-1.0},
-    {58, (panda_real)1.0},
-    {75, (panda_real)0.007744},
-    {45, (panda_real)1.0},
-    {46, (panda_real)1.0},
-    {48, (panda_real)1.0},
-    {49, (panda_real)1.0},
-    {58, (panda_real)1.0},
-    {75, (panda_real)0.007744},
-    {50, (panda_real)1.0},
-    {51, (panda_real)1.0},
-    {63, (panda_real)-1.0},
-    {54, (panda_real)1.0},
-    {55, (panda_real)1.0},
-    {58, (panda_real)-1.0},
-    {69, (panda_real)1.0},
-    {75, (panda_real)-0.007744},
-    {56, (panda_real)1.0},
-    {74, (panda_real)0.088},
-    {57, (panda_real)1.0},
-    {59, (panda_real)1.0},
-    {60, (panda_real)1.0},
-    {69, (panda_real)1.0},
-    {75, (panda_real)0.007744},
-    {61, (panda_real)1.0},
-    {75, (panda_real)0.088},
-    {62, (panda_real)1.0},
-    {74, (panda_real)-1.0},
-    {65, (panda_real)1.0},
-    {66, (panda_real)1.0},
-    {69, (panda_real)-1.0},
-    {67, (panda_real)1.0},
-    {68, (panda_real)1.0},
-    {70, (panda_real)1.0},
-    {71, (panda_real)1.0},
-    {72, (panda_real)1.0},
-    {73, (panda_real)1.0},
-    {76, (panda_real)1.0},
-    {77, (panda_real)1.0},
-    {78, (panda_real)1.0},
-    {79, (panda_real)1.0},
-    {80, (panda_real)1.0},
-    {81, (panda_real)1.0},
-    {82, (panda_real)1.0},
-    {83, (panda_real)1.0},
-    {84, (panda_real)1.0},
-    {85, (panda_real)1.0},
-    {86, (panda_real)1.0},
-    {87, (panda_real)1.0},
-    {88, (panda_real)1.0},
-    {89, (panda_real)1.0},
-    {90, (panda_real)1.0}
+static const int PLACE[] = {
+    5, 10, 14, 11, 14, 25, 30, 31, 42, 53, 64, 75, 12, 13, 15, 16, 21, 25, 30, 31, 42, 53, 64, 75,
+    17, 18, 30, 31, 42, 53, 64, 75, 22, 25, 36, 42, 23, 41, 24, 26, 27, 36, 42, 53, 64, 75, 28,
+    42, 53, 64, 75, 29, 41, 32, 33, 36, 47, 52, 53, 64, 75, 34, 52, 53, 64, 75, 35, 37, 38, 47,
+    52, 53, 64, 75, 39, 53, 64, 75, 40, 52, 53, 64, 75, 43, 44, 47, 58, 75, 45, 46, 48, 49, 58,
+    75, 50, 51, 63, 54, 55, 58, 69, 75, 56, 74, 57, 59, 60, 69, 75, 61, 75, 62, 74, 65, 66, 69,
+    67, 68, 70, 71, 72, 73, 76, 77, 78, 79, 80, 81, 82, 83, 84, 85, 86, 87, 88, 89, 90
+};
+static const panda_real FACTOR[] = {
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)0.632,
+    (panda_real)0.099856,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.632,
+    (panda_real)0.099856,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)0.10666225,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)-0.316,
+    (panda_real)-0.316,
+    (panda_real)-0.316,
+    (panda_real)-0.316,
+    (panda_real)-0.316,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)-0.00680625,
+    (panda_real)1.0,
+    (panda_real)0.0825,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.00680625,
+    (panda_real)0.0136125,
+    (panda_real)0.0136125,
+    (panda_real)0.0136125,
+    (panda_real)1.0,
+    (panda_real)0.0825,
+    (panda_real)0.0825,
+    (panda_real)0.0825,
+    (panda_real)0.0825,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)0.768,
+    (panda_real)0.14064975,
+    (panda_real)0.14064975,
+    (panda_real)0.14064975,
+    (panda_real)1.0,
+    (panda_real)0.0825,
+    (panda_real)0.03168,
+    (panda_real)0.03168,
+    (panda_real)0.03168,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.768,
+    (panda_real)0.15426225,
+    (panda_real)0.15426225,
+    (panda_real)0.15426225,
+    (panda_real)1.0,
+    (panda_real)-0.0825,
+    (panda_real)-0.0825,
+    (panda_real)-0.0825,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.384,
+    (panda_real)0.384,
+    (panda_real)0.384,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)0.007744,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.007744,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)-0.007744,
+    (panda_real)1.0,
+    (panda_real)0.088,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)0.007744,
+    (panda_real)1.0,
+    (panda_real)0.088,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)-1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0,
+    (panda_real)1.0
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * panda_PARAMETERS - i * (i - 1) / 2;
 }
@@ -187,7 +194,7 @@ static void combine(const panda_real *s, panda_real *X)
     for (int i = 0; i < panda_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -200,7 +207,7 @@ static void spread(const panda_real *x, panda_real *s)
     }
     for (int i = 0; i < panda_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -211,7 +218,7 @@ static void times_factor(const panda_real *R, const panda_real *x, panda_real *o
     for (int i = 0; i < panda_PARAMETERS; i++) {
         panda_real sum = 0;
         for (int j = i; j < panda_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -366,7 +373,7 @@ static void slope(const panda_real *s, const panda_real *s0, panda_real *out)
 static int solve(panda_real *K, panda_real *f)
 {
     for (int j = 0; j < panda_PARAMETERS; j++) {
-        panda_real *row = K + diagonal(j);
+        panda_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -375,7 +382,7 @@ static int solve(panda_real *K, panda_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < panda_PARAMETERS; i++) {
-            panda_real *below = K + diagonal(i);
+            panda_real *below = K + row_begin(i);
             for (int k = i; k < panda_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -386,7 +393,7 @@ static int solve(panda_real *K, panda_real *f)
         }
     }
     for (int j = panda_PARAMETERS - 1; j >= 0; j--) {
-        const panda_real *row = K + diagonal(j);
+        const panda_real *row = K + row_begin(j);
         for (int i = j + 1; i < panda_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -418,16 +425,16 @@ static int newton(const panda_real *R, const panda_real *wanted, const panda_rea
     times_factor(R, x, f);
     for (int j = 0; j < panda_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(panda_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < panda_PARAMETERS; i++) {
             panda_real sum = i == j ? mu : 0;
             for (int k = i; k < panda_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -436,7 +443,7 @@ static int newton(const panda_real *R, const panda_real *wanted, const panda_rea
     memset(v, 0, sizeof v);
     for (int i = 0; i < panda_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < panda_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

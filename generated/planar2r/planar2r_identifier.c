@@ -551,9 +551,10 @@ static void absorb(planar2r_identifier *s)
 static planar2r_real power(planar2r_real x, size_t exponent)
 {
     planar2r_real out = 1;
+    planar2r_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (planar2r_real)FLT_MIN ? out : (planar2r_real)FLT_MIN;
 }

@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 10};
@@ -23,18 +25,18 @@ static const unsigned char KIND[planar2r_STANDARD] = {
 static const int BEGIN[planar2r_PARAMETERS + 1] = {
     0, 2, 3, 4, 5
 };
-static const struct {
-    int place;
-    planar2r_real factor;
-} TERM[] = {
-    {5, (planar2r_real)1.0},
-    {19, (planar2r_real)0.25},
-    {15, (planar2r_real)1.0},
-    {16, (planar2r_real)1.0},
-    {17, (planar2r_real)1.0}
+static const int PLACE[] = {
+    5, 19, 15, 16, 17
+};
+static const planar2r_real FACTOR[] = {
+    (planar2r_real)1.0,
+    (planar2r_real)0.25,
+    (planar2r_real)1.0,
+    (planar2r_real)1.0,
+    (planar2r_real)1.0
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * planar2r_PARAMETERS - i * (i - 1) / 2;
 }
@@ -45,7 +47,7 @@ static void combine(const planar2r_real *s, planar2r_real *X)
     for (int i = 0; i < planar2r_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -58,7 +60,7 @@ static void spread(const planar2r_real *x, planar2r_real *s)
     }
     for (int i = 0; i < planar2r_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -69,7 +71,7 @@ static void times_factor(const planar2r_real *R, const planar2r_real *x, planar2
     for (int i = 0; i < planar2r_PARAMETERS; i++) {
         planar2r_real sum = 0;
         for (int j = i; j < planar2r_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -224,7 +226,7 @@ static void slope(const planar2r_real *s, const planar2r_real *s0, planar2r_real
 static int solve(planar2r_real *K, planar2r_real *f)
 {
     for (int j = 0; j < planar2r_PARAMETERS; j++) {
-        planar2r_real *row = K + diagonal(j);
+        planar2r_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -233,7 +235,7 @@ static int solve(planar2r_real *K, planar2r_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < planar2r_PARAMETERS; i++) {
-            planar2r_real *below = K + diagonal(i);
+            planar2r_real *below = K + row_begin(i);
             for (int k = i; k < planar2r_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -244,7 +246,7 @@ static int solve(planar2r_real *K, planar2r_real *f)
         }
     }
     for (int j = planar2r_PARAMETERS - 1; j >= 0; j--) {
-        const planar2r_real *row = K + diagonal(j);
+        const planar2r_real *row = K + row_begin(j);
         for (int i = j + 1; i < planar2r_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -276,16 +278,16 @@ static int newton(const planar2r_real *R, const planar2r_real *wanted, const pla
     times_factor(R, x, f);
     for (int j = 0; j < planar2r_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(planar2r_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < planar2r_PARAMETERS; i++) {
             planar2r_real sum = i == j ? mu : 0;
             for (int k = i; k < planar2r_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -294,7 +296,7 @@ static int newton(const planar2r_real *R, const planar2r_real *wanted, const pla
     memset(v, 0, sizeof v);
     for (int i = 0; i < planar2r_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < planar2r_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

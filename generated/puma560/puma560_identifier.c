@@ -551,9 +551,10 @@ static void absorb(puma560_identifier *s)
 static puma560_real power(puma560_real x, size_t exponent)
 {
     puma560_real out = 1;
+    puma560_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (puma560_real)FLT_MIN ? out : (puma560_real)FLT_MIN;
 }

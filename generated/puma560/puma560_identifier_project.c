@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 11, 22, 33, 44, 55};
@@ -31,125 +33,129 @@ static const int BEGIN[puma560_PARAMETERS + 1] = {
     79, 82, 83, 84, 85, 87, 88, 90, 91, 93, 94, 95, 96, 97, 98, 99, 100, 101, 102, 103, 104, 105,
     106, 107, 108, 109, 110, 111, 112
 };
-static const struct {
-    int place;
-    puma560_real factor;
-} TERM[] = {
-    {5, (puma560_real)1.0},
-    {10, (puma560_real)1.0},
-    {14, (puma560_real)1.0},
-    {19, (puma560_real)0.487},
-    {20, (puma560_real)0.05929225},
-    {25, (puma560_real)1.0},
-    {30, (puma560_real)0.3002},
-    {31, (puma560_real)0.20898125},
-    {42, (puma560_real)0.20939334},
-    {53, (puma560_real)0.20939334},
-    {64, (puma560_real)0.20939334},
-    {11, (puma560_real)1.0},
-    {14, (puma560_real)-1.0},
-    {31, (puma560_real)-0.18645124},
-    {42, (puma560_real)-0.18645124},
-    {53, (puma560_real)-0.18645124},
-    {64, (puma560_real)-0.18645124},
-    {12, (puma560_real)1.0},
-    {13, (puma560_real)1.0},
-    {30, (puma560_real)-0.4318},
-    {31, (puma560_real)0.04033012},
-    {42, (puma560_real)0.04033012},
-    {53, (puma560_real)0.04033012},
-    {64, (puma560_real)0.04033012},
-    {15, (puma560_real)1.0},
-    {16, (puma560_real)1.0},
-    {21, (puma560_real)1.0},
-    {31, (puma560_real)0.18645124},
-    {42, (puma560_real)0.18645124},
-    {53, (puma560_real)0.18645124},
-    {64, (puma560_real)0.18645124},
-    {17, (puma560_real)1.0},
-    {31, (puma560_real)0.4318},
-    {42, (puma560_real)0.4318},
-    {53, (puma560_real)0.4318},
-    {64, (puma560_real)0.4318},
-    {18, (puma560_real)1.0},
-    {22, (puma560_real)1.0},
-    {25, (puma560_real)-1.0},
-    {36, (puma560_real)1.0},
-    {41, (puma560_real)0.8662},
-    {42, (puma560_real)0.18716352},
-    {53, (puma560_real)0.18716352},
-    {64, (puma560_real)0.18716352},
-    {23, (puma560_real)1.0},
-    {41, (puma560_real)-0.0203},
-    {42, (puma560_real)-0.00879193},
-    {53, (puma560_real)-0.00879193},
-    {64, (puma560_real)-0.00879193},
-    {24, (puma560_real)1.0},
-    {26, (puma560_real)1.0},
-    {27, (puma560_real)1.0},
-    {36, (puma560_real)1.0},
-    {41, (puma560_real)0.8662},
-    {42, (puma560_real)0.1879877},
-    {53, (puma560_real)0.1879877},
-    {64, (puma560_real)0.1879877},
-    {28, (puma560_real)1.0},
-    {42, (puma560_real)-0.0203},
-    {53, (puma560_real)-0.0203},
-    {64, (puma560_real)-0.0203},
-    {29, (puma560_real)1.0},
-    {41, (puma560_real)-1.0},
-    {42, (puma560_real)-0.4331},
-    {53, (puma560_real)-0.4331},
-    {64, (puma560_real)-0.4331},
-    {32, (puma560_real)1.0},
-    {33, (puma560_real)1.0},
-    {36, (puma560_real)-1.0},
-    {47, (puma560_real)1.0},
-    {34, (puma560_real)1.0},
-    {35, (puma560_real)1.0},
-    {37, (puma560_real)1.0},
-    {38, (puma560_real)1.0},
-    {47, (puma560_real)1.0},
-    {39, (puma560_real)1.0},
-    {40, (puma560_real)1.0},
-    {52, (puma560_real)1.0},
-    {43, (puma560_real)1.0},
-    {44, (puma560_real)1.0},
-    {47, (puma560_real)-1.0},
-    {58, (puma560_real)1.0},
-    {45, (puma560_real)1.0},
-    {46, (puma560_real)1.0},
-    {48, (puma560_real)1.0},
-    {49, (puma560_real)1.0},
-    {58, (puma560_real)1.0},
-    {50, (puma560_real)1.0},
-    {51, (puma560_real)1.0},
-    {63, (puma560_real)-1.0},
-    {54, (puma560_real)1.0},
-    {55, (puma560_real)1.0},
-    {58, (puma560_real)-1.0},
-    {56, (puma560_real)1.0},
-    {57, (puma560_real)1.0},
-    {59, (puma560_real)1.0},
-    {60, (puma560_real)1.0},
-    {61, (puma560_real)1.0},
-    {62, (puma560_real)1.0},
-    {65, (puma560_real)1.0},
-    {66, (puma560_real)1.0},
-    {67, (puma560_real)1.0},
-    {68, (puma560_real)1.0},
-    {69, (puma560_real)1.0},
-    {70, (puma560_real)1.0},
-    {71, (puma560_real)1.0},
-    {72, (puma560_real)1.0},
-    {73, (puma560_real)1.0},
-    {74, (puma560_real)1.0},
-    {75, (puma560_real)1.0},
-    {76, (puma560_real)1.0},
-    {77, (puma560_real)1.0}
+static const int PLACE[] = {
+    5, 10, 14, 19, 20, 25, 30, 31, 42, 53, 64, 11, 14, 31, 42, 53, 64, 12, 13, 30, 31, 42, 53, 64,
+    15, 16, 21, 31, 42, 53, 64, 17, 31, 42, 53, 64, 18, 22, 25, 36, 41, 42, 53, 64, 23, 41, 42,
+    53, 64, 24, 26, 27, 36, 41, 42, 53, 64, 28, 42, 53, 64, 29, 41, 42, 53, 64, 32, 33, 36, 47,
+    34, 35, 37, 38, 47, 39, 40, 52, 43, 44, 47, 58, 45, 46, 48, 49, 58, 50, 51, 63, 54, 55, 58,
+    56, 57, 59, 60, 61, 62, 65, 66, 67, 68, 69, 70, 71, 72, 73, 74, 75, 76, 77
+};
+static const puma560_real FACTOR[] = {
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)0.487,
+    (puma560_real)0.05929225,
+    (puma560_real)1.0,
+    (puma560_real)0.3002,
+    (puma560_real)0.20898125,
+    (puma560_real)0.20939334,
+    (puma560_real)0.20939334,
+    (puma560_real)0.20939334,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)-0.18645124,
+    (puma560_real)-0.18645124,
+    (puma560_real)-0.18645124,
+    (puma560_real)-0.18645124,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-0.4318,
+    (puma560_real)0.04033012,
+    (puma560_real)0.04033012,
+    (puma560_real)0.04033012,
+    (puma560_real)0.04033012,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)0.18645124,
+    (puma560_real)0.18645124,
+    (puma560_real)0.18645124,
+    (puma560_real)0.18645124,
+    (puma560_real)1.0,
+    (puma560_real)0.4318,
+    (puma560_real)0.4318,
+    (puma560_real)0.4318,
+    (puma560_real)0.4318,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)1.0,
+    (puma560_real)0.8662,
+    (puma560_real)0.18716352,
+    (puma560_real)0.18716352,
+    (puma560_real)0.18716352,
+    (puma560_real)1.0,
+    (puma560_real)-0.0203,
+    (puma560_real)-0.00879193,
+    (puma560_real)-0.00879193,
+    (puma560_real)-0.00879193,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)0.8662,
+    (puma560_real)0.1879877,
+    (puma560_real)0.1879877,
+    (puma560_real)0.1879877,
+    (puma560_real)1.0,
+    (puma560_real)-0.0203,
+    (puma560_real)-0.0203,
+    (puma560_real)-0.0203,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)-0.4331,
+    (puma560_real)-0.4331,
+    (puma560_real)-0.4331,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)-1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0,
+    (puma560_real)1.0
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * puma560_PARAMETERS - i * (i - 1) / 2;
 }
@@ -160,7 +166,7 @@ static void combine(const puma560_real *s, puma560_real *X)
     for (int i = 0; i < puma560_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -173,7 +179,7 @@ static void spread(const puma560_real *x, puma560_real *s)
     }
     for (int i = 0; i < puma560_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -184,7 +190,7 @@ static void times_factor(const puma560_real *R, const puma560_real *x, puma560_r
     for (int i = 0; i < puma560_PARAMETERS; i++) {
         puma560_real sum = 0;
         for (int j = i; j < puma560_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -339,7 +345,7 @@ static void slope(const puma560_real *s, const puma560_real *s0, puma560_real *o
 static int solve(puma560_real *K, puma560_real *f)
 {
     for (int j = 0; j < puma560_PARAMETERS; j++) {
-        puma560_real *row = K + diagonal(j);
+        puma560_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -348,7 +354,7 @@ static int solve(puma560_real *K, puma560_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < puma560_PARAMETERS; i++) {
-            puma560_real *below = K + diagonal(i);
+            puma560_real *below = K + row_begin(i);
             for (int k = i; k < puma560_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -359,7 +365,7 @@ static int solve(puma560_real *K, puma560_real *f)
         }
     }
     for (int j = puma560_PARAMETERS - 1; j >= 0; j--) {
-        const puma560_real *row = K + diagonal(j);
+        const puma560_real *row = K + row_begin(j);
         for (int i = j + 1; i < puma560_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -391,16 +397,16 @@ static int newton(const puma560_real *R, const puma560_real *wanted, const puma5
     times_factor(R, x, f);
     for (int j = 0; j < puma560_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(puma560_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < puma560_PARAMETERS; i++) {
             puma560_real sum = i == j ? mu : 0;
             for (int k = i; k < puma560_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -409,7 +415,7 @@ static int newton(const puma560_real *R, const puma560_real *wanted, const puma5
     memset(v, 0, sizeof v);
     for (int i = 0; i < puma560_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < puma560_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

@@ -551,9 +551,10 @@ static void absorb(rx90_identifier *s)
 static rx90_real power(rx90_real x, size_t exponent)
 {
     rx90_real out = 1;
+    rx90_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (rx90_real)FLT_MIN ? out : (rx90_real)FLT_MIN;
 }

@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 11, 22, 33, 44, 55};
@@ -31,111 +33,115 @@ static const int BEGIN[rx90_PARAMETERS + 1] = {
     65, 68, 69, 70, 71, 73, 74, 76, 77, 79, 80, 81, 82, 83, 84, 85, 86, 87, 88, 89, 90, 91, 92,
     93, 94, 95, 96, 97, 98
 };
-static const struct {
-    int place;
-    rx90_real factor;
-} TERM[] = {
-    {5, (rx90_real)1.0},
-    {10, (rx90_real)1.0},
-    {14, (rx90_real)1.0},
-    {25, (rx90_real)1.0},
-    {31, (rx90_real)0.2025},
-    {42, (rx90_real)0.2025},
-    {53, (rx90_real)0.2025},
-    {64, (rx90_real)0.2025},
-    {11, (rx90_real)1.0},
-    {14, (rx90_real)-1.0},
-    {31, (rx90_real)-0.2025},
-    {42, (rx90_real)-0.2025},
-    {53, (rx90_real)-0.2025},
-    {64, (rx90_real)-0.2025},
-    {12, (rx90_real)1.0},
-    {13, (rx90_real)1.0},
-    {30, (rx90_real)-0.45},
-    {15, (rx90_real)1.0},
-    {16, (rx90_real)1.0},
-    {21, (rx90_real)1.0},
-    {31, (rx90_real)0.2025},
-    {42, (rx90_real)0.2025},
-    {53, (rx90_real)0.2025},
-    {64, (rx90_real)0.2025},
-    {17, (rx90_real)1.0},
-    {31, (rx90_real)0.45},
-    {42, (rx90_real)0.45},
-    {53, (rx90_real)0.45},
-    {64, (rx90_real)0.45},
-    {18, (rx90_real)1.0},
-    {22, (rx90_real)1.0},
-    {25, (rx90_real)-1.0},
-    {36, (rx90_real)1.0},
-    {41, (rx90_real)0.9},
-    {42, (rx90_real)0.2025},
-    {53, (rx90_real)0.2025},
-    {64, (rx90_real)0.2025},
-    {23, (rx90_real)1.0},
-    {24, (rx90_real)1.0},
-    {26, (rx90_real)1.0},
-    {27, (rx90_real)1.0},
-    {36, (rx90_real)1.0},
-    {41, (rx90_real)0.9},
-    {42, (rx90_real)0.2025},
-    {53, (rx90_real)0.2025},
-    {64, (rx90_real)0.2025},
-    {28, (rx90_real)1.0},
-    {29, (rx90_real)1.0},
-    {41, (rx90_real)1.0},
-    {42, (rx90_real)0.45},
-    {53, (rx90_real)0.45},
-    {64, (rx90_real)0.45},
-    {32, (rx90_real)1.0},
-    {33, (rx90_real)1.0},
-    {36, (rx90_real)-1.0},
-    {47, (rx90_real)1.0},
-    {34, (rx90_real)1.0},
-    {35, (rx90_real)1.0},
-    {37, (rx90_real)1.0},
-    {38, (rx90_real)1.0},
-    {47, (rx90_real)1.0},
-    {39, (rx90_real)1.0},
-    {40, (rx90_real)1.0},
-    {52, (rx90_real)-1.0},
-    {43, (rx90_real)1.0},
-    {44, (rx90_real)1.0},
-    {47, (rx90_real)-1.0},
-    {58, (rx90_real)1.0},
-    {45, (rx90_real)1.0},
-    {46, (rx90_real)1.0},
-    {48, (rx90_real)1.0},
-    {49, (rx90_real)1.0},
-    {58, (rx90_real)1.0},
-    {50, (rx90_real)1.0},
-    {51, (rx90_real)1.0},
-    {63, (rx90_real)1.0},
-    {54, (rx90_real)1.0},
-    {55, (rx90_real)1.0},
-    {58, (rx90_real)-1.0},
-    {56, (rx90_real)1.0},
-    {57, (rx90_real)1.0},
-    {59, (rx90_real)1.0},
-    {60, (rx90_real)1.0},
-    {61, (rx90_real)1.0},
-    {62, (rx90_real)1.0},
-    {65, (rx90_real)1.0},
-    {66, (rx90_real)1.0},
-    {67, (rx90_real)1.0},
-    {68, (rx90_real)1.0},
-    {69, (rx90_real)1.0},
-    {70, (rx90_real)1.0},
-    {71, (rx90_real)1.0},
-    {72, (rx90_real)1.0},
-    {73, (rx90_real)1.0},
-    {74, (rx90_real)1.0},
-    {75, (rx90_real)1.0},
-    {76, (rx90_real)1.0},
-    {77, (rx90_real)1.0}
+static const int PLACE[] = {
+    5, 10, 14, 25, 31, 42, 53, 64, 11, 14, 31, 42, 53, 64, 12, 13, 30, 15, 16, 21, 31, 42, 53, 64,
+    17, 31, 42, 53, 64, 18, 22, 25, 36, 41, 42, 53, 64, 23, 24, 26, 27, 36, 41, 42, 53, 64, 28,
+    29, 41, 42, 53, 64, 32, 33, 36, 47, 34, 35, 37, 38, 47, 39, 40, 52, 43, 44, 47, 58, 45, 46,
+    48, 49, 58, 50, 51, 63, 54, 55, 58, 56, 57, 59, 60, 61, 62, 65, 66, 67, 68, 69, 70, 71, 72,
+    73, 74, 75, 76, 77
+};
+static const rx90_real FACTOR[] = {
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)-0.2025,
+    (rx90_real)-0.2025,
+    (rx90_real)-0.2025,
+    (rx90_real)-0.2025,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-0.45,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)1.0,
+    (rx90_real)0.45,
+    (rx90_real)0.45,
+    (rx90_real)0.45,
+    (rx90_real)0.45,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)1.0,
+    (rx90_real)0.9,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)0.9,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)0.2025,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)0.45,
+    (rx90_real)0.45,
+    (rx90_real)0.45,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)-1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0,
+    (rx90_real)1.0
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * rx90_PARAMETERS - i * (i - 1) / 2;
 }
@@ -146,7 +152,7 @@ static void combine(const rx90_real *s, rx90_real *X)
     for (int i = 0; i < rx90_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -159,7 +165,7 @@ static void spread(const rx90_real *x, rx90_real *s)
     }
     for (int i = 0; i < rx90_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -170,7 +176,7 @@ static void times_factor(const rx90_real *R, const rx90_real *x, rx90_real *out)
     for (int i = 0; i < rx90_PARAMETERS; i++) {
         rx90_real sum = 0;
         for (int j = i; j < rx90_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -325,7 +331,7 @@ static void slope(const rx90_real *s, const rx90_real *s0, rx90_real *out)
 static int solve(rx90_real *K, rx90_real *f)
 {
     for (int j = 0; j < rx90_PARAMETERS; j++) {
-        rx90_real *row = K + diagonal(j);
+        rx90_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -334,7 +340,7 @@ static int solve(rx90_real *K, rx90_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < rx90_PARAMETERS; i++) {
-            rx90_real *below = K + diagonal(i);
+            rx90_real *below = K + row_begin(i);
             for (int k = i; k < rx90_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -345,7 +351,7 @@ static int solve(rx90_real *K, rx90_real *f)
         }
     }
     for (int j = rx90_PARAMETERS - 1; j >= 0; j--) {
-        const rx90_real *row = K + diagonal(j);
+        const rx90_real *row = K + row_begin(j);
         for (int i = j + 1; i < rx90_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -377,16 +383,16 @@ static int newton(const rx90_real *R, const rx90_real *wanted, const rx90_real *
     times_factor(R, x, f);
     for (int j = 0; j < rx90_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(rx90_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < rx90_PARAMETERS; i++) {
             rx90_real sum = i == j ? mu : 0;
             for (int k = i; k < rx90_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -395,7 +401,7 @@ static int newton(const rx90_real *R, const rx90_real *wanted, const rx90_real *
     memset(v, 0, sizeof v);
     for (int i = 0; i < rx90_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < rx90_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

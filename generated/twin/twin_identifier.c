@@ -551,9 +551,10 @@ static void absorb(twin_identifier *s)
 static twin_real power(twin_real x, size_t exponent)
 {
     twin_real out = 1;
+    twin_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (twin_real)FLT_MIN ? out : (twin_real)FLT_MIN;
 }

@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 11, 22, 33, 44, 55, 66};
@@ -33,111 +35,115 @@ static const int BEGIN[twin_PARAMETERS + 1] = {
     53, 57, 59, 61, 63, 66, 67, 68, 69, 71, 72, 74, 75, 77, 78, 79, 80, 81, 82, 83, 84, 85, 86,
     87, 88, 89, 90, 91, 92, 93, 94, 95, 96, 97, 98
 };
-static const struct {
-    int place;
-    twin_real factor;
-} TERM[] = {
-    {5, (twin_real)1.0},
-    {10, (twin_real)1.0},
-    {14, (twin_real)1.0},
-    {20, (twin_real)0.04},
-    {25, (twin_real)1.0},
-    {31, (twin_real)0.13},
-    {42, (twin_real)0.13},
-    {47, (twin_real)1.0},
-    {53, (twin_real)0.04},
-    {60, (twin_real)1.0},
-    {69, (twin_real)1.0},
-    {11, (twin_real)1.0},
-    {14, (twin_real)-1.0},
-    {31, (twin_real)-0.09},
-    {42, (twin_real)-0.09},
-    {12, (twin_real)1.0},
-    {13, (twin_real)1.0},
-    {30, (twin_real)-0.3},
-    {15, (twin_real)1.0},
-    {16, (twin_real)1.0},
-    {21, (twin_real)1.0},
-    {31, (twin_real)0.09},
-    {42, (twin_real)0.09},
-    {17, (twin_real)1.0},
-    {31, (twin_real)0.3},
-    {42, (twin_real)0.3},
-    {18, (twin_real)1.0},
-    {22, (twin_real)1.0},
-    {25, (twin_real)-1.0},
-    {36, (twin_real)1.0},
-    {41, (twin_real)0.5},
-    {42, (twin_real)0.0625},
-    {23, (twin_real)1.0},
-    {24, (twin_real)1.0},
-    {26, (twin_real)1.0},
-    {27, (twin_real)1.0},
-    {36, (twin_real)1.0},
-    {41, (twin_real)0.5},
-    {42, (twin_real)0.0625},
-    {28, (twin_real)1.0},
-    {29, (twin_real)1.0},
-    {41, (twin_real)-1.0},
-    {42, (twin_real)-0.25},
-    {32, (twin_real)1.0},
-    {33, (twin_real)1.0},
-    {36, (twin_real)-1.0},
-    {34, (twin_real)1.0},
-    {35, (twin_real)1.0},
-    {37, (twin_real)1.0},
-    {38, (twin_real)1.0},
-    {39, (twin_real)1.0},
-    {40, (twin_real)1.0},
-    {43, (twin_real)1.0},
-    {44, (twin_real)1.0},
-    {47, (twin_real)-1.0},
-    {55, (twin_real)1.0},
-    {60, (twin_real)-1.0},
-    {45, (twin_real)1.0},
-    {57, (twin_real)-1.0},
-    {46, (twin_real)1.0},
-    {56, (twin_real)1.0},
-    {48, (twin_real)1.0},
-    {59, (twin_real)-1.0},
-    {49, (twin_real)1.0},
-    {54, (twin_real)1.0},
-    {58, (twin_real)1.0},
-    {50, (twin_real)1.0},
-    {51, (twin_real)1.0},
-    {61, (twin_real)1.0},
-    {62, (twin_real)1.0},
-    {74, (twin_real)1.0},
-    {63, (twin_real)1.0},
-    {64, (twin_real)1.0},
-    {75, (twin_real)1.0},
-    {65, (twin_real)1.0},
-    {66, (twin_real)1.0},
-    {69, (twin_real)-1.0},
-    {67, (twin_real)1.0},
-    {68, (twin_real)1.0},
-    {70, (twin_real)1.0},
-    {71, (twin_real)1.0},
-    {72, (twin_real)1.0},
-    {73, (twin_real)1.0},
-    {76, (twin_real)1.0},
-    {77, (twin_real)1.0},
-    {78, (twin_real)1.0},
-    {79, (twin_real)1.0},
-    {80, (twin_real)1.0},
-    {81, (twin_real)1.0},
-    {82, (twin_real)1.0},
-    {83, (twin_real)1.0},
-    {84, (twin_real)1.0},
-    {85, (twin_real)1.0},
-    {86, (twin_real)1.0},
-    {87, (twin_real)1.0},
-    {88, (twin_real)1.0},
-    {89, (twin_real)1.0},
-    {90, (twin_real)1.0}
+static const int PLACE[] = {
+    5, 10, 14, 20, 25, 31, 42, 47, 53, 60, 69, 11, 14, 31, 42, 12, 13, 30, 15, 16, 21, 31, 42, 17,
+    31, 42, 18, 22, 25, 36, 41, 42, 23, 24, 26, 27, 36, 41, 42, 28, 29, 41, 42, 32, 33, 36, 34,
+    35, 37, 38, 39, 40, 43, 44, 47, 55, 60, 45, 57, 46, 56, 48, 59, 49, 54, 58, 50, 51, 61, 62,
+    74, 63, 64, 75, 65, 66, 69, 67, 68, 70, 71, 72, 73, 76, 77, 78, 79, 80, 81, 82, 83, 84, 85,
+    86, 87, 88, 89, 90
+};
+static const twin_real FACTOR[] = {
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)0.04,
+    (twin_real)1.0,
+    (twin_real)0.13,
+    (twin_real)0.13,
+    (twin_real)1.0,
+    (twin_real)0.04,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)-0.09,
+    (twin_real)-0.09,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-0.3,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)0.09,
+    (twin_real)0.09,
+    (twin_real)1.0,
+    (twin_real)0.3,
+    (twin_real)0.3,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)0.5,
+    (twin_real)0.0625,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)0.5,
+    (twin_real)0.0625,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)-0.25,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)-1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0,
+    (twin_real)1.0
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * twin_PARAMETERS - i * (i - 1) / 2;
 }
@@ -148,7 +154,7 @@ static void combine(const twin_real *s, twin_real *X)
     for (int i = 0; i < twin_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -161,7 +167,7 @@ static void spread(const twin_real *x, twin_real *s)
     }
     for (int i = 0; i < twin_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -172,7 +178,7 @@ static void times_factor(const twin_real *R, const twin_real *x, twin_real *out)
     for (int i = 0; i < twin_PARAMETERS; i++) {
         twin_real sum = 0;
         for (int j = i; j < twin_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -327,7 +333,7 @@ static void slope(const twin_real *s, const twin_real *s0, twin_real *out)
 static int solve(twin_real *K, twin_real *f)
 {
     for (int j = 0; j < twin_PARAMETERS; j++) {
-        twin_real *row = K + diagonal(j);
+        twin_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -336,7 +342,7 @@ static int solve(twin_real *K, twin_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < twin_PARAMETERS; i++) {
-            twin_real *below = K + diagonal(i);
+            twin_real *below = K + row_begin(i);
             for (int k = i; k < twin_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -347,7 +353,7 @@ static int solve(twin_real *K, twin_real *f)
         }
     }
     for (int j = twin_PARAMETERS - 1; j >= 0; j--) {
-        const twin_real *row = K + diagonal(j);
+        const twin_real *row = K + row_begin(j);
         for (int i = j + 1; i < twin_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -379,16 +385,16 @@ static int newton(const twin_real *R, const twin_real *wanted, const twin_real *
     times_factor(R, x, f);
     for (int j = 0; j < twin_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(twin_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < twin_PARAMETERS; i++) {
             twin_real sum = i == j ? mu : 0;
             for (int k = i; k < twin_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -397,7 +403,7 @@ static int newton(const twin_real *R, const twin_real *wanted, const twin_real *
     memset(v, 0, sizeof v);
     for (int i = 0; i < twin_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < twin_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

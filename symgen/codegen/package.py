@@ -349,7 +349,8 @@ class _Writer:
             "links": links,
             "kinds": _wrapped(", ".join(kinds), _LINE - 6),
             "begin": _wrapped(", ".join(map(str, begin)), _LINE - 6),
-            "terms": [(k, repr(c)) for row in rows for k, c in row],
+            "places": _wrapped(", ".join(str(k) for row in rows for k, _ in row), _LINE - 6),
+            "factors": [repr(c) for row in rows for _, c in row],
         }
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:

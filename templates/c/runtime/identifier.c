@@ -552,9 +552,10 @@ static void absorb(NAME_identifier *s)
 static NAME_real power(NAME_real x, size_t exponent)
 {
     NAME_real out = 1;
+    NAME_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (NAME_real)FLT_MIN ? out : (NAME_real)FLT_MIN;
 }
