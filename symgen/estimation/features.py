@@ -59,12 +59,13 @@ class Features:
         jumps = np.concatenate([np.ones_like(smooth), sign], axis=2)
         angle = np.concatenate([smooth, rubs], axis=2)
         jumps *= sizes
-        return np.asarray(np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2))
+        return np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2)
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
         *_, torques = _drawn(len(self.size))
-        return np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)[:, None]
+        power = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
+        return np.asarray(power[:, None])
 
     def over_windows(
         self, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
