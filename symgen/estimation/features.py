@@ -64,7 +64,8 @@ class Features:
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
         *_, torques = _drawn(len(self.size))
-        return np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)[:, None]
+        found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
+        return np.asarray(found[:, None])
 
     def over_windows(
         self, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float

@@ -567,8 +567,8 @@ def _fields(scene: Scene) -> FloatArray:
 def _tied(scene: Scene, g: FloatArray) -> float:
     """Return the sum of the log residuals of the joints for links whose weight is their own.
 
-    The columns are those of the links' inertial parameters under gravity g, of rotor inertias and of
-    friction. Their rank is that of the motion, so a basis of them is fitted.
+    The columns are those of the inertial parameters of the links under gravity g, of rotor inertias
+    and of friction. Their rank is that of the motion, so a basis of them is fitted.
     """
     rows, n = scene.rows, scene.n
     joints = rows.evaluator.model.robot.joints
