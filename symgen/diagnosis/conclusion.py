@@ -148,15 +148,17 @@ def _shown(
     while True:
         every = selection.accepted
         told = list(zip(every, shown_by_instruments(baseline, every), strict=True))
-        odds = [s.odds - max(0.0, s.evidence - x.evidence) for s, x in told]
-        if min(odds, default=1.0) > 0:
+        loss = [max(0.0, s.evidence - x.evidence) for s, x in told]
+        odds = [s.odds - lost for s, lost in zip(every, loss, strict=True)]
+        doubted = [o if lost else math.inf for o, lost in zip(odds, loss, strict=True)]
+        if min(doubted, default=math.inf) > 0:
             kept = (
                 replace(s, probability=min(s.probability, 1 / (1 + math.exp(-o))))
                 for s, o in zip(every, odds, strict=True)
             )
             biased = frozenset(s.candidate.key for s, x in told if x.biased)
             return replace(selection, accepted=tuple(kept)), biased
-        lost, x = told[int(np.argmin(odds))]
+        lost, x = told[int(np.argmin(doubted))]
         fault = (
             "noise of the positions explains it: the even samples do not show it in the odd ones "
             f"(log-likelihood ratio {x.evidence:.2g})"

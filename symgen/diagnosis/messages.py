@@ -68,14 +68,14 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
     if not effect.declared or effect.name not in definitions():
         return said
     where = "-".join(map(str, effect.joints))
-    return f"{said} (symgen excite --for {effect.name}:{where} plans one)"
+    return f"{said} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
 
 
 def noisy(effect: FoundEffect, robot: Robot) -> str:
     """Return the doubt about an effect that has a note, and how to resolve it."""
     return (
-        f"{placed(effect, robot)} {effect.note}: the even and the odd samples do not both show it; "
-        "record positions with less noise, or measured speeds"
+        f"{placed(effect, robot)} {effect.note}: estimates from the even and the odd samples differ from "
+        "least squares; record positions with less noise, or measured speeds"
     )
 
 

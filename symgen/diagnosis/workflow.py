@@ -341,8 +341,10 @@ class _Question:
         found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)
 
-    def undone(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Baseline:
-        """Return the model on the corrected logs.
+    def undone(
+        self, faults: Sequence[Fault], lasting: Sequence[Fault]
+    ) -> tuple[Baseline, Sequence[FilteredLog]]:
+        """Return the model on the corrected logs, and the corrected training logs.
 
         Validation logs may be without a fault of the training logs. They are corrected if the model
         then predicts them better.
@@ -353,9 +355,9 @@ class _Question:
             train, held = _in_band(recorded, self.band_of(recorded[0]))
         fixed = self.fitted((train, held))
         if not held or not lasting:
-            return fixed
+            return fixed, train
         other = self.fitted((train, self.logs[1]))
-        return min(fixed, other, key=lambda b: plain(b, self.notes).before.total)
+        return min(fixed, other, key=lambda b: plain(b, self.notes).before.total), train
 
     def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
         """Undo the faults whose correction closes a part of the gap, then search for physics.
@@ -368,7 +370,7 @@ class _Question:
         says: tuple[str, ...] = ()
         whole, closes = None, 0.0
         if faults:
-            fixed = self.undone(faults, lasting)
+            fixed, train = self.undone(faults, lasting)
             undone = plain(fixed, self.notes)
             repaired = judged(faults, self.declared, undone)
             if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
@@ -376,7 +378,7 @@ class _Question:
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
-                drawn = undone_channels(self.logs[0], fixed.base.logs, self.robot.sigma)
+                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
                 whole = replace(whole, mended=drawn)
                 if lasting:

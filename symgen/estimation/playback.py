@@ -125,6 +125,9 @@ class PlantMover:
             return motion.q
         except ParameterError:  # of one run, which the message names in words alone
             if len(q) == 1:
+                if len(t) > 2:  # it may be near the motion for a while
+                    early = self.moved(q, qd, law, clock, t[:-1])
+                    return np.concatenate([early, np.full((1, 1, q.shape[1]), np.nan)], 1)
                 return np.concatenate([q[:, None], np.full((1, len(t) - 1, q.shape[1]), np.nan)], 1)
             half = len(q) // 2
             parts = (slice(half), slice(half, None))

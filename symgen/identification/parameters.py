@@ -171,8 +171,8 @@ def values_of_file(robot: Any, model: Model) -> FloatArray | None:
         robot: path of the robot's file; of anything else there are no values.
         model: model of the robot.
     """
-    if not isinstance(robot, (str, Path)):
-        return None
+    if not isinstance(robot, (str, Path)) or not Path(robot).is_file():
+        return None  # a name of the library has no file
     path = Path(robot)
     beside = path.with_name(f"{model.robot.name}_parameters.toml")
     try:

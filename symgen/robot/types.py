@@ -37,8 +37,8 @@ ANGLES = ("gamma", "alpha", "theta")
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 #: Limits with one entry for each movable joint.
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
-#: Columns of `Robot.table`.
 _SHOWN = 30  # characters of a name in the table of joints, which is wide
+#: Columns of `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)

@@ -215,6 +215,10 @@ class Evaluator(Viewable):
     its number."""
     link_drift: _Array
     """Of (q, qd, link, point): dJ/dt qd (6,) of such a point: its acceleration without qdd."""
+    operational_space: _Arrays
+    """Of (q, link, point, select, tau, X): Inertia (6, 6) that a task at such a point feels, its
+    dynamically consistent inverse (n, 6), and tau (n,) without effect on the task; rows of
+    link_jacobian with select 1 are the task."""
     base_parameters: _Array
     """Of (standard): X (p,) from the standard parameters, in the order of `model.base.standard`."""
     add_body: _Array

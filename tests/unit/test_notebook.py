@@ -162,7 +162,7 @@ def kept(kind: str):
     ("kind", "first", "other"),
     [
         ("estimate-2", "Precision", "Correlation"),
-        ("diagnosis-1", "Gap", "Gap"),
+        ("diagnosis-1", "Torque error by joint", "Torque error by joint"),
         ("prediction-2", "Measured and predicted torque", "Energy"),
         ("study-1", "How long to record", "How long to record"),
     ],

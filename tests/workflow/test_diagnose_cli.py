@@ -99,7 +99,7 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     robot = symgen.read_robot(into / "robot.toml")
     assert [e.name for e in robot.effects] == ["gravity_spring"]
     assert (into / "generated" / "planar2r.h").is_file()
-    assert (into / "generated" / "planar2r_inverse_dynamics.casadi").is_file()
+    assert (into / "generated" / "planar2r_casadi.py").is_file()
     assert "<html" in (into / "report.html").read_text("utf-8")
     code, out, err = run(
         *("predict", into / "robot.toml", logs[1], "--parameters", into / "parameters.toml"),

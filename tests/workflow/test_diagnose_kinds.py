@@ -280,4 +280,4 @@ def test_effects_are_named_between_rests_and_nothing_else(hidden: str) -> None:
     answer = stuck(ARM, 30, points, **how)
     assert named(answer) == [effect]
     assert answer.verdict == "explained"
-    assert any("where joints move" in note for note in answer.notes)
+    assert any("of joints in motion" in note for note in answer.notes)

@@ -33,7 +33,7 @@ def test_the_variables_of_a_torque_without_a_law_are_told(strength: float) -> No
     robot = symgen.parse_robot(ROBOT, "odd.toml")
     logs = [log(seed, lambda q, _: strength * q[:, 0] * q[:, 1] ** 2) for seed in (2, 3, 4)]
     found = symgen.diagnose(robot, logs[:2], validation=logs[2])
-    told = [line for line in found.advice if "a free function leaves" in line]
+    told = [line for line in found.advice if "a free function reduces" in line]
     if not strength:
         assert found.verdict == "consistent"
         assert not told
@@ -41,7 +41,7 @@ def test_the_variables_of_a_torque_without_a_law_are_told(strength: float) -> No
     assert found.verdict in ("unexplained", "partly-explained")
     (line,) = told
     assert line.startswith(
-        "the torque that joint 1 misses depends on the position of joint 1 and the position of "
+        "the unexplained torque of joint 1 depends on the position of joint 1 and the position of "
         "joint 2:"
     )
     (curve,) = found.free_functions or ()

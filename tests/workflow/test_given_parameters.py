@@ -30,7 +30,7 @@ def _option(name: str) -> str:
 
 
 def test_every_command_that_takes_parameters_is_asked() -> None:
-    assert {*COMMANDS, "excite"} == {name for name in cli.commands if _option(name)}
+    assert {*COMMANDS, "excite", "generate"} == {name for name in cli.commands if _option(name)}
 
 
 @pytest.fixture(scope="module")

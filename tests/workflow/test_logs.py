@@ -259,7 +259,7 @@ def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     weighed = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=[2, 1]), **options)
     plain = symgen.identify(robot, [a, b], **options)
     np.testing.assert_allclose(weighed.X, twice.X, rtol=1e-9)
-    assert "squared residuals of the logs are weighed by 2, 1" in weighed.notes
+    assert "squared residuals of the logs are weighted by 2, 1" in weighed.notes
     assert np.max(np.abs(plain.X - twice.X) / np.abs(twice.X)) > 1e-6
     np.testing.assert_allclose(weighed.convergence.values[-1], weighed.X, rtol=1e-9)
 

@@ -197,7 +197,7 @@ def test_what_cannot_be_corrected_leaves_the_gap_as_it_is() -> None:
     d = diagnose(robot, log_of(s, tau=_column(log["tau"], 1, none)))
     assert (d.verdict, d.effects, d.after) == ("bad-measurement", (), d.before)
     assert [r.joints for r in d.rejected] == [(2,)]
-    with pytest.raises(IdentificationError, match=r"^q2 of train.csv stays"):
+    with pytest.raises(IdentificationError, match=r"^q2 of train.csv is constant"):
         diagnose(robot, log_of(s, q=_column(log["q"], 1, none)))
 
 

@@ -59,7 +59,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
     figure.update_yaxes(title="torque error, % of measured torque", rangemode="tozero")
     figure.update_xaxes(title="joint", showgrid=False)
     figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05)
-    return styled(figure, "Gap", 400, min_width=80 * len(labels))
+    return styled(figure, "Torque error", 400, min_width=80 * len(labels))
 
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:

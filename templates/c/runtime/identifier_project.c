@@ -12,7 +12,9 @@
 
 #define IN_LINK 0
 #define POSITIVE 1
+{% if "FREE" in kinds|join %}
 #define FREE 2
+{% endif %}
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {{ "{" }}{{ links|join(", ") }}{{ "}" }};
