@@ -25,8 +25,8 @@
 #define LARGEST_SAMPLE 1e9
 
 /* An outlier differs from its prediction by so many standard deviations, which hold what the model
- * misses, and by this share of the largest right-hand side: integrals over a reversal, where friction
- * jumps, err by less. */
+ * misses, and by this share of the largest right-hand side: integrals over a reversal, where
+ * friction jumps, err by less. */
 #define GATE 10
 #define LEAST_WRONG 0.001
 /* The share of the mean leverage, which balances forgetting, that an equation must have. */

@@ -12,7 +12,6 @@
 
 #define IN_LINK 0
 #define POSITIVE 1
-#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {0, 10};

@@ -110,7 +110,7 @@ class Demonstration:
         yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
         for effect in self.why.effects:
             found = ", ".join(
-                f"{p.name} = {number(p.value, 3)} ± {number(2 * p.std, 2)} {p.unit}"
+                f"{p.name} = {number(p.value, 3)} {p.unit} (standard deviation {number(p.std, 2)})"
                 for p in effect.parameters
                 if np.isfinite(p.std)
             )

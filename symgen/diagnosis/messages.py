@@ -74,7 +74,7 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
 def noisy(effect: FoundEffect, robot: Robot) -> str:
     """Return the doubt about an effect that has a note, and how to resolve it."""
     return (
-        f"{placed(effect, robot)} {effect.note}: estimates from the even and the odd samples differ from "
+        f"{placed(effect, robot)} {effect.note}: even and odd samples give other values than "
         "least squares; record positions with less noise, or measured speeds"
     )
 

@@ -135,7 +135,8 @@ def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> N
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)
         np.testing.assert_allclose(row[..., SMOOTH], expected[..., SMOOTH], atol=1e-7)
         # a reversal between two nodes
-        np.testing.assert_allclose(row, expected, atol=2 * w.stride * log.step * np.abs(values).max())
+        late = 2 * w.stride * log.step * np.abs(values).max()
+        np.testing.assert_allclose(row, expected, atol=late)
 
 
 def test_equations_of_torque_see_each_function_below_the_comparison_frequency() -> None:
