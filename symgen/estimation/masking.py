@@ -98,7 +98,7 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
         if samples.mask is None and share > _MUCH:
             out.append(
                 f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
-                "Static friction there is part of the gap; --mask rest leaves these samples out"
+                "Static friction there is part of the torque error; --mask rest omits these samples"
             )
     return tuple(out)
 
