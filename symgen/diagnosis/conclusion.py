@@ -115,8 +115,8 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
 
     kept, out = list(selection.accepted), selection
     there = [bool(np.any(x)) for x in torques(kept, baseline.beside(kept))]
-    asked_of = {s.candidate for s, x in zip(kept, there, strict=True) if x}
-    asked_of -= {c for c in asked_of if c.measured}
+    pairs = zip(kept, there, strict=True)
+    asked_of = {s.candidate for s, x in pairs if x and not s.candidate.measured}
     while kept:
         whole = errors(kept)
         fell = [
