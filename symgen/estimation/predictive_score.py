@@ -362,10 +362,8 @@ class PredictiveScore:
 
     def _squares_of(self, left: FloatArray) -> FloatArray:
         """Return the sums of squares of residuals (K, n) on each fold, (n, folds)."""
-        out = np.zeros(self.counts.shape)
-        for f in range(out.shape[1]):
-            out[:, f] = np.sum(left[self.fold == f] ** 2, axis=0)
-        return out
+        folds = range(len(self._order))
+        return np.stack([np.sum(left[self.fold == f] ** 2, axis=0) for f in folds], axis=1)
 
     def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
         """Return how fits in which some rows (K, n) have no say predict all rows."""
