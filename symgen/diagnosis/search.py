@@ -6,8 +6,8 @@ prior:
     log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
 
 Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
-Effects are added one by one or as pairs on a joint, removed and exchanged while that raises the
-odds. An effect that lowers the held-out torque error of every joint by less than `least` is never
+Effects are added one by one or as pairs on a joint, of which one may require the other, removed and
+exchanged while that raises the odds. An effect that lowers the held-out torque error of every joint by less than `least` is never
 named. Effects that explain the same form one class. The odds give the probability of each of its
 names. A short span with an error of its own (`symgen.estimation.events`) competes as a contact; the
 other effects then compete on the other rows.
@@ -158,7 +158,8 @@ class Search:
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
-            best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
+            sets = itertools.chain(self._sets(stage, options), self._built(accepted, options))
+            best = max(sets, key=lambda s: s[0], default=(0.0, []))
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
             if own is not None and own.odds > best[0]:
@@ -411,6 +412,19 @@ class Search:
             # priors and grids of each effect, as computed alone
             priors = sum(s.odds - s.evidence for s in (a, b))
             yield fit.score - stage.score.alone.score + priors, [a, b]
+
+    def _built(
+        self, accepted: Sequence[Score], options: Sequence[Score]
+    ) -> Iterator[tuple[float, list[Score]]]:
+        """Yield the odds of friction with an effect that requires it, as pairs that matter."""
+        plain = {c.key for c in self._plain}
+        for s in options:
+            if s.candidate.key not in plain or s.odds <= 0 or s.worth < self.least:
+                continue
+            stage = self._stage([*accepted, s])
+            for more in self._options(stage, frozenset(s.candidate.joints)):
+                if more.candidate.presumes(s.candidate) and more.worth >= self.least:
+                    yield s.odds + more.odds, [s, more]
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
         """Return the simplest effect that explains the same as the best one.

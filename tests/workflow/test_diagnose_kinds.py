@@ -161,6 +161,14 @@ def test_friction_that_turns_over_a_range_of_speeds_is_named() -> None:
     assert value(answer, "w2") == pytest.approx(0.15, rel=0.05)
 
 
+def test_friction_of_two_laws_is_found_at_once() -> None:
+    """One law alone explains less than another one of their shape (a power of the speed)."""
+    smooth = replace(ARM, width=np.array([4e-3, 0.15, 4e-3]))
+    answer = diagnosed(smooth, 23, believed=ARM, undeclared=[(1, "coulomb")])
+    assert {*named(answer)} == {("coulomb_friction", (2,)), ("smooth_friction", (2,))}
+    assert answer.after.total < 1.3 * answer.floor.total
+
+
 def _case(effect: str, size: str, seed: int) -> tuple[Case, symgen.Diagnosis]:
     """Return a hidden case and what is said of it."""
     run = case("arm3r", effect, size, seed)
