@@ -28,7 +28,7 @@ PER_PERIOD = 4
 ENDS = 0.3
 _CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 #: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
-BLOCK = 256
+BLOCK = 512
 
 
 @dataclass(frozen=True)
