@@ -29,7 +29,7 @@ from symgen.diagnosis.measuring_chain import (
     rivals_physics,
     with_chain,
 )
-from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
+from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
@@ -196,7 +196,7 @@ class _Opened:
     train: Sequence[Samples]
     held: Sequence[Samples]
     repairs: tuple[Fault, ...]
-    changed: tuple[MendedChannel, ...]
+    changed: Sequence[MendedChannel]
     unmended: Groups | None
     notes: tuple[str, ...] = ()
 
@@ -235,7 +235,7 @@ def _opened(
     train, held, more = join_bands(train, held)
     unmended = plain if masked or more else None
     logs, done = [*chain(*recorded)], (*repairs, *more)
-    changed = mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)
+    changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
     return _Opened(train, held, done, changed, unmended)
 
 
@@ -378,9 +378,13 @@ class _Question:
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
-                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
+                pairs, told = (
+                    zip(self.logs[0], train, strict=True),
+                    [replace(f, done="undone") for f in faults],
+                )
+                drawn = mended_channels(pairs, told, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
-                whole = replace(whole, mended=drawn)
+                whole = replace(whole, mended=tuple(drawn))
                 if lasting:
                     whole = replace(whole, where=repaired.where)
         whole = whole or self.physics
