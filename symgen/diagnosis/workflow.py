@@ -21,10 +21,11 @@ from symgen.diagnosis.measuring_chain import (
     check,
     closed,
     is_effect,
-    judged,
     matters,
     mended,
     name_of,
+    named_effects,
+    places_of,
     rejected,
     rivals_physics,
     with_chain,
@@ -131,7 +132,7 @@ def diagnose(
         if not lasting:
             raise
         try:  # without these channels, nothing can be identified
-            whole = judged(faults, asked.declared, asked.declared)
+            whole = asked.unsearched(faults, lasting)
         except IdentificationError:
             raise IdentificationError(f"{lasting[0].fault} ({error})") from error
     rivals = [f for f in faults if rivals_physics(f)]
@@ -359,6 +360,14 @@ class _Question:
         other = self.fitted((train, self.logs[1]))
         return min(fixed, other, key=lambda b: plain(b, self.notes).before.total), train
 
+    def unsearched(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Diagnosis:
+        """Return the declared model with the faults named, on logs that determine nothing else."""
+        whole, before = replace(self.declared, advice=()), self.declared.before
+        named = named_effects(faults, self.robot, before, before)
+        says = (*(f.fault for f in faults), "symgen searches for no effects in a faulty log")
+        whole = replace(whole, where=places_of(faults, before, self.robot))
+        return with_chain(whole, named, before, 0.0, says, lasting)
+
     def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
         """Undo the faults whose correction closes a part of the gap, then search for physics.
 
@@ -371,11 +380,11 @@ class _Question:
         whole, closes = None, 0.0
         if faults:
             fixed, train = self.undone(faults, lasting)
-            undone = plain(fixed, self.notes)
-            repaired = judged(faults, self.declared, undone)
+            undone, was = plain(fixed, self.notes), self.declared.before
+            left = undone.after if any(f.undo for f in faults) else was
             if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
-                share = closed(repaired.before, repaired.after)
-                named = list(repaired.effects)
+                share = closed(was, left)
+                named = named_effects(faults, self.robot, was, left)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
                 pairs, told = (
@@ -386,7 +395,7 @@ class _Question:
                 whole = self.searched(fixed, [f.fault for f in faults])
                 whole = replace(whole, mended=tuple(drawn))
                 if lasting:
-                    whole = replace(whole, where=repaired.where)
+                    whole = replace(whole, where=places_of(faults, was, self.robot))
         whole = whole or self.physics
         before = self.declared.before
         if self.raw is not None:
