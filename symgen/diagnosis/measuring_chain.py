@@ -27,6 +27,7 @@ from symgen.estimation.predictive_score import MISFIT
 from symgen.faults.causes import find_cause, unmendable
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
+    MOST,
     Trial,
     against_physics,
     channel_faults,
@@ -42,7 +43,6 @@ from symgen.runtime.evaluator import Evaluator
 #: A torque with a factor above this one is in another unit. A smaller factor may also come from a
 #: spring, so it competes with the physics.
 _ANOTHER = 100.0
-_MOST = 3  # faults that are undone, one after the other
 #: Faults that need a new record. They stay named whatever their correction closes of the gap.
 _LASTING = ("stuck", "step", "sign", "time")
 _UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
@@ -98,7 +98,7 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     if trial.evaluator.model.robot.loaded:
         return found
     logs, held = trial.logs, trial.held
-    for _ in range(_MOST):
+    for _ in range(MOST):
         faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
         scene = Scene(rows)

@@ -22,7 +22,8 @@ from symgen.estimation.values import FloatArray
 
 _PRICE = 0.015  # penalty of a function
 _ORGANISED = 0.3  # smallest score of a pattern
-_EXPLAINED = 0.5  # share of a joint's residual that an effect must close to name the pattern
+#: Part of a joint's squared residual that what explains it may leave.
+EXPLAINED = 0.5
 _LOUD = 1.5  # gap over noise floor from which a joint counts
 _SLIGHT = 0.01  # share of the whole excess below which a joint is left out
 _WINDOW, _MOST = 0.15, 0.7  # longest part of a log, and share of the square in it
@@ -189,7 +190,7 @@ def places(
             for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
-        if named and left[j] < _EXPLAINED:
+        if named and left[j] < EXPLAINED:
             pattern = named[0]
         else:
             best, score = next(iter(portrait(base, torques, j).items()))

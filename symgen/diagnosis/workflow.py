@@ -63,7 +63,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
-_FEWEST = 10  # smallest number of held-out samples
 
 
 def diagnose(
@@ -268,7 +267,7 @@ class _Question:
         """Return the model on logs; without validation logs, their last fifth measures the gap."""
         train, held = logs
         if not held:
-            groups = hold_out([log.samples for log in train], _FEWEST)
+            groups = hold_out([log.samples for log in train])
             train, held = (
                 [_part(log, s) for log, s in zip(train, group, strict=True)] for group in groups
             )

@@ -23,7 +23,7 @@ from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
-from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
+from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
@@ -36,8 +36,6 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
 _CLEARER = 0.85
-#: Log-odds to the next cause, and to physics without a name, for a cause that is named.
-_SURE = math.log(9.0)
 #: Log prior odds of missing physics, which most robots have, against one fault.
 _RARE = math.log(1000.0)
 TILT = math.radians(1.0)  # tilt that sound bases have
@@ -743,7 +741,7 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
-    near = [c for c in found[1:] if best.score - c.score < _SURE]
+    near = [c for c in found[1:] if best.score - c.score < SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
