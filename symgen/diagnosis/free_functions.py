@@ -119,6 +119,11 @@ def free_functions(
         left: whether a part of the gap is unexplained; then functions without a law are tried.
     """
     states = _states(baseline)
+
+    def asked(effects: Sequence[Score]) -> _Asked:
+        score = baseline.score(baseline.beside(effects), misfit)
+        return _Asked(baseline, effects, score, states)
+
     found: list[FreeFunction] = []
     known = {id(s): _variables(baseline, s) for s in accepted}
     for j, variables in dict.fromkeys(known.values()):
@@ -127,16 +132,13 @@ def free_functions(
                 s for s in accepted if known[id(s)][0] == j and {*known[id(s)][1]} <= {*variables}
             ]
             rest = [s for s in accepted if all(s is not law for law in laws)]
-            asked = _Asked(baseline, rest, baseline.score(baseline.beside(rest), misfit), states)
-            found += asked.beside_laws(j, variables, laws, least)
+            found += asked(rest).beside_laws(j, variables, laws, least)
     if left:
-        asked = _Asked(
-            baseline, accepted, baseline.score(baseline.beside(accepted), misfit), states
-        )
+        whole = asked(accepted)
         told = {f.joint for f in found}
         for j, joint in enumerate(baseline.robot.movable):
-            if joint.number not in told and asked.missing(j) > least * baseline.base.size[j]:
-                found += asked.alone(j)
+            if joint.number not in told and whole.missing(j) > least * baseline.base.size[j]:
+                found += whole.alone(j)
     return tuple(found)
 
 
