@@ -24,7 +24,7 @@ from symgen.diagnosis.diagnosis import (
 from symgen.distributed import own_threads
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import MISFIT
-from symgen.faults.causes import find_cause, unmendable
+from symgen.faults.causes import ANOTHER, find_cause, unmendable
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     MOST,
@@ -40,9 +40,6 @@ from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: A torque with a factor above this one is in another unit. A smaller factor may also come from a
-#: spring, so it competes with the physics.
-_ANOTHER = 100.0
 #: Faults that need a new record. They stay named whatever their correction closes of the gap.
 _LASTING = ("stuck", "step", "sign", "time")
 _UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
@@ -108,7 +105,8 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
         elif cause is not None and cause.kind in _UNMENDABLE:
             return [*found, unmendable(scene, cause)]
         new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
-        if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
+        # A torque in the same unit may also be wrong by a spring, so it competes with the physics.
+        if not new or (new[0].kind == "gain" and 1 / ANOTHER < new[0].value < ANOTHER):
             break
         found += new
         logs, held = ([undo_faults(log, new)[0] for log in group] for group in (logs, held))

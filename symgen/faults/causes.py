@@ -50,7 +50,7 @@ _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
 _LOUD = 5.0  # times the residual elsewhere, in an event
 _AWAY = 1.0  # s, distance from masked samples
 _SHORT = 0.1  # part of a log: longest event
-_ANOTHER = 10.0  # factor above which a torque is in another unit
+ANOTHER = 10.0  # factor above which a torque is in another unit
 _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
 _SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
 _ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
@@ -537,7 +537,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
             signs[-1] = -1.0 if i == j else 1.0
             whole[np.ix_(own, own)] += gram * np.outer(signs, signs) / size**2
         inverse = float(solve_gram(whole)[-1])
-        if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
+        if 1 / ANOTHER <= inverse <= ANOTHER or inverse <= 0:
             continue
         channel, factor = f"tau{j + 1}", 1 / inverse
         says = f"{channel} is {factor:.3g} times as large as the other joints require (unit)"
