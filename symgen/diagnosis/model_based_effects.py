@@ -33,7 +33,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
 
-_STEP = 1e-2  # m; torque is a polynomial of degree two in the lengths
+_STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
 _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
 #: Crossing of the play: step in s, number of steps tried first, smallest over largest link inertia.
@@ -159,12 +159,7 @@ def _lengthened(
     """
 
     def slope(state: Sequence[FloatArray]) -> FloatArray:
-        """Return a central difference; it is exact for polynomials of degree two."""
-        low, high = (
-            v.torque(state, torques.links, changes={(number, key): step})
-            for step in (-_STEP, _STEP)
-        )
-        return np.asarray((high - low) / (2 * _STEP))
+        return _slope(lambda h: v.torque(state, torques.links, changes={(number, key): h}))
 
     same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
     state = (s.q, s.qd, s.qdd)
@@ -172,12 +167,18 @@ def _lengthened(
     return everywhere(along[:, :, None])
 
 
+def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:
+    """Return a central difference at 0; it is exact for polynomials of degree two."""
+    low, high = torque(-step), torque(step)
+    return np.asarray((high - low) / (2 * step))
+
+
 def _zeros(robot: Robot) -> Iterator[Candidate]:
     """Yield a zero offset of each revolute joint: its link is at q + DZ."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        low, high = (_moved(j, s, torques, np.array([[h], [0.0], [0.0]])) for h in (-_STEP, _STEP))
-        return everywhere(((high - low) / (2 * _STEP))[:, :, None])
+        unit = np.array([[1.0], [0.0], [0.0]])
+        return everywhere(_slope(lambda h: _moved(j, s, torques, h * unit))[:, :, None])
 
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
@@ -286,8 +287,7 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
-    low, high = (_moved(j, s, torques, h * along) for h in (-step, step))
-    return everywhere(((low - high) / (2 * step))[:, :, None])
+    return everywhere(-_slope(lambda h: _moved(j, s, torques, h * along), step)[:, :, None])
 
 
 def _loose(robot: Robot) -> Iterator[Candidate]:

@@ -388,7 +388,7 @@ class _Question:
                 closes = share if says else 0.0
                 pairs, told = (
                     zip(self.logs[0], train, strict=True),
-                    [replace(f, done="undone") for f in faults],
+                    [replace(f, done="corrected for the search") for f in faults],
                 )
                 drawn = mended_channels(pairs, told, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
