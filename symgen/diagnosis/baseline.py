@@ -163,9 +163,8 @@ class Baseline:
         model = partial(torque_at, self.evaluator, X)
         torques = [np.concatenate([modelled(s, model) for s in x]) for x in resting.creeping]
         if self.given:
-            known = np.concatenate([modelled(s, model) for s in resting.halted])
-            y = np.concatenate([s.unmasked.measured for s in resting.logs]) - known
-            return np.zeros((len(resting.joint), 0)), resting.means(y), torques
+            halted = given_system(self.evaluator, resting.halted, self.X)
+            return resting.means(halted.W), resting.means(halted.y), torques
         W = np.concatenate([torque_rows(self.evaluator, s.unmasked, X) for s in resting.halted])
         return resting.means(W), resting.means(self.base.y), torques
 

@@ -36,6 +36,8 @@ FOLDS = 6
 LEAST, MISFIT = 0.008, 0.004
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
+#: Log-odds above which one of two explanations is certain: nine to one.
+SURE = math.log(9.0)
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds

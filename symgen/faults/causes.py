@@ -23,7 +23,7 @@ from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
-from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
+from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
@@ -36,8 +36,6 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
 _CLEARER = 0.85
-#: Log-odds to the next cause, and to physics without a name, for a cause that is named.
-_SURE = math.log(9.0)
 #: Log prior odds of missing physics, which most robots have, against one fault.
 _RARE = math.log(1000.0)
 TILT = math.radians(1.0)  # tilt that sound bases have
@@ -52,7 +50,7 @@ _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
 _LOUD = 5.0  # times the residual elsewhere, in an event
 _AWAY = 1.0  # s, distance from masked samples
 _SHORT = 0.1  # part of a log: longest event
-_ANOTHER = 10.0  # factor above which a torque is in another unit
+ANOTHER = 10.0  # factor above which a torque is in another unit
 _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
 _SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
 _ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
@@ -539,7 +537,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
             signs[-1] = -1.0 if i == j else 1.0
             whole[np.ix_(own, own)] += gram * np.outer(signs, signs) / size**2
         inverse = float(solve_gram(whole)[-1])
-        if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
+        if 1 / ANOTHER <= inverse <= ANOTHER or inverse <= 0:
             continue
         channel, factor = f"tau{j + 1}", 1 / inverse
         says = f"{channel} is {factor:.3g} times as large as the other joints require (unit)"
@@ -743,7 +741,7 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
-    near = [c for c in found[1:] if best.score - c.score < _SURE]
+    near = [c for c in found[1:] if best.score - c.score < SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.

@@ -58,7 +58,6 @@ from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
-_FEWEST = 10  # samples held out
 
 
 def identify(
@@ -243,7 +242,7 @@ def _open_in_memory(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = hold_out(train, _FEWEST)
+        train, held = hold_out(train)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None
