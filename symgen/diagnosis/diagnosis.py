@@ -222,6 +222,7 @@ class Diagnosis(Viewable):
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
+        contacts: contacts in the logs, whose samples count in no fit and in no gap after.
     """
 
     robot: str
@@ -250,6 +251,7 @@ class Diagnosis(Viewable):
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
+    contacts: Annotated[tuple[Fault, ...], BESIDE] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "energy", work(self.curves))

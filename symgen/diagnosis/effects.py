@@ -418,17 +418,9 @@ def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> Flo
     return z
 
 
-def _contact(s: FilteredLog, _: Torques, __: int, constants: Constants) -> FloatArray:
-    """A constant torque from `start`, s after the log's first sample, for `length` s."""
-    t = s.t - s.t[0]
-    start, length = constants["start"], constants["length"]
-    return np.asarray((t >= start) & (t < start + length), dtype=float)
-
-
 #: Shape of an effect, and whether it contains the model's torque.
 _SHAPES: dict[str, tuple[Shape, bool]] = {
     "drive_gain_error": (_gain, True),
     "thermal_drift": (_drift, True),
     "presliding_friction": (_presliding, False),
-    "external_contact": (_contact, False),
 }

@@ -15,6 +15,7 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
+from symgen.diagnosis.contacts import NAME as CONTACT
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.measuring_chain import (
@@ -140,7 +141,8 @@ def diagnose(
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
     if whole.verdict in ("unexplained", "partly-explained"):
         train, held = asked.logs
-        rows = Rows(evaluator, (*train, *held), len(train), misfit)
+        free = tuple(undo_faults(log, whole.contacts)[0] for log in (*train, *held))
+        rows = Rows(evaluator, free, len(train), misfit)
         cause = find_cause(Scene(rows), repairs=opened.repairs, least=least)
         if cause is not None:
             whole = replace(whole, advice=(cause.says, *whole.advice))
@@ -329,7 +331,8 @@ class _Question:
             *special_candidates(self.robot, bent, self.effects, given=given),
         )
         expressions = not given and (self.effects is None or "unnamed" in self.effects)
-        search = Search(model, pool, expressions, self.least, self.misfit, self.progress)
+        contacts = self.effects is None or CONTACT in self.effects
+        search = Search(model, pool, expressions, contacts, self.least, self.misfit, self.progress)
         selection = search.run()
         self.progress("deriving, compiling and identifying the extended model")
         notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)

@@ -4,8 +4,8 @@ All compete by the prediction of motion that they were not fitted on, in trainin
 logs together (`symgen.estimation.predictive_score`). The causes are the columns of
 `symgen.faults.shapes`, gravity in another direction or missing, sets of wrong torque signs, and
 channel faults that other finders would correct. Physics that the model may lack competes as well,
-without a name. Other motion cannot predict an event such as a collision; its score is the gain of
-the fit elsewhere when the event is left out.
+without a name. Other motion cannot predict an event such as a collision
+(`symgen.estimation.events`).
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
+from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
-from symgen.faults.recorder import cut_torques, late_torques
+from symgen.faults.recorder import contact_fault, cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
@@ -46,10 +47,7 @@ _TURNED = 12  # largest number of joints whose signs are tried in sets
 _ROUNDS, _FAR = 4, 0.5  # of the Gauss-Newton method; largest change of gravity by one, relative
 _DEPENDENT = 1e-10  # eigenvalue over the largest: a combination without torque
 _WILD = 0.1  # of a joint's torque: error above which other gravity axes are tried
-_MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
-_LOUD = 5.0  # times the residual elsewhere, in an event
 _AWAY = 1.0  # s, distance from masked samples
-_SHORT = 0.1  # part of a log: longest event
 ANOTHER = 10.0  # factor above which a torque is in another unit
 _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
 _SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
@@ -631,40 +629,17 @@ class _Field:
 
 
 def _moments(scene: Scene) -> Iterator[Cause]:
-    """Yield events with a large residual, without which the fit is better elsewhere."""
-    residual = (scene.rows.y - scene.model) * scene.rows.weight
-    typical = np.median(np.abs(residual), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
-    loud = np.sqrt(np.mean(np.minimum(residual / typical, 1e3) ** 2, axis=1))
-    spans = zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)
-    for log, span in itertools.islice(spans, scene.rows.train):
-        t, own = log.compared_t, loud[span]
-        length = t[-1] - t[0]
-        best: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        for seconds in _MOMENTS:
-            if seconds > _SHORT * length:
-                break
-            width = max(2, round(seconds / (t[1] - t[0])))
-            power = np.convolve(own**2, np.ones(width) / width, mode="same")
-            at = int(np.argmax(power))
-            if power[at] * math.sqrt(width) > best[0] and math.sqrt(power[at]) > _LOUD:
-                best = power[at] * math.sqrt(width), t[at] - seconds, t[at] + seconds
-        if not best[0]:
-            continue
-        near = (log.t >= best[1] - _AWAY) & (log.t <= best[2] + _AWAY)
-        if log.mask is not None and log.mask.joint[near].any():
-            continue  # a channel is wrong there
-        inside = np.zeros(len(scene.rows.y), dtype=bool)
-        inside[span] = (t >= best[1]) & (t <= best[2])
-        everybody = np.repeat(inside[:, None], scene.n, axis=1)
-        gained, share = scene.score.gained_without(everybody)
-        yield Cause(
-            "moment",
-            (),
-            f"a contact or collision in {log.name} between {best[1]:.3g} and {best[2]:.3g} s: "
-            "leave this time out of the log",
-            gained,
-            scene.score.alone.left * share,
-        )
+    """Yield the most probable event of the training logs, without which the fit is better."""
+    logs = scene.rows.logs[: scene.rows.train]
+    event = likeliest_event(scene.score, logs)
+    if event is None:
+        return
+    log = logs[event.log]
+    near = (log.t >= event.start - _AWAY) & (log.t <= event.end + _AWAY)
+    if log.mask is not None and log.mask.joint[near].any():
+        return  # a channel is wrong there
+    gained, fit = event.fit(scene.score)
+    yield Cause("moment", (), contact_fault(event, log).fault, gained, fit.left)
 
 
 #: Causes with fits of their own.
