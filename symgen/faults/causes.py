@@ -41,6 +41,7 @@ _CLEARER = 0.85
 _RARE = math.log(1000.0)
 TILT = math.radians(1.0)  # tilt that sound bases have
 _TIMES = tuple(k / 6 for k in range(1, 6))  # parts of a log at which something may begin
+_FADES = (0.1, 0.2, 0.4)  # time constants with which something may fade, as parts of a log
 _NEAR = 8  # number of most probable causes that are tried again beside each set of physics
 _MOST = 3  # sets of columns of physics without a name, for each joint
 _TURNED = 12  # largest number of joints whose signs are tried in sets
@@ -99,7 +100,11 @@ Finder = Callable[[Scene], Iterator[Cause]]
 
 
 def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
-    """Yield possible start times: a text, and the weight (K,) of the rows."""
+    """Yield possible courses of a change: a text, and the weight (K,) of the rows.
+
+    It is in another log than the first, begins at some time, grows along a log, or fades as what
+    warms up does, exp(-t/T).
+    """
     several = len(scene.rows.logs) > 1
     for k, (log, span) in enumerate(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)):
         own = np.zeros(len(scene.rows.y))
@@ -111,6 +116,8 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
             at = log.compared_t[0] + part * length
             yield f" in {log.name} from about {at:.3g} s on", own * (scene.rows.t > part)
         yield f" along {log.name}", own * scene.rows.t
+        for part in _FADES:
+            yield f" in {log.name}, most at its beginning", own * np.exp(-scene.rows.t / part)
 
 
 def causes(
