@@ -366,7 +366,7 @@ class PredictiveScore:
         """Return how fits in which some rows (K, n) have no say predict all rows."""
         left = self._without(inside).held_out
         squares = np.zeros(self.counts.shape)
-        for f in range(squares.shape[1]):
+        for f, _ in enumerate(self.counts[0]):
             squares[:, f] = np.sum(((self.weight * left)[self.fold == f]) ** 2, axis=0)
         score, variance = self._scored(squares / self.sigma[:, None] ** 2)
         return Fit(float(score), variance, np.zeros(0), np.zeros(len(self.sigma)))
