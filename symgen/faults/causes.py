@@ -21,6 +21,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
@@ -586,7 +587,7 @@ def _tied(scene: Scene, fields: FloatArray) -> Callable[[FloatArray], float]:
         return np.concatenate([links, np.eye(n) * qdd[:, :, None]], axis=2)
 
     inertial = rows.evaluator.model.inertial
-    own = np.concatenate([rows.along(columns, smooth=True), rows.W[:, :, inertial:]], axis=2)
+    own = np.concatenate([rows.along(columns, BLOCK, smooth=True), rows.W[:, :, inertial:]], axis=2)
     heavy = np.flatnonzero(np.tile(np.isin(names.LINK, _HEAVY), len(units) // size))
 
     def misfit(g: FloatArray) -> float:
