@@ -380,8 +380,8 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
-            more = system.with_columns(along)
-            std = _solved((*names, *extra, *constants), more, baseline.features).std
+            bent = system.with_columns(along)
+            std = _solved((*names, *extra, *constants), bent, baseline.features).std
         except IdentificationError:  # the logs do not determine the constants
             std = np.concatenate([std, np.full(count, np.nan)])
     return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)

@@ -579,16 +579,16 @@ def _tied(scene: Scene, fields: FloatArray) -> Callable[[FloatArray], float]:
         fields: the result of `_fields`.
     """
     rows, n, size = scene.rows, scene.n, len(names.LINK)
-    units = np.eye(len(rows.evaluator.model.robot.joints) * size)
-    units = units.reshape(len(units), -1, size)
+    links = len(rows.evaluator.model.robot.joints)
+    units = np.eye(links * size).reshape(links * size, links, size)
 
     def columns(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        links = rows.variation.regressor((q, qd, qdd), units, np.zeros(3))
-        return np.concatenate([links, np.eye(n) * qdd[:, :, None]], axis=2)
+        weightless = rows.variation.regressor((q, qd, qdd), units, np.zeros(3))
+        return np.concatenate([weightless, np.eye(n) * qdd[:, :, None]], axis=2)
 
     inertial = rows.evaluator.model.inertial
     own = np.concatenate([rows.along(columns, BLOCK, smooth=True), rows.W[:, :, inertial:]], axis=2)
-    heavy = np.flatnonzero(np.tile(np.isin(names.LINK, _HEAVY), len(units) // size))
+    heavy = np.flatnonzero(np.tile(np.isin(names.LINK, _HEAVY), links))
 
     def misfit(g: FloatArray) -> float:
         W = own.copy()
