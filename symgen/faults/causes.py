@@ -36,7 +36,7 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
 _CLEARER = 0.85
-#: Log-odds to the next cause, and to physics without a name, for a cause that is named.
+#: Log-odds to all other causes, and to physics without a name, for a cause that is named.
 _SURE = math.log(9.0)
 #: Log prior odds of missing physics, which most robots have, against one fault.
 _RARE = math.log(1000.0)
@@ -753,11 +753,20 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     near = [c for c in found[1:] if best.score - c.score < _SURE]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
         return None
+    # Many causes that are each less probable are together as probable as one.
+    told_of, others = [best, *near], [c for c in found if c is not best and c not in near]
+    if others and _total(told_of) - _total(others) < _SURE:
+        return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
+
+
+def _total(found: Sequence[Cause]) -> float:
+    """Return the log-odds of one of some causes."""
+    return float(np.logaddexp.reduce([c.score for c in found]))
 
 
 def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:

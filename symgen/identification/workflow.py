@@ -173,8 +173,8 @@ def _possible(
     try:
         other = opened.solve(chosen, bounded)
     except ParameterError as error:
-        faults = (like_no_robot(wrong, "none are found"),)
-        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=faults)
+        none = like_no_robot(wrong, "none are found")
+        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(none,))
     whole = [o.seen.residual for o in (found, other)]
     before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
     if np.max(after - before) > LEAST**2:
