@@ -720,7 +720,7 @@ def find_cause(
 
 def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
     """Return the first of the causes, most probable first, if it is certain; see `find_cause`."""
-    rows, best, alone = scene.rows, found[0], scene.score.alone.left
+    rows, best, alone = scene.rows, _undoable(found), scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
     clear = (fell >= least) & (best.left <= part**2 * alone)
@@ -732,14 +732,33 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
-    near = [c for c in found[1:] if best.score - c.score < SURE]
+    near = [c for c in found if c is not best and found[0].score - c.score < SURE]
+    if best.kind == "delay":
+        near = [c for c in near if (c.kind, c.joints) != ("filter", best.joints)]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
+        return None
+    # Many causes that are each less probable are together as probable as one.
+    others = [c for c in found if c is not best and found[0].score - c.score >= SURE]
+    if others and _total([best, *near]) - _total(others) < SURE:
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
+
+
+def _undoable(found: Sequence[Cause]) -> Cause:
+    """Return the most probable cause, or the delay that its filter may be as well."""
+    first = found[0]
+    late = (c for c in found if c.kind == "delay" and c.joints == first.joints)
+    delay = next(late, first) if first.kind == "filter" else first
+    return delay if first.score - delay.score < SURE else first
+
+
+def _total(found: Sequence[Cause]) -> float:
+    """Return the log-odds of one of some causes."""
+    return float(np.logaddexp.reduce([c.score for c in found]))
 
 
 def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
