@@ -51,7 +51,7 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, largest, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
@@ -564,11 +564,10 @@ def _largest(seen: TorqueFit, robot: Robot) -> tuple[str, ...]:
     each = seen.residual.per_joint or ()
     if len(each) < 2 or not seen.traces:
         return ()
-    j = int(np.argmax(each))
-    torque = np.concatenate([trace.measured[:, j] for trace in seen.traces])
-    size = each[j] * float(np.sqrt(np.mean(torque**2)))
-    unit = names.unit("OF", robot.sigma[j])
-    return (f"largest on {robot.listed([j])}: {percent(each[j])}, {size:.3g} {unit}",)
+    torque = np.concatenate([trace.measured for trace in seen.traces])
+    labels = [robot.listed([j]) for j in range(robot.n)]
+    units = [names.unit("OF", sigma) for sigma in robot.sigma]
+    return (f"largest on {largest(each, torque, labels, units)}",)
 
 
 def _unread(unexplained: float | None) -> tuple[str, ...]:

@@ -59,7 +59,6 @@ from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
-_FEWEST = 10  # samples held out
 
 
 def identify(
@@ -173,8 +172,8 @@ def _possible(
     try:
         other = opened.solve(chosen, bounded)
     except ParameterError as error:
-        none = like_no_robot(wrong, "none are found")
-        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(none,))
+        reason = like_no_robot(wrong, "none are found")
+        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(reason,))
     whole = [o.seen.residual for o in (found, other)]
     before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
     if np.max(after - before) > LEAST**2:
@@ -247,7 +246,7 @@ def _open_in_memory(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = hold_out(train, _FEWEST)
+        train, held = hold_out(train)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None
