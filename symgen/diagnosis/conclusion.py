@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.codegen.model import Model, derive
+from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline, model_of
 from symgen.diagnosis.contacts import NAME as CONTACT
 from symgen.diagnosis.contacts import Contact, contacts_in
@@ -47,7 +48,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.floor import at_rest, noise_floor, quiet
+from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
     LEAST,
     PredictiveScore,
@@ -194,12 +195,21 @@ def _shown(
         selection = _without(selection, [lost], fault)
 
 
+def _probable(selection: Selection, kept: Sequence[Score]) -> Selection:
+    """Return a selection without effects that only those explained that the data do not confirm."""
+    known = {s.candidate.key for s in kept}
+    lost = [s for s in selection.accepted if s.candidate.key not in known]
+    fault = "it does not predict other motion better beside the confirmed effects"
+    return replace(_without(selection, lost, fault), accepted=tuple(kept))
+
+
 def conclude(
     baseline: Baseline,
     selection: Selection,
     notes: tuple[str, ...],
     least: float = LEAST,
     misfit: float | None = None,
+    probable: Callable[[Sequence[Score]], list[Score]] | None = None,
 ) -> Diagnosis:
     """Add the effects, identify the model again, and measure the gap on the validation data.
 
@@ -213,6 +223,7 @@ def conclude(
         least: smallest torque that matters, as a part of the joint's torque.
         misfit: smallest model error to expect, as a part of a joint's torque; None for the declared
             model: then neither the places of the gap nor free functions are searched.
+        probable: gives those of some effects that are probable beside one another; None if all are.
     """
     declared = baseline
     contacts = selection.contacts or ()
@@ -225,7 +236,11 @@ def conclude(
     baseline = replace(baseline, held=held)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
     selection, biased = _shown(baseline, selection)
+    if probable is not None and len(selection.accepted) < len(accepted):
+        selection = _probable(selection, probable(selection.accepted))
     suspected = [s for s in selection.accepted if not s.confirmed]
+    torque = rms(np.concatenate([log.unmasked.measured for log in baseline.held]))
+    share = torque / np.maximum(torque, baseline.base.size)
     while True:
         accepted, seen = _settled(baseline, [s for s in selection.accepted if s.confirmed])
         selection = replace(selection, accepted=accepted)
@@ -239,8 +254,7 @@ def conclude(
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
         gaps = _gaps(baseline, model, declared)
-        before, after = gaps.moving.before, gaps.moving.after
-        raised = _raising(accepted, before, after, least)
+        raised = _raising(accepted, gaps.moving, share, least)
         if raised is None:
             break
         score, was, now = raised
@@ -641,20 +655,27 @@ def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
 
 
 def _raising(
-    accepted: Sequence[Score], before: Gap, after: Gap, least: float
+    accepted: Sequence[Score], moving: _Judged, share: FloatArray, least: float
 ) -> tuple[Score, float, float] | None:
     """Return the weakest effect that does not improve the prediction of unseen data, and the gaps.
 
-    The gap of a joint on which effects act may not grow by what matters, and that of all joints may
-    not grow.
+    The gap of a joint on which effects act may not grow, nor that of all joints.
+
+    Args:
+        accepted: the effects.
+        moving: gaps of the validation data.
+        share: (n,) torque of the joints in these data over the largest torque in any data.
+        least: smallest torque that matters, as a part of the joint's torque.
     """
+    before, after, _ = moving
     if accepted and after.total > before.total:
         return accepted[-1], before.total, after.total
+    was, now, noise = ([*(share * gap.per_joint)] for gap in moving)
+    raised = grown(was, now, noise, least)
     for score in reversed(accepted):
         for j in score.candidate.joints:
-            was, now = before.per_joint[j], after.per_joint[j]
-            if now > was + least:
-                return score, was, now
+            if raised[j]:
+                return score, before.per_joint[j], after.per_joint[j]
     return None
 
 

@@ -8,8 +8,8 @@ the other folds,
 
 c = |y - W b|^2 on the m rows of joint j in the event (`symgen.estimation.predictive_score`). Such a
 variance is integrated out, with a uniform prior of its logarithm from the misfit to the torque of
-the joint. An event pays for the number of spans that are tried. Folds are motion of one kind, so
-what is large wherever the motion is of that kind is no event.
+the joint. An event pays for the number of spans and of sets of joints that are tried. Folds are
+motion of one kind, so what is large wherever the motion is of that kind is no event.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Event:
         first, last: samples without which the equations do not contain the event.
         joints: their positions.
         rows: (K, n) rows of all logs that it reaches.
-        price: nats, for the spans that are tried and for the variances.
+        price: nats, for the spans and sets of joints that are tried, and for the variances.
     """
 
     log: int
@@ -102,6 +102,7 @@ def likeliest_event(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Even
     contained[at : at + m, joints] = True
     whole = np.concatenate(every)
     price = math.log(len(whole)) - float(np.logaddexp.reduce(whole) - most)
+    price += len(score.misfit) * math.log(2)
     price += float(np.sum(_price(np.sum(score.weight[at : at + m, joints] ** 2, axis=0))))
     log = logs[k]
     first, last = int(log.kept[at - span.start]), int(log.kept[at - span.start + m - 1])
