@@ -22,6 +22,7 @@ from symgen.diagnosis.whitened_system import (
     torque_at,
     whitened,
 )
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, motion_folds
 from symgen.estimation.system import torque_rows
@@ -176,9 +177,8 @@ class Baseline:
         model = partial(torque_at, self.evaluator, X)
         torques = [np.concatenate([modelled(s, model) for s in x]) for x in resting.creeping]
         if self.given:
-            known = np.concatenate([modelled(s, model) for s in resting.halted])
-            y = np.concatenate([s.unmasked.measured for s in resting.logs]) - known
-            return np.zeros((len(resting.joint), 0)), resting.means(y), torques
+            halted = given_system(self.evaluator, resting.halted, self.X)
+            return resting.means(halted.W), resting.means(halted.y), torques
         W = np.concatenate([torque_rows(self.evaluator, s.unmasked, X) for s in resting.halted])
         return resting.means(W), resting.means(self.base.y), torques
 
@@ -201,6 +201,12 @@ class Baseline:
         whole = np.concatenate(at, axis=1)
         limit = static_friction(resting, creeping)
         return Rests(resting.joint, resting.rows, whole, y - whole @ found.X, limit)
+
+    @cached_property
+    def features(self) -> list[FloatArray]:
+        """Random functions of the state of each training log, (K, n, m), that stand for misfit."""
+        known = features_of(self.base.logs, self.robot.sigma)
+        return [known.in_band(log.unmasked.modelled) for log in self.base.logs]
 
     @cached_property
     def _folds(self) -> NDArray[np.intp]:

@@ -48,7 +48,6 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.features import features_of
 from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
     LEAST,
@@ -308,7 +307,7 @@ def conclude(
         floor=told.floor,
         where=()
         if misfit is None or verdict == "consistent"
-        else places(declared, accepted, moving.before, moving.floor),
+        else places(declared, accepted, contacts, moving.before, moving.floor),
         effects=found,
         free_functions=shapes or None,
         rejected=tuple(
@@ -388,7 +387,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     names = () if baseline.given else evaluator.model.base.names
     system = system.with_columns(seen(s.candidate) for s in corrected)
     extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    solution = _solved((*names, *extra), system, baseline.robot.sigma)
+    solution = _solved((*names, *extra), system, baseline.features)
     std = solution.std
     along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
     if along:
@@ -398,7 +397,8 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
-            std = _solved((*names, *extra, *constants), system.with_columns(along), robot.sigma).std
+            bent = system.with_columns(along)
+            std = _solved((*names, *extra, *constants), bent, baseline.features).std
         except IdentificationError:  # the logs do not determine the constants
             std = np.concatenate([std, np.full(count, np.nan)])
     return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)
@@ -429,7 +429,7 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
     system = baseline.beside(accepted)
     try:
-        solution = _solved((*names, *extra), system, baseline.robot.sigma)
+        solution = _solved((*names, *extra), system, baseline.features)
         X, std = solution.X, solution.std
     except IdentificationError:
         X = estimated(system).X
@@ -715,21 +715,22 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
     return (tied or accepted)[-1]
 
 
-def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]) -> Solution:
+def _solved(
+    names: tuple[str, ...], system: WhitenedSystem, features: Sequence[FloatArray]
+) -> Solution:
     """Solve the final model; the solution is empty if no parameter is unknown."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
     out, first, weights = [], 0, estimated(system).moves
-    known = features_of(system.logs, sigma)
-    for log in system.logs:
-        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)
+    for log, known in zip(system.logs, features, strict=True):
+        t = log.t[log.kept]
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            own = weight[:, None] * features[at, j]
+            own = weight[:, None] * known[at, j]
             out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")

@@ -180,13 +180,10 @@ def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
         step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
         size = max(1, round(window / step))
         if len(c.t) > size:
-            torques, free = (
-                np.stack([c.measured, c.before, c.after]),
-                1 if c.free is None else c.free,
-            )
-            power = np.sum(c.qd * torques * free, axis=2)
-            total = np.zeros(power.shape)
-            np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1, out=total[:, 1:])
+            torques = np.stack([c.measured, c.before, c.after])
+            power = np.sum(c.qd * torques * (1 if c.free is None else c.free), axis=2)
+            total = np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1)
+            total = np.pad(total, ((0, 0), (1, 0)))
             parts.append(total[:, size:] - total[:, :-size])
     if not parts:
         return None

@@ -36,6 +36,8 @@ FOLDS = 6
 LEAST, MISFIT = 0.008, 0.004
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
+#: Log-odds above which one of two explanations is certain: nine to one.
+SURE = math.log(9.0)
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds
@@ -362,8 +364,10 @@ class PredictiveScore:
 
     def _squares_of(self, left: FloatArray) -> FloatArray:
         """Return the sums of squares of residuals (K, n) on each fold, (n, folds)."""
-        folds = range(len(self._order))
-        return np.stack([np.sum(left[self.fold == f] ** 2, axis=0) for f in folds], axis=1)
+        out = np.zeros(self.counts.shape)
+        for f, _ in enumerate(self.counts[0]):
+            out[:, f] = np.sum(left[self.fold == f] ** 2, axis=0)
+        return out
 
     def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
         """Return how fits in which some rows (K, n) have no say predict all rows."""

@@ -118,7 +118,7 @@ def test_ur10e_with_coulomb_friction_left_out_of_two_joints() -> None:
 
 @pytest.mark.slow
 def test_an_effect_of_dp_c0_within_its_std_is_not_certain() -> None:
-    """Beside confirmed effects alone, an effect may be less probable than in the search."""
+    """What was probable beside effects that are not confirmed may not be probable alone."""
     folder = data_folder() / "dp_c0"
     train = sorted(folder.glob("train*.*"))
     answer = diagnose(folder / "robot.toml", train, validation=folder / "test.npz")
