@@ -7,10 +7,11 @@ prior:
 
 Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
 Effects are added one by one or as pairs on a joint, of which one may require the other, removed and
-exchanged while that raises the odds. An effect that lowers the held-out torque error of every joint by less than `least` is never
-named. Effects that explain the same form one class. The odds give the probability of each of its
-names. A short span with an error of its own (`symgen.estimation.events`) competes as a contact; the
-other effects then compete on the other rows.
+exchanged while that raises the odds. An effect that lowers the held-out torque error of every joint
+by less than `least` is never named. Effects that explain the same form one class. The odds give the
+probability of each of its names. A short span with an error of its own
+(`symgen.estimation.events`) competes as a contact; the other effects then compete on the other
+rows.
 """
 
 from __future__ import annotations
