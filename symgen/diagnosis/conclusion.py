@@ -53,6 +53,7 @@ from symgen.estimation.predictive_score import (
     LEAST,
     PredictiveScore,
     dense,
+    everywhere,
     motion_folds,
     repeats_motion,
 )
@@ -156,11 +157,13 @@ def _left(baseline: Baseline, held: WhitenedSystem, effects: Sequence[Score]) ->
 def _touched(
     baseline: Baseline, effects: Sequence[Score], least: float, misfit: float
 ) -> tuple[Contact, ...]:
-    """Return the contacts in the validation data, which the model with the effects shows."""
+    """Return the contacts in the validation data, beside a fit of the model to these data."""
     held = baseline.system_of(baseline.held)
-    left = _left(baseline, held, effects)
-    fold, none = motion_folds(held.logs), np.zeros((*left.shape, 0))
-    score = PredictiveScore(none, left, held.moves, held.sigma, fold, misfit * held.size)
+    columns = _torques(baseline, held, effects, baseline.beside(effects))
+    held = held.with_columns(map(everywhere, columns))
+    fold, size = motion_folds(held.logs), misfit * held.size
+    left = held.y - held.W @ held.X
+    score = PredictiveScore(held.W, left, held.moves, held.sigma, fold, size)
     return tuple(contacts_in(score, held.logs, held.size, least))
 
 

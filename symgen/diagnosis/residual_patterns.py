@@ -14,12 +14,14 @@ import numpy as np
 
 from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.contacts import NAME as CONTACT
 from symgen.diagnosis.contacts import Contact
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Score, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, gain_of, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
+from symgen.robot.effect import definitions
 
 _PRICE = 0.015  # penalty of a function
 _ORGANISED = 0.3  # smallest score of a pattern
@@ -157,7 +159,7 @@ def places(
         return ()
     robot, base = baseline.robot, baseline.base
     left, torques = baseline.beside(accepted).sigma ** 2 / base.sigma**2, baseline.torques(base)
-    times = {j: (c.event.start, c.event.end) for c in reversed(contacts) for j in c.event.joints}
+    pushed = {j: c for c in reversed(contacts) for j in c.event.joints}
     out = []
     for j in map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))]):
         named = [
@@ -165,11 +167,16 @@ def places(
             for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
-        if named and left[j] < EXPLAINED:
+        contact, time = pushed.get(j), None
+        if contact is not None:
+            time = contact.event.start, contact.event.end
+        if contact is not None and contact.gain > 1 - EXPLAINED:
+            pattern = definitions()[CONTACT].pattern
+        elif named and left[j] < EXPLAINED:
             pattern = named[0]
         else:
             best, score = next(iter(portrait(base, torques, j).items()))
             pattern = best if score > _ORGANISED else "all"
         share = float(excess[j] / excess.sum())
-        out.append(Place(robot.movable[j].number, share, pattern, times.get(j)))
+        out.append(Place(robot.movable[j].number, share, pattern, time))
     return tuple(out)

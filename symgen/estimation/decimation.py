@@ -28,7 +28,7 @@ PER_PERIOD = 4
 ENDS = 0.3
 _CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 #: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
-BLOCK = 512
+BLOCK = 256
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Decimation:
             left, weight, begun = sums[done - begun :], total[done - begun :], done
 
 
-@lru_cache(maxsize=128)  # some seven for each log and band, of about a megabyte
+@lru_cache(maxsize=256)  # some ten for each log and band, of about half a megabyte
 def _weights(
     d: Decimation, reach: int, offset: int, shape: tuple[int, int], ends: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:

@@ -121,7 +121,7 @@ def test_an_effect_of_dp_c0_within_its_std_is_not_certain() -> None:
     """What was probable beside effects that are not confirmed may not be probable alone."""
     folder = data_folder() / "dp_c0"
     train = sorted(folder.glob("train*.*"))
-    answer = diagnose(folder / "robot.toml", train, validation=folder / "test.csv")
+    answer = diagnose(folder / "robot.toml", train, validation=folder / "test.npz")
     doubtful = [
         e
         for e in answer.effects

@@ -137,5 +137,6 @@ def test_a_short_contact_is_given_its_time(tmp_path: Path) -> None:
     )
     acts = np.flatnonzero(np.any(np.abs(case.hidden["train"]) > 1e-9, axis=1))
     begin, end = case.train["t"][acts[[0, -1]]]
+    assert found.where[0].pattern == "time"
     first, last = found.where[0].time_window
     assert begin - 0.3 < first < last < end + 0.3
