@@ -104,8 +104,7 @@ Finder = Callable[[Scene], Iterator[Cause]]
 def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
     """Yield possible courses of a change: a text, and the weight (K,) of the rows.
 
-    It is in another log than the first, begins at some time, grows along a log, or fades as what
-    warms up does, exp(-t/T).
+    It is in another log than the first, begins at some time, or grows along a log.
     """
     several = len(scene.rows.logs) > 1
     for k, (log, span) in enumerate(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)):
@@ -118,8 +117,15 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
             at = log.compared_t[0] + part * length
             yield f" in {log.name} from about {at:.3g} s on", own * (scene.rows.t > part)
         yield f" along {log.name}", own * scene.rows.t
+
+
+def _fading(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
+    """Yield courses of what falls as a joint warms up, exp(-t/T): text, and weight (K,)."""
+    for log, span in zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True):
         for part in _FADES:
-            yield f" in {log.name}, most at its beginning", own * np.exp(-scene.rows.t / part)
+            weight = np.zeros(len(scene.rows.y))
+            weight[span] = np.exp(-scene.rows.t[span] / part)
+            yield f" in {log.name}, most at its beginning", weight
 
 
 def causes(
@@ -196,14 +202,15 @@ def _ordered(found: Iterable[Cause], n: int) -> list[Cause]:
 
 def _linear(scene: Scene, shapes: Sequence[Shape]) -> list[Cause]:
     """Return the shapes that predict other motion, each with its most probable start time."""
-    begun = list(_begun(scene))
+    begun, fading = list(_begun(scene)), list(_fading(scene))
     found: dict[tuple[str, tuple[int, ...], Shape | None], list[Cause]] = {}
     for shape in shapes:
         tried = [_tried(scene, shape, shape.columns, "", 0.0)] if shape.always else []
-        for when, weight in begun if shape.changes else ():
+        courses = [*begun, *(fading if shape.fades else ())] if shape.changes else []
+        for when, weight in courses:
             columns = {j: c * weight[:, None] for j, c in shape.columns.items()}
-            # The start time is one of many, which has a prior cost.
-            tried.append(_tried(scene, shape, columns, when, math.log(len(begun))))
+            # The course is one of many, which has a prior cost.
+            tried.append(_tried(scene, shape, columns, when, math.log(len(courses))))
         for cause in tried:
             if cause is not None and cause.score > 0:
                 own = shape if shape.physics else None

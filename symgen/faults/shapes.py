@@ -64,6 +64,7 @@ class Shape:
         within: possible range of the coefficient.
         shown: converts the coefficient to {x}.
         changes: whether it may begin within a log.
+        fades: whether it may fall along a log, as friction does in a joint that warms up.
         always: whether it may be permanent.
         undo: returns a log without the fault of that coefficient; None if no log can be corrected.
         size: expected RMS torque of each column, N m or N.
@@ -78,6 +79,7 @@ class Shape:
     within: tuple[float, float] = (-math.inf, math.inf)
     shown: Callable[[float], float] = float
     changes: bool = False
+    fades: bool = False
     always: bool = True
     undo: Callable[[float], Undo] | None = None
     size: float = math.inf
@@ -296,7 +298,7 @@ def _frictions(scene: Scene) -> Iterator[Shape]:
             "up; identify from logs in one state"
         )
         columns = {j: speeds[:, [j, scene.n + j]]}
-        yield Shape("friction", (j,), columns, words, changes=True, always=False)
+        yield Shape("friction", (j,), columns, words, changes=True, fades=True, always=False)
 
 
 def _offsets(scene: Scene) -> Iterator[Shape]:
