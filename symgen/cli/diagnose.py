@@ -20,7 +20,7 @@ _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.
 @click.command()
 @ROBOT
 @LOGS
-@click.option("--validation", multiple=True, help="Log on which to show the gap; repeatable.")
+@click.option("--validation", multiple=True, help="Log to measure the torque error on; repeatable.")
 @click.option(
     "--parameters", help="Parameters to keep, not identified again: what has changed since?"
 )

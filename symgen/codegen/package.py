@@ -15,9 +15,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from importlib import resources
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+from symgen import names
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
@@ -48,7 +50,11 @@ _VERSION = "1.1.0"
 _LINE = 100  # line length of a header
 _SINCOS = "math.h"
 #: The C runtime: least squares, and the online identifier.
-_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
+_RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
+#: Steps of the search for possible parameters.
+_STEPS = {"double": 40, "float": 25}
+#: Parameters that are above zero in every robot, beside those of links.
+_POSITIVE = ("IA", "FS", "FV", "IAM", "FSM", "FVM")
 #: Targets that build on the C sources.
 BACKENDS: dict[str, Backend] = {"fmu": fmu, "mex": mex}
 TARGETS = ("c", "casadi", *BACKENDS, "all")
@@ -183,15 +189,21 @@ def _worst_case() -> Any:
     return tomllib.loads((resources.files("symgen.codegen") / "worst_case.toml").read_text("utf-8"))
 
 
-def runtime_source(path: str, gravity_input: bool) -> str:
+def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data: Any) -> str:
     """Return a file of the C runtime, with NAME in place of the prefix.
 
     Args:
         path: path in templates/c/runtime.
         gravity_input: whether its functions take g as the last input.
+        dtype: double or float.
+        data: further values for the template.
     """
     declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
-    return rendered(f"c/runtime/{path}", gravity_input=gravity_input, G=declared, g=given)
+    sqrt = "sqrtf" if dtype == "float" else "sqrt"
+    return rendered(
+        f"c/runtime/{path}",
+        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, sqrt=sqrt, **data,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -267,7 +279,7 @@ class _Writer:
 
         if not complete(*ENERGY):
             return ()
-        return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:2]
+        return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:-1]
 
     @property
     def examples(self) -> tuple[str, ...]:
@@ -303,9 +315,35 @@ class _Writer:
         if any(k["needs_sincos"] for k in kernels):
             plain.append(_SINCOS)  # not a public header
         for path in plain:
-            source = runtime_source(path, robot.gravity_input)
+            data = self.standard() if "project" in path else {}
+            source = runtime_source(path, robot.gravity_input, self.dtype, **data)
             out[f"{self.name}_{path}"] = source.replace("NAME", self.name)
         return out
+
+    def standard(self) -> dict[str, Any]:
+        """Return what the search for possible parameters knows of the standard ones."""
+        base, numbers = self.model.base, self.model.robot.values()
+        place = {p.name: k for k, p in enumerate(base.standard)}
+        links = [k for k, p in enumerate(base.standard) if p.prefix == names.INERTIA[0]]
+        inside = {k + i for k in links for i in range(len(names.LINK))}
+        kinds = [
+            "IN_LINK" if k in inside else "POSITIVE" if p.prefix in _POSITIVE else "FREE"
+            for k, p in enumerate(base.standard)
+        ]
+        rows = [
+            [(p.index, 1.0), *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms)]
+            for p in base.parameters
+        ]
+        begin = list(accumulate(map(len, rows), initial=0))
+        return {
+            "order": _wrapped(", ".join(place), _LINE - 4),
+            "standard": len(place),
+            "steps": _STEPS[self.dtype],
+            "links": links,
+            "kinds": _wrapped(", ".join(kinds), _LINE - 6),
+            "begin": _wrapped(", ".join(map(str, begin)), _LINE - 6),
+            "terms": [(k, repr(c)) for row in rows for k, c in row],
+        }
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
         out = self.library()

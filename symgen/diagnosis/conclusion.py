@@ -50,7 +50,7 @@ from symgen.estimation.floor import at_rest, noise_floor, quiet
 from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.torque_error import TorqueFit, relative_error, squares
+from symgen.estimation.torque_error import TorqueFit, percent, relative_error, squares
 from symgen.estimation.values import FloatArray
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
@@ -60,17 +60,13 @@ from symgen.runtime.evaluator import Evaluator
 _EXPLAINED = 0.15  # the largest gap that is called explained
 _REPEATED = 0.9  # largest probability of an effect that is found on data that repeat one motion
 _REPEAT = (
-    "these data repeat one motion, which confirms no effect: record a second log of another motion "
-    "(symgen excite plans one) and give it with --validation"
+    "these logs repeat one motion, which confirms no effect: record a log of another motion "
+    "(symgen excite plans one) and pass it with --validation"
 )
 _SHOWN = 12
 _SETTLING = 4
-#: The first half of the headline of a verdict with an unexplained part.
-_MISSING = {
-    "partly-explained": "a part of the gap has no name",
-    "unexplained": "no effect of the library explains the gap",
-}
-_LOOK = "look at the portraits of the residual"
+#: Verdicts that leave a part of the torque unexplained.
+_MISSING = ("partly-explained", "unexplained")
 
 
 def plain(baseline: Baseline, notes: tuple[str, ...], least: float = LEAST) -> Diagnosis:
@@ -124,8 +120,8 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         if worst is None or fell[worst] >= least:
             break
         fault = (
-            "suspected, not confirmed: on the validation data it lowers the error of a joint by "
-            f"{100 * fell[worst]:.2g} % of the torque; what matters: {100 * least:.2g} %"
+            "suspected, not confirmed: it lowers the torque error of a joint on the validation "
+            f"data by {100 * fell[worst]:.3g} %, which is less than --least {100 * least:.3g}"
         )
         out = _without(out, [kept.pop(worst)], fault)
     return out
@@ -162,7 +158,7 @@ def conclude(
         except (IdentificationError, RobotError) as error:
             if not accepted:  # this is the declared model
                 raise
-            fault = "it explains a part of the gap, but the model with it cannot be identified"
+            fault = "it lowers the torque error, but the model with it cannot be identified"
             culprit = _culprit(baseline, accepted)
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
@@ -172,8 +168,8 @@ def conclude(
             break
         # The effects do not improve the prediction of unseen data: drop the weakest one.
         fault = (
-            "accepted on the training log, but with it the gap on the validation data grows from "
-            f"{100 * before.total:.2g} to {100 * after.total:.2g} %"
+            "accepted on the training logs, but it raises the torque error on the validation data "
+            f"from {100 * before.total:.3g} to {100 * after.total:.3g} %"
         )
         selection = _without(selection, accepted[-1:], fault)
     found = _found_effects(baseline, model)
@@ -189,9 +185,9 @@ def conclude(
         was, now, noise = (100 * gap.total for gap in moving[:3])
         notes = (
             *notes,
-            f"where joints move the gap is {was:.3g} % before and {now:.3g} % after, its noise "
-            f"{noise:.3g} %: by this it is judged, as friction at rest can be anything up to its "
-            "limits",
+            f"the torque error of joints in motion is {was:.3g} % before and {now:.3g} % after "
+            f"(noise floor: {noise:.3g} %). It decides the verdict, because static friction can "
+            "take any value between its limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
     verdict = _verdict(accepted, moving.after, nothing)
@@ -227,7 +223,7 @@ def conclude(
         advice=(
             *holding,
             *(shape(f, robot) for f in shapes),
-            *_advice(found, robot, verdict, nothing),
+            *_advice(found, robot, verdict, told.after, nothing),
         ),
         notes=notes,
         extended=with_values(model.robot, found),
@@ -604,11 +600,16 @@ def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
 
 
 def _advice(
-    found: Sequence[FoundEffect], robot: Robot, verdict: str, quiet: bool
+    found: Sequence[FoundEffect], robot: Robot, verdict: str, after: Gap, quiet: bool
 ) -> tuple[str, ...]:
     out = [noisy(e, robot) for e in found if e.note]
     out += [tie(e, robot) for e in found if e.indistinguishable_from and e.separate]
     if verdict not in _MISSING:
         return tuple(out)
-    nothing = "what is left is noise and static friction at rest: no effect is missing in it"
-    return (*out, nothing if quiet else f"{_MISSING[verdict]}: {_LOOK}")
+    if quiet:
+        return (*out, "the remaining torque error is noise and static friction at rest")
+    return (
+        *out,
+        f"no known effect explains the remaining torque error of {percent(after.total)}: the "
+        "plots of the residual in report.html show what it depends on",
+    )

@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +33,8 @@ _PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
 Constants = Mapping[str, float]
 
 
-class Torques(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Torques:
     """Torques of the model along a log.
 
     Attributes:

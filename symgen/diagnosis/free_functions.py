@@ -285,7 +285,7 @@ class _Asked:
         log, (torques, *_) = self.baseline.base.logs[0], self.baseline.torques(self.baseline.base)
         q, qd, load = np.hsplit(states, 3)
         samples = replace(log.samples, t=np.zeros(len(states)))
-        here, along = replace(log, samples=samples, q=q, qd=qd), torques._replace(load=load)
+        here, along = replace(log, samples=samples, q=q, qd=qd), replace(torques, load=load)
         own = np.hstack([s.candidate.columns(here, along)[j] for s in laws])
         return np.asarray(self._friction(j, splines, states, d[-1:])[:, 0] + own @ b[-1])
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from symgen.diagnosis.diagnosis import (
 from symgen.distributed import own_threads
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import MISFIT
-from symgen.faults.causes import find_cause
-from symgen.faults.fault import EVERYWHERE, Fault, undo_faults
+from symgen.faults.causes import find_cause, unmendable
+from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     Trial,
     against_physics,
@@ -42,9 +43,10 @@ from symgen.runtime.evaluator import Evaluator
 #: A torque with a factor above this one is in another unit. A smaller factor may also come from a
 #: spring, so it competes with the physics.
 _ANOTHER = 100.0
-_MOST = 3  # largest number of faults that are undone, one after the other
-#: Faults after which no search for physics is possible.
-_FATAL = ("upside down", "weightless", "clock", "constant", "command")
+_MOST = 3  # faults that are undone, one after the other
+#: Faults that need a new record. They stay named whatever their correction closes of the gap.
+_LASTING = ("stuck", "step", "sign", "time")
+_UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults with an effect in the library.
 _EFFECTS = {
@@ -64,13 +66,25 @@ _WORDS = {
 }
 
 
+class Checked(NamedTuple):
+    """The faults of some logs.
+
+    Attributes:
+        faults: all faults, each with its correction.
+        lasting: those that need a new record.
+    """
+
+    faults: tuple[Fault, ...] = ()
+    lasting: tuple[Fault, ...] = ()
+
+
 def check(
     evaluator: Evaluator,
     train: Sequence[FilteredLog],
     held: Sequence[FilteredLog] = (),
     repairs: Sequence[Fault] = (),
-) -> tuple[Fault, ...]:
-    """Return the faults of repaired logs; empty for sound logs.
+) -> Checked:
+    """Return the faults of repaired logs; none for sound logs.
 
     Args:
         evaluator: the compiled model.
@@ -79,12 +93,16 @@ def check(
     """
     sigma = evaluator.model.robot.sigma
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
-    if any(f.undo is None for f in found):
-        return found
+    lasting = tuple(f for f in found if f.kind in _LASTING and not f.channel.startswith("qd"))
+    if lasting:
+        return Checked(found, lasting)
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
-    wrong = against_physics(trial) or _channels(trial, repairs) or torque_steps(trial)
-    return (*found, *wrong)
+    if wrong := against_physics(trial):
+        return Checked((*found, *wrong), tuple(wrong))
+    others = _channels(trial, repairs)
+    lasting = tuple(f for f in others if f.kind in _UNMENDABLE)
+    return Checked((*found, *(others or torque_steps(trial))), lasting)
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
@@ -96,11 +114,12 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     for _ in range(_MOST):
         faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
-        cause = find_cause(Scene(rows), faults, repairs, undone=True, threads=own_threads())
+        scene = Scene(rows)
+        cause = find_cause(scene, faults, repairs, undone=True, threads=own_threads())
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
-        elif cause is not None and cause.kind in _FATAL:
-            return [Fault(EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints)]
+        elif cause is not None and cause.kind in _UNMENDABLE:
+            return [*found, unmendable(scene, cause)]
         new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
         if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
             break
@@ -145,7 +164,7 @@ def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diag
         where=_where(faults, before, robot),
         effects=tuple(sorted(effects, key=lambda e: -e.gap_reduction)),
         rejected=tuple(rejected(f, robot) for f in faults if not is_effect(f)),
-        advice=(*(f.fault for f in faults), "no physics is looked for in a log that is wrong"),
+        advice=(*(f.fault for f in faults), "symgen searches for no effects in a faulty log"),
         curves=curves,
     )
 
@@ -259,6 +278,7 @@ def with_chain(
     before: Gap,
     share: float = 0.0,
     says: Sequence[str] = (),
+    lasting: Sequence[Fault] = (),
 ) -> Diagnosis:
     """Return a diagnosis with the faults that were repaired before it.
 
@@ -268,11 +288,12 @@ def with_chain(
         before: the gap before the repairs.
         share: share of the squared gap closed by correcting faults without an effect.
         says: texts about these faults.
+        lasting: all faults that need a new record.
     """
     chain = max([share, *(e.gap_reduction for e in named)])
     physics = max((e.gap_reduction for e in diagnosis.effects), default=0.0)
     verdict = diagnosis.verdict
-    if chain >= physics * (1 - chain):
+    if lasting or chain >= physics * (1 - chain):
         verdict = "bad-measurement"
     elif verdict == "consistent":
         verdict = "explained"
@@ -282,6 +303,10 @@ def with_chain(
         diagnosis,
         verdict=verdict,
         effects=tuple(effects),
+        rejected=(
+            *(rejected(f, diagnosis.extended) for f in lasting if not is_effect(f)),
+            *diagnosis.rejected,
+        ),
         advice=(*says, *diagnosis.advice),
         before=before,
         after=after,

@@ -35,19 +35,19 @@ def summary(diagnosis: Diagnosis) -> str:
     before, after, noise = (
         percent(gap.total) for gap in (diagnosis.before, diagnosis.after, diagnosis.floor)
     )
-    gap = f"The gap falls from {before} to {after}; noise alone is {noise}."
+    gap = f"The torque error falls from {before} to {after} (noise floor: {noise})."
     count = len(diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"
     named = f"{effects} of the measuring chain" if count else "the measuring chain"
     return {
-        "consistent": "The model explains these logs: no effect is probable that matters. The gap "
-        f"is {before}; noise alone is {noise}.",
-        "explained": f"The model misses {effects}. {gap}",
-        "partly-explained": f"The model misses {effects}, and a part of the gap is unexplained. "
+        "consistent": "The model explains these logs: no effect that matters is probable. The "
+        f"torque error is {before} (noise floor: {noise}).",
+        "explained": f"The model lacks {effects}. {gap}",
+        "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "
         f"{gap}",
-        "bad-measurement": f"Not the model but the measurement is wrong: {named}. {gap}",
-        "unexplained": "There is a gap, and no known effect explains it. The gap is "
-        f"{before}; noise alone is {noise}.",
+        "bad-measurement": f"The measurement is wrong, not the model: {named}. {gap}",
+        "unexplained": f"The torque error is {before} (noise floor: {noise}), and no known effect "
+        "explains it.",
     }[diagnosis.verdict]
 
 
@@ -61,7 +61,10 @@ def alike(effect: FoundEffect, robot: Robot) -> str:
 
 def tie(effect: FoundEffect, robot: Robot) -> str:
     """Return a text on the alternatives of an effect, and the motion that distinguishes them."""
-    said = f"{placed(effect, robot)} looks like {alike(effect, robot)}; to tell: {effect.separate}"
+    said = (
+        f"these logs cannot distinguish {placed(effect, robot)} from {alike(effect, robot)}; this "
+        f"motion can: {effect.separate}"
+    )
     if not effect.declared or effect.name not in definitions():
         return said
     where = "-".join(map(str, effect.joints))
@@ -71,9 +74,8 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
 def noisy(effect: FoundEffect, robot: Robot) -> str:
     """Return the doubt about an effect that has a note, and how to resolve it."""
     return (
-        f"{placed(effect, robot)} {effect.note}: the even and the odd samples do not both show "
-        "it; to "
-        "tell: positions of less noise, or speeds of a sensor of their own"
+        f"{placed(effect, robot)} {effect.note}: the even and the odd samples do not both show it; "
+        "record positions with less noise, or measured speeds"
     )
 
 
@@ -86,11 +88,11 @@ def shape(f: FreeFunction, robot: Robot) -> str:
     pairs = zip(written, f.variables, strict=True)
     of = " and ".join(f"{_VARIABLES[x]} of {robot.label(int(name[len(x) :]))}" for x, name in pairs)
     left = (
-        f"a free function leaves {100 * f.after:.2g} % in place of {100 * f.before:.2g} %; "
+        f"a free function reduces the error from {percent(f.before)} to {percent(f.after)}; "
         "no known law has this shape"
     )
     if not f.effects:
-        return f"the torque that {robot.label(f.joint)} misses depends on {of}: {left}"
+        return f"the unexplained torque of {robot.label(f.joint)} depends on {of}: {left}"
     laws = " and ".join(f.effects)
     return f"{robot.label(f.joint)}: {laws} does not have the shape of the torque over {of}: {left}"
 
@@ -104,10 +106,11 @@ def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     )
     out = []
     if left:
-        out.append(f"robot.toml and its C do not hold what samples alone show: {', '.join(left)}")
+        out.append(f"robot.toml and its C code cannot contain {', '.join(left)}")
     if beside:
         out.append(
-            f"symgen subtracts {', '.join(beside)} from the torques of each log; its C lacks it"
+            f"symgen subtracts {', '.join(beside)} from the torques of each log; the C code does "
+            "not contain it"
         )
     return tuple(out)
 
@@ -129,5 +132,5 @@ def held_at_rest(joints: Sequence[int], robot: Robot) -> str:
     """Return a text on joints whose torque at rest exceeds the limit of static friction."""
     return (
         f"at rest the torque on {on_joints(joints, robot)} is beyond the limits of static "
-        "friction: a brake may hold it (--mask rest leaves rests out)"
+        "friction: a brake may hold the joint (--mask rest leaves samples at rest out)"
     )

@@ -327,15 +327,22 @@ def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
     """Return the change of all joint torques by a play, divided by its width."""
-    b, unit = constants["width"], np.zeros((3, len(s.t)))
-    unit[2] = 1.0
-    rigid = torques.of_links(torques.links, s.q, s.qd, s.qdd)
-    inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
-    pull = rigid[:, j] / np.maximum(inertia, _LIGHT * np.abs(inertia).max(initial=1e-300))
+    b, (rigid, pull) = constants["width"], _pull(j, s, torques)
     e = _behind_flanks(pull, s.step, b)
     behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
     change = _moved(j, s, torques, behind) - rigid
     return everywhere(change[:, :, None] / b)
+
+
+@lru_cache(maxsize=8)
+def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
+    """Return the torque of the links, and the acceleration at which a free link falls behind."""
+    unit = np.zeros((3, len(s.t)))
+    unit[2] = 1.0
+    rigid = torques.of_links(torques.links, s.q, s.qd, s.qdd)
+    inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
+    least = _LIGHT * np.abs(inertia).max(initial=1e-300)
+    return rigid, rigid[:, j] / np.maximum(inertia, least)
 
 
 def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:

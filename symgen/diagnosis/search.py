@@ -156,13 +156,15 @@ class Search:
             self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
-            if best[0] <= 0:
-                break
-            chosen = [self._plainest(stage, s, options) for s in best[1]]
-            accepted = self._backward([*accepted, *(self._refined(stage, s) for s in chosen)])
-            accepted = self._exchanged(accepted)
+            if best[0] > 0:
+                chosen = [self._plainest(stage, s, options) for s in best[1]]
+                new = [self._refined(stage, s) for s in chosen]
+                accepted = self._exchanged(self._backward([*accepted, *new]), new)
+            else:
+                accepted = self._exchanged(self._backward(accepted), accepted)
             keys = frozenset(s.candidate.key for s in accepted)
-            if keys in seen:  # two effects that replace each other in turn are equally good
+            # Two effects that replace each other in turn are equally good.
+            if keys in seen or keys == stage.keys:
                 break
             seen.add(keys)
         # The last exchange may have made another effect superfluous.
@@ -285,9 +287,9 @@ class Search:
             )
         out = []
         for same in alike.values():
-            own, columns = zip(*same, strict=True)
+            own, torques = [c for c, _ in same], [c for _, c in same]
             sizes = np.array([self._expected(*x) for x in same])
-            out.append(_Group(own, columns, stage.score.folded(columns), sizes))
+            out.append(_Group(own, torques, stage.score.folded(torques), sizes))
         return out
 
     def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
@@ -439,15 +441,26 @@ class Search:
             accepted = leave_out(accepted, accepted[worst])
         return accepted
 
-    def _exchanged(self, accepted: list[Score]) -> list[Score]:
-        """Select each effect again among all on its joints, beside the other effects."""
+    def _exchanged(self, accepted: list[Score], new: Sequence[Score]) -> list[Score]:
+        """Select effects again among all on their joints, beside the other effects.
+
+        Args:
+            accepted: all effects.
+            new: the latest effects. An effect that shares no joint with another one of them is not
+                selected again.
+        """
+        fresh = [s.candidate.key for s in new]
+        joints = {key: frozenset(s.columns) for key, s in zip(fresh, new, strict=True)}
         for at in range(len(accepted) if len(accepted) > 1 else 0):
             rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
-            if len(leave_out(accepted, own)) < len(rest):
-                continue  # other effects require it
+            beside = [joints[key] for key in fresh if key != own.candidate.key]
+            if len(leave_out(accepted, own)) < len(rest) or not any(
+                map(frozenset(own.columns).intersection, beside)
+            ):
+                continue  # other effects require it, or nothing changed on its joints
             stage = self._stage(rest)
-            joints = frozenset(own.candidate.joints) or None
-            options = [s for s in self._options(stage, joints) if s.worth >= self.least]
+            near = frozenset(own.candidate.joints) or None
+            options = [s for s in self._options(stage, near) if s.worth >= self.least]
             if options and options[0].candidate.key != own.candidate.key:
                 options = self._between(stage, options)
                 best = self._refined(stage, self._plainest(stage, options[0], options))
@@ -456,6 +469,8 @@ class Search:
                     and best.odds > self._again(stage, own).odds
                 ):
                     accepted = [*accepted[:at], best, *accepted[at + 1 :]]
+                    fresh.append(best.candidate.key)
+                    joints[best.candidate.key] = frozenset(best.columns)
         return accepted
 
     def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:

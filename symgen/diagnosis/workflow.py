@@ -124,14 +124,16 @@ def diagnose(
     given = None if known is None else known.X
     asked = _Question(source, evaluator, opened, band_of, given, effects, least, misfit, progress)
     progress("checking the logs")
-    faults = check(evaluator, *asked.logs, opened.repairs)
-    if any(f.undo is None for f in faults):  # the log has to be recorded again
-        try:
-            found = judged(faults, asked.declared, asked.declared)
-            return _with_left_out(found, source)
-        except IdentificationError as error:  # with a dead channel, nothing can be identified
-            raise IdentificationError(f"{faults[0].fault} ({error})") from error
-    whole = asked.answer(faults)
+    faults, lasting = check(evaluator, *asked.logs, opened.repairs)
+    try:
+        whole = asked.answer(faults, lasting)
+    except IdentificationError as error:
+        if not lasting:
+            raise
+        try:  # without these channels, nothing can be identified
+            whole = judged(faults, asked.declared, asked.declared)
+        except IdentificationError:
+            raise IdentificationError(f"{lasting[0].fault} ({error})") from error
     rivals = [f for f in faults if rivals_physics(f)]
     if rivals:
         sure = [f for f in faults if not rivals_physics(f)]
@@ -160,8 +162,8 @@ def _of_rivals(
         return undone
     names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
     so = (
-        f": undone, {100 * undone.after.total:.3g} % of the torque is left; "
-        f"with {names} in its place {100 * physics.after.total:.3g} %"
+        f": the torque error is {100 * undone.after.total:.3g} % if it is corrected, and "
+        f"{100 * physics.after.total:.3g} % with {names} instead"
     )
     told = (rejected(f, robot, so) for f in faults)
     return replace(physics, rejected=(*told, *physics.rejected))
@@ -174,7 +176,7 @@ def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
     if not left:
         return diagnosis
     listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in left)
-    note = f"not named, hence not in the extended robot.toml: {listed}"
+    note = f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
     return replace(diagnosis, notes=(*diagnosis.notes, note))
 
 
@@ -281,8 +283,9 @@ class _Question:
         if opened.held:
             return notes
         return (
-            *notes, "no validation log is given: the gap is that of the last fifth of each log"
-        )  # fmt: skip
+            *notes,
+            "no validation log is given: the torque error is that of the last fifth of each log",
+        )
 
     @cached_property
     def baseline(self) -> Baseline:
@@ -332,33 +335,52 @@ class _Question:
         notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
         if not bent and self.effects is not None and STIFFNESS in self.effects:
             notes += (
-                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows near "
-                "its resonance alone",
+                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows only "
+                "near its resonance",
             )
         found = conclude(model, selection, notes, self.least, self.misfit)
         return with_stiffness(found, self.robot, bent)
 
-    def answer(self, faults: Sequence[Fault]) -> Diagnosis:
-        """Undo the faults whose correction closes a part of the gap, then search for physics."""
+    def undone(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Baseline:
+        """Return the model on the corrected logs.
+
+        Validation logs may be without a fault of the training logs. They are corrected if the model
+        then predicts them better.
+        """
+        train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
+        if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
+            recorded = [log.samples for log in train], [log.samples for log in held]
+            train, held = _in_band(recorded, self.band_of(recorded[0]))
+        fixed = self.fitted((train, held))
+        if not held or not lasting:
+            return fixed
+        other = self.fitted((train, self.logs[1]))
+        return min(fixed, other, key=lambda b: plain(b, self.notes).before.total)
+
+    def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
+        """Undo the faults whose correction closes a part of the gap, then search for physics.
+
+        Args:
+            faults: faults of the logs, each with its correction.
+            lasting: those that need a new record. They are corrected and named in any case.
+        """
         named: list[FoundEffect] = []
         says: tuple[str, ...] = ()
         whole, closes = None, 0.0
         if faults:
-            train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
-            if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
-                recorded = [log.samples for log in train], [log.samples for log in held]
-                train, held = _in_band(recorded, self.band_of(recorded[0]))
-            fixed = self.fitted((train, held))
+            fixed = self.undone(faults, lasting)
             undone = plain(fixed, self.notes)
             repaired = judged(faults, self.declared, undone)
-            if matters(self.declared.moving[0], undone.moving[0], self.least):
+            if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
                 share = closed(repaired.before, repaired.after)
                 named = list(repaired.effects)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
-                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
+                drawn = undone_channels(self.logs[0], fixed.base.logs, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
                 whole = replace(whole, mended=drawn)
+                if lasting:
+                    whole = replace(whole, where=repaired.where)
         whole = whole or self.physics
         before = self.declared.before
         if self.raw is not None:
@@ -368,7 +390,7 @@ class _Question:
             before = self.raw.before
         if named or says:
             before = before if self.given is None else whole.before
-            whole = with_chain(whole, named, before, closes, says)
+            whole = with_chain(whole, named, before, closes, says, lasting)
         if self.rests and whole.verdict in ("unexplained", "partly-explained"):
             whole = replace(whole, advice=(*whole.advice, *self.rests))
         return whole

@@ -302,7 +302,7 @@ class PredictiveScore:
         return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
 
     def _squares(self, d: FloatArray) -> FloatArray:
-        """Return what parameters X + d (folds, N, p) leave of joints on each fold, (N, n, folds)."""
+        """Return what X + d, d (folds, N, p), leaves of joints on each fold, (N, n, folds)."""
         moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
         left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
         return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))
@@ -349,7 +349,8 @@ class PredictiveScore:
         beyond = np.maximum(np.abs(left) - rests.limit[:, None], 0.0)
         count = np.maximum(np.diff(rests.rows)[:, 0] / TEMPERATURE, 1.0)
         known = (self.sigma**2)[rests.joint] / count + (self.misfit**2)[rests.joint]
-        return -0.5 * np.sum(np.log1p(beyond**2 / np.maximum(known, 1e-300)[:, None]), axis=0)
+        far = np.log1p(beyond**2 / np.maximum(known, 1e-300)[:, None])
+        return np.asarray(-0.5 * far.sum(axis=0))
 
     def _squares_of(self, weight: FloatArray) -> FloatArray:
         """Return what the fits leave of rows of another weight (K, n) on each fold, (n, folds)."""
@@ -453,7 +454,7 @@ class PredictiveScore:
         loose = (_DEPENDENT + expected**-2.0)[:, None, None] * np.eye(m)
         S = _of_others(CC) - HB @ B.swapaxes(2, 3) + loose
         h = _of_others(Cr) - (flat @ self._base[..., None]).reshape(B.shape[:3])
-        b = np.linalg.solve(S, h[..., None])[..., 0]
+        b = np.asarray(np.linalg.solve(S, h[..., None])[..., 0], dtype=float)
         d = self._base[:, None] - np.einsum("fnap,fna->fnp", HB, b)
         return _Solved(norms, CC, CR, Cr, d, b)
 

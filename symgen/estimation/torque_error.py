@@ -71,17 +71,16 @@ class TorqueFit:
         """A text with the errors of joints in motion and at rest; empty if none rests."""
         if not self.rest.any():
             return ()
-        moving = 100 * self.in_motion.residual.relative
-        still = 100 * relative_error(*self.rest).relative
+        moving, still = self.in_motion.residual.relative, relative_error(*self.rest).relative
         return (
-            f"the torque error is {moving:.3g} % for joints in motion and "
-            f"{still:.3g} % for joints at rest",
+            f"the torque error is {percent(moving)} for joints in motion and "
+            f"{percent(still)} for joints at rest",
         )
 
 
 def percent(ratio: float) -> str:
-    """Return an error in percent: three digits, in words where they say nothing."""
-    return "over 1000 %" if MANY < ratio < math.inf else f"{100 * ratio:.3g} %"
+    """Return an error in percent, with three significant digits up to 1000 %."""
+    return "over 1000 %" if MANY < ratio < math.inf else f"{f'{100 * ratio:#.3g}'.rstrip('.')} %"
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:

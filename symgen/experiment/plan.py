@@ -92,13 +92,13 @@ class Plan(Viewable):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Reasons why `identify` would not trust the runs."""
+        """Reasons why `identify` would find the runs insufficient."""
         out = []
         if self.condition > CONDITION:
             limits = binding_text(self.binding) or "no limit binds"
             out.append(
-                f"the condition number is {self.condition:.3g}, above {CONDITION:g} of a trusted "
-                f"estimate ({limits}); longer or more runs, or more terms, would help"
+                f"the condition number is {self.condition:.3g}, above the limit of {CONDITION:g} "
+                f"({limits}); longer or more runs, or more terms, would help"
             )
         needed = WINDOWS * self.parameters
         if self.independent < needed:

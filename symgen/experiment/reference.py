@@ -56,8 +56,11 @@ class Reference:
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return q, qd and qdd (T, 3, n) at times (T,); the robot rests outside the motion."""
+        outside = (t < self.t[0]) | (t > self.t[-1])
+        if not outside.any():
+            return np.asarray(self.curve(t))
         out = self.curve(np.clip(t, self.t[0], self.t[-1]))
-        out[(t < self.t[0]) | (t > self.t[-1]), 1:] = 0.0
+        out[outside, 1:] = 0.0
         return np.asarray(out)
 
 

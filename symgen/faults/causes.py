@@ -31,7 +31,7 @@ from symgen.faults.recorder import cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
-from symgen.faults.undo import multiplied
+from symgen.faults.undo import completed, left_out, multiplied
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
@@ -77,6 +77,7 @@ class Cause:
         value: the first coefficient.
         fault: the channel fault, if it can be undone; None if nothing in the logs can be corrected.
         regressor: (K, n, p) of the model with the cause, if it differs from that of the model.
+        shares: shares of the torque of motion and of gravity that the logs contain.
     """
 
     kind: str
@@ -88,6 +89,7 @@ class Cause:
     value: float = math.nan
     fault: Fault | None = None
     regressor: FloatArray | None = None
+    shares: tuple[float, float] = (1.0, 1.0)
 
     @property
     def physics(self) -> bool:
@@ -276,16 +278,16 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
 def _upside_down(scene: Scene) -> Iterator[Cause]:
     """Yield gravity in the opposite direction."""
     yield from _weighing(
-        scene, -1.0, "gravity points the other way: change the sign of gravity in the robot file, "
-        "or turn the base"
+        scene, -1.0, "gravity points in the opposite direction: change the sign of gravity in the "
+        "robot file"
     )  # fmt: skip
 
 
 def _weightless(scene: Scene) -> Iterator[Cause]:
     """Yield torques that do not contain the weight of the links."""
     yield from _weighing(
-        scene, 0.0, "the torques hold no weight: a controller's gravity compensation is not in "
-        "them; log the whole torque of the motors"
+        scene, 0.0, "the torques do not contain the weight of the links: they lack the gravity "
+        "compensation of the controller; log the total torque of the motors"
     )  # fmt: skip
 
 
@@ -295,7 +297,8 @@ def _weighing(scene: Scene, share: float, says: str) -> Iterator[Cause]:
     if np.any(rest):
         fit = scene.scored(scene.rows.W + (share - 1.0) * rest).alone
         kind = "weightless" if share == 0 else "upside down"
-        yield Cause(kind, (), says, fit.score - scene.score.alone.score, fit.left)
+        better = fit.score - scene.score.alone.score
+        yield Cause(kind, (), says, better, fit.left, shares=(1.0, share))
 
 
 def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
@@ -333,20 +336,21 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     fit = scene.scored(W).alone
     slow = math.sqrt(share)
     fast = (
-        f"t: the stamps run about {1 / slow:.3g} times as fast as the robot moves: check the unit "
-        "and the clock of t"
+        f"t: the time stamps run about {1 / slow:.3g} times too fast: check the unit and the clock "
+        "of t (--time-unit)"
     )
     asked = (
-        f"tau looks like a controller's command, the weight and about {100 * share:.2g} % of what "
-        "the motion asks for: log the measured torque or the motor current"
+        "tau looks like a controller's command, with the weight of the links and about "
+        f"{100 * share:.2g} % of the torque of the motion: log the measured torque or the motor "
+        "current"
     )
     better = fit.score - scene.score.alone.score
     if clock:
         says = fast if abs(slow - 1) > FACTOR else ""
-        yield Cause("clock", (), says, better, fit.left, regressor=W)
+        yield Cause("clock", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
     if share < 1:
         says = asked if 1 - share > FACTOR else ""
-        yield Cause("command", (), says, better, fit.left, regressor=W)
+        yield Cause("command", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
 
 
 def _late(scene: Scene) -> Iterator[Cause]:
@@ -396,12 +400,11 @@ def _computed(scene: Scene) -> Cause | None:
     rubs = power[:, : len(scene.X)] @ scene.X / np.maximum(speed * rows.size, 1e-300)
     if (rubs[joints] > LEAST).any():
         return None
-    says = (
-        "tau looks like a controller's command, or another model's torque: it has no noise, and no "
-        "joint has friction; log the measured torque or the motor current (where the robot has "
-        "no friction, declare friction = [])"
+    return _command(
+        rows,
+        "it has no noise, and no joint has friction",
+        "if the robot has no friction, declare friction = []",
     )
-    return Cause("command", (), says, math.inf, rows.size)
 
 
 def _lacks_friction(scene: Scene) -> Cause | None:
@@ -429,10 +432,17 @@ def _lacks_friction(scene: Scene) -> Cause | None:
     most = mean + _SIGMAS / math.sqrt(precision.sum())
     if most > LEAST or (np.abs(share) > np.maximum(_SIGMAS * std, FACTOR)).any():
         return None
+    return _command(
+        rows,
+        "no joint has Coulomb friction, and the residual is larger than noise",
+        "if the drives have none, leave coulomb out of friction in the robot file",
+    )
+
+
+def _command(rows: Rows, sign: str, otherwise: str) -> Cause:
     says = (
-        "tau looks like a controller's command: no joint has Coulomb friction, and what is left is "
-        "no noise; log the measured torque or the motor current (where the drives have "
-        "none, leave coulomb out of friction)"
+        f"tau looks like a controller's command: {sign}; log the measured torque or the motor "
+        f"current ({otherwise})"
     )
     return Cause("command", (), says, math.inf, rows.size)
 
@@ -467,8 +477,8 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         ""
         if angle <= TILT
         else (
-            f"gravity points {math.degrees(angle):.2g} degrees away from where the robot file "
-            f"says: write gravity = [{written}], or check the base and the zeros of the joints"
+            f"gravity is {math.degrees(angle):.2g} degrees off its direction in the robot file: "
+            f"write gravity = [{written}], or check the base and the zeros of the joints"
         )
     )
     share = after.left / np.maximum(before.left, 1e-300)
@@ -504,7 +514,7 @@ def _signs(scene: Scene) -> Iterator[Cause]:
         return
     told = ", ".join(f"tau{j + 1}" for j in joints)
     fit = replace(scene, rows=rows.turned(best)).score.alone
-    says = f"{told} {'has' if len(joints) == 1 else 'have'} the other sign, or q and qd beside"
+    says = f"{told} {'has' if len(joints) == 1 else 'have'} the wrong sign, or q and qd there have"
     undo = partial(multiplied, joints=tuple(joints), factor=-1.0, keys=("tau",))
     fault = Fault(EVERYWHERE, told, says, kind="sign", joints=tuple(joints), value=-1.0, undo=undo)
     better = fit.score - scene.score.alone.score
@@ -530,7 +540,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
         if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
             continue
         channel, factor = f"tau{j + 1}", 1 / inverse
-        says = f"{channel} is {factor:.3g} times what the other joints ask for (unit)"
+        says = f"{channel} is {factor:.3g} times as large as the other joints require (unit)"
         undo = partial(multiplied, joints=(j,), factor=inverse, keys=("tau",))
         fault = Fault(EVERYWHERE, channel, says, kind="gain", joints=(j,), value=factor, undo=undo)
         yield from _undone(scene, fault)
@@ -625,8 +635,8 @@ def _moments(scene: Scene) -> Iterator[Cause]:
         yield Cause(
             "moment",
             (),
-            f"something was touched or hit in {log.name} between {best[1]:.3g} and {best[2]:.3g} "
-            "s: the torque there is none of the robot's own; leave this time out",
+            f"a contact or collision in {log.name} between {best[1]:.3g} and {best[2]:.3g} s: "
+            "leave this time out of the log",
             gained,
             scene.score.alone.left * share,
         )
@@ -751,6 +761,43 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
         left.append(np.sum(error**2, axis=0) / np.maximum(size, 1e-300))
     ratio = left[1] / np.maximum(left[0], 1e-300)
     return bool(ratio.min() <= part**2 and np.log(np.maximum(ratio, 1e-300)).sum() < 0)
+
+
+def unmendable(scene: Scene, cause: Cause) -> Fault:
+    """Return the fault of a cause that needs a new record, with a correction for the search.
+
+    A channel without a signal is left out. The model computes the missing part of the torques, with
+    the parameters that fit the recorded part.
+    """
+    if cause.kind == "constant":
+        undo = partial(left_out, name=None, at=slice(None), joints=cause.joints)
+    else:
+        model = scene.rows.evaluator
+        X = _expected_parameters(scene, cause.shares)
+        X = np.pad(X, (0, len(model.model.base.parameters) - len(X)))
+        undo = partial(completed, torque=model["inverse_dynamics"], shares=cause.shares, X=X)
+    return Fault(
+        EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints, undo=undo
+    )  # fmt: skip
+
+
+def _expected_parameters(scene: Scene, shares: tuple[float, float]) -> FloatArray:
+    """Return X (p,) for torques with only a share of those of motion and of gravity.
+
+    The torque of each parameter has a normal prior with the size of a joint's torque. It decides
+    the parameters that the recorded part does not show.
+    """
+    rows, (moving, weight) = scene.rows, shares
+    more = [dense(c, rows.y.shape) for c in scene.physics]
+    whole = np.concatenate([rows.W, *more], axis=2)
+    own = moving * rows.W + (weight - moving) * rows.at_rest
+    held = np.concatenate([own, *more], axis=2)
+    sigma = scene.fitted(scene.blocks(held, rows.weight))[1]
+    each = rows.weight / sigma / math.sqrt(TEMPERATURE)
+    A = (held * each[:, :, None]).reshape(rows.y.size, -1)
+    size = np.mean(np.sum((whole / rows.size[:, None]) ** 2, axis=1), axis=0)
+    found = np.linalg.solve(A.T @ A + np.diag(size + 1e-300), A.T @ (rows.y * each).ravel())
+    return np.asarray(found[: rows.W.shape[2]])
 
 
 def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:

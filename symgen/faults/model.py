@@ -34,7 +34,7 @@ from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
-from symgen.faults.undo import exchanged, levelled, multiplied
+from symgen.faults.undo import backwards, exchanged, levelled, multiplied
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -279,9 +279,9 @@ def _exchange(robot: Robot, j: int, k: int, keys: Sequence[str]) -> Fault:
     """Return the fault that channels of two joints are exchanged."""
     channel = ", ".join(f"{key}{i + 1}" for i in (j, k) for key in keys)
     what = channel.replace(", ", " and ") if keys == ("tau",) else None
-    where = f"{what} stand" if what else f"{channel}: {robot.listed([j, k])} stand"
+    where = f"{what} are" if what else f"{channel}: {robot.listed([j, k])} are"
     undo = partial(exchanged, j=j, k=k, keys=keys)
-    return _fault("exchange", channel, f"{where} in each other's place", (j, k), 0.0, undo)
+    return _fault("exchange", channel, f"{where} exchanged", (j, k), 0.0, undo)
 
 
 def _turned(equations: Rows, j: int, k: int) -> Blocks:
@@ -321,7 +321,7 @@ def _hypotheses(evaluator: Evaluator) -> Iterator[Fault]:
         for j in range(len(joints)):
             names = ", ".join(f"{key}{j + 1}" for key in keys)
             undo = partial(multiplied, joints=(j,), factor=-1.0, keys=keys)
-            yield _fault("sign", names, f"{names} have the other sign", (j,), -1.0, undo)
+            yield _fault("sign", names, f"{names} have the wrong sign", (j,), -1.0, undo)
     turning = [j for j, joint in enumerate(joints) if joint.turns]
     factor = np.pi / 180
     for group in ([turning] if len(turning) > 1 else []) + [[j] for j in turning]:
@@ -406,23 +406,24 @@ def _first_part(logs: Sequence[FilteredLog]) -> Sequence[FilteredLog]:
 
 
 def against_physics(trial: Trial) -> list[Fault]:
-    """Find torques with the wrong sign and reversed time. They are reported, not undone.
+    """Find torques with the wrong sign and reversed time.
 
     The equations of each joint alone show them: inertia is positive, and friction dissipates.
     """
     found = {j: (_negative_inertia(trial, j), _driving_friction(trial, j)) for j in trial.moving}
     if found and all(loss and not mass for mass, loss in found.values()):
-        says = "t: friction would give energy at every joint: time runs backwards in these logs"
-        return [_fault("time", "t", says, (), -1.0)]
+        says = "t: friction would add energy at every joint: time runs backwards in these logs"
+        return [_fault("time", "t", says, (), -1.0, backwards)]
     return [
         _fault(
             "sign",
             f"tau{j + 1}",
             f"tau{j + 1}, or q{j + 1} and qd{j + 1}: with this sign the friction of "
-            f"{trial.evaluator.model.robot.listed([j])} would give energy and its "
+            f"{trial.evaluator.model.robot.listed([j])} would add energy and its "
             "inertia would be negative: change the sign",
             (j,),
             -1.0,
+            partial(multiplied, joints=(j,), factor=-1.0, keys=("tau",)),
         )
         for j, both in found.items()
         if all(both)

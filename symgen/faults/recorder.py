@@ -52,8 +52,8 @@ def late_torques(scene: Scene) -> Iterator[Fault]:
         if delay > 0:
             j = joints[0]
             says = (
-                f"tau{j + 1} is about {1e3 * delay:.3g} ms late against the other joints, or "
-                "passes a slow filter"
+                f"tau{j + 1} is about {1e3 * delay:.3g} ms late relative to the other joints, or "
+                "passes a slow filter: log it without delay"
             )
             yield _late(f"tau{j + 1}", says, joints, delay)
     if fault := common_delay(scene):
@@ -173,8 +173,8 @@ def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
         shares = [count / len(log.t) for count, log in zip(counts, rows.logs, strict=True)]
         most = int(np.argmax(shares))
         says = (
-            f"tau{j + 1} is cut at {limits[most]:.4g} in {100 * shares[most]:.2g} % of the samples "
-            f"of {rows.logs[most].name}: record it with a larger range, or move more slowly"
+            f"tau{j + 1} is clipped at {limits[most]:.4g} in {100 * shares[most]:.2g} % of the "
+            f"samples of {rows.logs[most].name}: record it with a larger range, or move more slowly"
         )
         std = float(noise[most]) / math.sqrt(max(int(counts[most]), 1))
         fault = Fault(

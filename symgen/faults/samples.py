@@ -35,7 +35,16 @@ from symgen.estimation.band import OPEN
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import solve_gram
 from symgen.faults.fault import Fault, fault_of, undo_faults
-from symgen.faults.undo import bridged, derived, masked, shifted, sloped, with_column
+from symgen.faults.undo import (
+    bridged,
+    derived,
+    left_out,
+    masked,
+    moved_back,
+    shifted,
+    sloped,
+    with_column,
+)
 
 #: Largest disagreement with a uniform clock, relative to that with the stamps, to use the clock.
 _CLOCK = 0.8
@@ -160,7 +169,7 @@ def _repeated(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
     count = len(log.t) - len(ticks)
     if count:
         undo = partial(rows, chosen=np.isin(np.arange(len(log.t)), ticks))
-        fault = "rows that repeat the one before"
+        fault = "repeated rows"
         yield Fault(log.name, "all", fault, count, "dropped", kind="repeated", undo=undo)
 
 
@@ -209,7 +218,7 @@ def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
         whole = log.q[:, j].copy()
         whole[1:] -= 2 * np.pi * np.cumsum(np.where(wrapped, turns, 0.0))
         count = int(wrapped.sum())
-        yield _mended(log, "wrapped", "q", j, whole, "turns of 2 pi", count, "joined")
+        yield _mended(log, "wrapped", "q", j, whole, "jumps of 2 pi", count, "unwrapped")
 
 
 def _mended(
@@ -225,7 +234,7 @@ def _jumping(log: Log, *_: object) -> Iterator[Fault]:
     for key, j, x in _channels(log):
         at = jumps(x)
         if len(at):
-            what = "single samples that jump", len(at), "put on the line between their neighbours"
+            what = "outliers", len(at), "replaced by interpolation"
             yield _mended(log, "jumps", key, j, without(x, at), *what)
 
 
@@ -342,8 +351,8 @@ def _held(log: Log, *_: object) -> Iterator[Fault]:
             inside = log.t <= log.t[first[-1]]
             drawn = x.copy()
             drawn[inside] = interpolated(log.t[first], x[first])(log.t[inside])
-            fault = f"read anew every {k} samples only"
-            yield _mended(log, "held", key, j, drawn, fault, len(x), "drawn through its readings")
+            fault = f"new values only every {k} samples"
+            yield _mended(log, "held", key, j, drawn, fault, len(x), "interpolated")
 
 
 def runs(x: FloatArray) -> tuple[Places, Places]:
@@ -419,8 +428,8 @@ def _jittering(log: Log, _: object, ticks: FloatArray) -> Iterator[Fault]:
             best, least = clock, _CLOCK * found
     if best is t:
         return
-    fault = f"stamps jitter by {1e3 * float(np.std(best - t)):.2g} ms about a fixed clock"
-    done = f"put on that clock, of {1e3 * float(np.min(np.diff(best))):.4g} ms"
+    fault = f"time stamps jitter by {1e3 * float(np.std(best - t)):.2g} ms"
+    done = f"replaced by a uniform clock of {1e3 * float(np.min(np.diff(best))):.4g} ms"
     undo = partial(replace, t=read_only(best))
     yield Fault(log.name, "t", fault, len(t), done, kind="jitter", undo=undo)
 
@@ -486,7 +495,7 @@ def _saturated(log: Log, samples: Samples, flat: Bools) -> Iterator[Fault]:
         at = flat[:, j]
         limit = float(np.abs(log.tau[at, j]).max())
         undo = partial(masked, at=on_grid(at, log.t, samples.t), joints=[j])
-        says, value = f"cut off at {limit:.4g}", (("limit", limit, 0.0),)
+        says, value = f"clipped at {limit:.4g}", (("limit", limit, 0.0),)
         found = fault_of(log.name, "saturated", "tau", j, says, int(at.sum()), "masked", undo)
         yield replace(found, values=value)
 
@@ -786,7 +795,8 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             if key == "qd":
                 at = at[[not _moved(samples.q[:, j], x[:, j], i, samples.step) for i in at]]
             if len(at):
-                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else None)
+                undo = partial(moved_back, name=samples.name, j=j, at=tuple(at))
+                yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else undo)
 
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
@@ -800,11 +810,13 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
                 continue
             says = (
-                f"{key}{j + 1} of {samples.name} stays the same from t = {samples.t[at][0]:.4g} s "
-                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or look "
-                "at the sensor"
+                f"{key}{j + 1} of {samples.name} is constant from t = {samples.t[at][0]:.4g} s "
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or "
+                "check the sensor"
             )
-            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]))
+            joints = (j,) if key == "tau" else range(samples.q.shape[1])
+            undo = partial(left_out, name=samples.name, at=at, joints=joints)
+            yield fault_of(samples.name, "stuck", key, j, says, int(lengths[k]), undo=undo)
 
 
 def torques_look_computed(samples: Samples) -> bool:
@@ -839,8 +851,8 @@ def step(
     x, i = getattr(samples, key)[:, j], int(at[0])
     says = (
         f"{key}{j + 1} of {samples.name} jumps by {x[i + 1] - x[i]:.4g} from one sample to the "
-        f"next at t = {samples.t[i]:.6g} s ({len(at)} such): leave that time out, or look at the "
-        "sensor"
+        f"next at t = {samples.t[i]:.6g} s ({len(at)} such jumps): leave that time out, or check "
+        "the sensor"
     )
     return fault_of(samples.name, "step", key, j, says, len(at), undo=undo)
 

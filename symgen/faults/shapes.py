@@ -154,8 +154,8 @@ def _gains(scene: Scene) -> Iterator[Shape]:
             "gain",
             (j,),
             {j: scene.model[:, [j]]},
-            f"tau{j + 1} is {{x:.3g}} times what the other joints ask for{{when}} (torque "
-            "constant, gear ratio or unit)",
+            f"tau{j + 1} is {{x:.3g}} times as large as the other joints require{{when}}: check "
+            "the torque constant, the gear ratio and the unit",
             f"tau{j + 1}",
             least=FACTOR,
             within=(_STEP - 1, math.inf),  # signs are tried in sets
@@ -204,7 +204,7 @@ def _filtered(scene: Scene) -> Iterator[Shape]:
             "filter",
             (),
             everywhere(np.concatenate(parts)[:, :, None]),
-            "tau: all torques pass a slow filter of about {x:.2g} ms: log them without it",
+            "tau: a slow filter of about {x:.2g} ms delays all torques: log them without it",
             least=_SLOW**order / order,
             within=(0.0, math.inf),
             shown=partial(_filter_ms, order),
@@ -225,7 +225,7 @@ def _weights(scene: Scene) -> Iterator[Shape]:
                 (j,),
                 {j: -weight[:, [j]]},
                 f"tau{j + 1} lacks about {{x:.2g}} % of the weight that "
-                f"{_label(scene, j)} holds: something else carries it (a spring, a "
+                f"{_label(scene, j)} supports: something else carries it (a spring, a "
                 "counterweight, a controller's gravity compensation); symgen diagnose --effects "
                 "gravity_compensation",
                 least=FACTOR,
@@ -271,8 +271,8 @@ def _loads(scene: Scene) -> Iterator[Shape]:
 
     columns = scene.rows.along(loaded, BLOCK, smooth=True).reshape(*scene.rows.y.shape, -1)
     words = (
-        "another load is carried on the last link{when}: identify from logs with one load; symgen "
-        "payload tells its mass"
+        "the last link carries another load{when}: identify from logs with one load; symgen "
+        "payload gives its mass"
     )
     yield Shape("load", (), everywhere(columns), words, changes=True, always=False)
 
@@ -282,8 +282,8 @@ def _frictions(scene: Scene) -> Iterator[Shape]:
     speeds = scene.rows.along(lambda _, qd, __: np.hstack([np.sign(qd), qd]))
     for j in range(scene.n):
         words = (
-            f"the friction of {_label(scene, j)} is another one{{when}}: a brake, or a "
-            "joint that warms up; identify from logs in one state"
+            f"the friction of {_label(scene, j)} changes{{when}}: a brake, or a joint that warms "
+            "up; identify from logs in one state"
         )
         columns = {j: speeds[:, [j, scene.n + j]]}
         yield Shape("friction", (j,), columns, words, changes=True, always=False)
@@ -293,7 +293,7 @@ def _offsets(scene: Scene) -> Iterator[Shape]:
     """Yield an external torque on one joint that begins or grows."""
     for j in range(scene.n):
         words = (
-            f"tau{j + 1} drifts or is loaded from outside{{when}}: zero the sensor, and leave the "
+            f"tau{j + 1} drifts, or an external load acts{{when}}: zero the sensor, and leave the "
             "time of contact out"
         )
         columns = {j: np.ones((len(scene.rows.y), 1))}

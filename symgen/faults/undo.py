@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 
 from symgen.data.log import Rows
-from symgen.data.mask import Bools, touched
+from symgen.data.mask import Bools, Mask, touched
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
 from symgen.estimation.decimation import ENDS
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.faults.fault import Fault, delay_of
 
+#: Torque from q, qd, qdd and parameters.
+TorqueModel = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
+_AROUND = 5  # samples on each side of a step that give the motion during it
 
 
 # Logs as recorded, and samples.
@@ -78,6 +82,15 @@ def with_earlier_torques(
     return replace(samples, tau=read_only(tau))
 
 
+def with_known_shifts(
+    samples: Samples, shifts: Sequence[Fault]
+) -> tuple[Samples, tuple[Fault, ...]]:
+    """Return a log with the torques shifted as an estimate did, and the repairs of this log."""
+    for fault in shifts:
+        samples = with_earlier_torques(samples, delay_of(fault))
+    return samples, tuple(replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
+
+
 # Logs in the band of a run.
 
 
@@ -118,6 +131,69 @@ def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
 def derived(log: FilteredLog, j: int) -> FilteredLog:
     """Return a log with the speed of a joint replaced by dq/dt, in the same band."""
     return with_column(log, "qd", j, differentiate(log.q[:, j], log.step))
+
+
+def backwards(log: FilteredLog) -> FilteredLog:
+    """Return a log in reversed time: the last sample first, speeds with the opposite sign."""
+    samples = log.samples
+    turned = {key: read_only(getattr(samples, key)[::-1]) for key in ("q", "tau")}
+    changed: dict[str, Any] = {**turned, "qd": read_only(-samples.qd[::-1])}
+    if samples.mask is not None:
+        changed["mask"] = Mask(samples.mask.joint[::-1], samples.mask.robot[::-1])
+    q, qd = (np.ascontiguousarray(x) for x in (log.q[::-1], -log.qd[::-1]))
+    return replace(log, samples=replace(samples, **changed), q=q, qd=qd)
+
+
+def left_out(log: FilteredLog, name: str | None, at: slice, joints: Sequence[int]) -> FilteredLog:
+    """Return the log without the equations of some samples and joints.
+
+    Args:
+        log: in the band of the run.
+        name: name of the only log that changes; None for all.
+        at: the samples.
+        joints: indices of the joints.
+    """
+    if name is not None and log.name != name:
+        return log
+    there = np.zeros(len(log.t), dtype=bool)
+    there[at] = True
+    return replace(log, samples=masked(log.samples, there, joints))
+
+
+def moved_back(log: FilteredLog, name: str, j: int, at: Sequence[int]) -> FilteredLog:
+    """Return the log with this name without the steps of a position after some samples.
+
+    The position before the first step is taken as correct.
+    """
+    if log.name != name:
+        return log
+    q = log.samples.q[:, j].copy()
+    near = np.zeros(len(q), dtype=bool)
+    for i in at:
+        moves = np.diff(q[max(i - _AROUND, 0) : i + _AROUND + 2])
+        q[i + 1 :] -= q[i + 1] - q[i] - np.median(moves)
+        near |= np.abs(log.t - log.t[i]) < 2 / _SMOOTH
+    return filter_log(sloped(with_column(log.samples, "q", j, q), near, j), log.band)
+
+
+def completed(
+    log: FilteredLog, torque: TorqueModel, shares: tuple[float, float], X: FloatArray
+) -> FilteredLog:
+    """Return a log with the torques that were not recorded, computed by a model.
+
+        tau + (1 - a) (model - model at rest) + (1 - b) model at rest
+
+    Args:
+        log: in the band of the run.
+        torque: torque (k, n) from q, qd, qdd and X.
+        shares: a and b, the recorded shares of the torque of motion and of gravity.
+        X: (p,) parameters.
+    """
+    zero = np.zeros_like(log.q)
+    rest = torque(log.q, zero, zero, X)
+    moving = torque(log.q, log.qd, log.qdd, X) - rest
+    tau = log.tau + (1 - shares[0]) * moving + (1 - shares[1]) * rest
+    return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 
 
 def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) -> FilteredLog:

@@ -2,7 +2,7 @@
 
     prediction  the torque error on held-out motion is small, not learned by heart, and what the
                 noise of X says of other motions in the same range is no larger
-    parameters  which of them are known, and whether a robot can have them
+    parameters  which of them are known, and whether they are physically possible
     simulation  the mass matrix is positive definite over the range of the motion, and friction
                 takes energy out
 
@@ -109,8 +109,10 @@ WINDOWS_PLAYED = 24
 #: States that are drawn to look at a model elsewhere, and their seed.
 STATES, SEED = 500, 1988
 _OPEN = "the motion does not determine all parameters"
-_UNREAD = "do not read single values"
-_FARTHER = "symgen excite writes a motion that shows them"
+_UNREAD = "do not use single values"
+_RICHER = "symgen excite plans a motion that determines them better"
+_SEARCH = "symgen diagnose searches for the cause"
+_WEAK = "are weak"
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
@@ -290,7 +292,12 @@ def assess(
             uses,
             len(parameters),
             (seen.residual.relative, own.residual.relative),
-            (*limits, *seen.told_apart, *_told_of(unexplained, floor)),
+            (
+                *_largest(seen, evaluator.model.robot),
+                *limits,
+                *seen.told_apart,
+                *_told_of(unexplained, floor),
+            ),
         ),
         noise_floor=floor,
         unexplained=unexplained,
@@ -354,16 +361,18 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     if found.windows < _PLENTY * count:
         out.append(
             f"{found.windows:.0f} independent equations for {count} parameters: under "
-            f"{_PLENTY} each, the intervals tend to be short"
+            f"{_PLENTY} each, the standard deviations tend to be too small"
         )
     out += solution.notes
     if len(set(solution.weights)) > 1:
         ratio = max(solution.weights) / min(solution.weights)
-        out.append(f"equations are weighed by log and joint, largest over smallest {ratio:.2f}")
+        out.append(
+            f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
+        )
     shares = [p.equations[0].weight for p in chosen.train]
     if any(w != 1.0 for w in shares):
         listed = ", ".join(f"{w:g}" for w in shares)
-        out.append(f"squared residuals of the logs are weighed by {listed}")
+        out.append(f"squared residuals of the logs are weighted by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
     return tuple(filter(None, out))
 
@@ -382,8 +391,8 @@ def _silent(samples: Samples) -> str:
     if not torques_look_computed(samples):
         return ""
     return (
-        f"{samples.name}: the torques have no noise. They look computed (a command, a simulation), "
-        "not measured: log the measured torque or current, as a command is not what the motor gave"
+        f"{samples.name}: the torques have no noise. They look computed (a command or a "
+        "simulation), not measured: log the measured torque or the motor current"
     )
 
 
@@ -393,8 +402,9 @@ def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
         return ()
     weights = band.rests.weight
     return tuple(
-        f"joints stand still at times, where friction can be anything between its limits: {told}; "
-        f"equations at rest weigh {min(weights):.2g} to {max(weights):.2g} of those in motion"
+        "joints stand still at times, where static friction can take any value between its limits: "
+        f"{told}; rows at rest have {min(weights):.2g} to {max(weights):.2g} times the weight of "
+        "rows in motion"
         for told in seen.told_apart
     )
 
@@ -461,28 +471,28 @@ def prediction_use(
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
     reasons = list(faults)
+    where = " in motion" if held.rest.any() else ""
     train, held = _in_motion(train), _in_motion(held)
     said, own = held.residual.relative, train.residual.relative
-    unexplained = tuple(_unexplained(held, noise, robot, not faults))
+    unexplained = tuple(_unexplained(held, noise, robot, not faults, where))
     reasons += unexplained
     if unexplained:
         reasons += suspects
     if said > max(OVERFIT * own, NEGLIGIBLE):
         reasons.append(
             f"overfit: the torque error on held-out motion is {percent(said)}, "
-            f"{said / max(own, 1e-300):.3g} times that on the training logs"
+            f"{said / max(own, 1e-300):.3g} times that on the training logs; record a longer log"
         )
     if worst > VARIES * said and worst**2 - said**2 > LEAST**2:
         reasons.append(
-            f"the error depends on the motion: {percent(said)} on held-out data, and "
-            f"{percent(worst)} on another part of the motion that a fit did not see; symgen "
-            "diagnose looks for what is missing"
+            f"the torque error depends on the motion: {percent(said)} on held-out data, "
+            f"{percent(worst)} on another part of the motion that the fit did not use; {_SEARCH}"
         )
     if elsewhere > max(ELSEWHERE * said, NEGLIGIBLE):
         reasons.append(
-            f"the motion does not carry its parameters: other motions in the same range would have "
-            f"{100 * elsewhere:.2g} % torque error from their uncertainty alone; record a richer "
-            f"one, {_FARTHER}"
+            "the motion does not determine the parameters well enough: their uncertainty alone "
+            f"causes {percent(elsewhere)} torque error on other motions in the same range; "
+            f"{_RICHER}"
         )
     return Use("prediction", tuple(reasons))
 
@@ -505,14 +515,17 @@ def _beyond(held: Residual, noise: Residual) -> float | None:
     return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
 
 
-def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) -> Iterator[str]:
-    """Yield of which joints nothing explains the torque on held-out motion, or noise hides it.
+def _unexplained(
+    held: TorqueFit, noise: Residual, robot: Robot, unknown: bool, where: str
+) -> Iterator[str]:
+    """Yield texts on joints with an unexplained held-out torque, or with too much noise.
 
     Args:
-        held: of joints in motion.
-        noise: what it alone leaves of them.
+        held: torque of joints in motion.
+        noise: its noise floor.
         robot: for the names of joints.
         unknown: whether no cause is known.
+        where: " in motion" if some joints are at rest, else "".
     """
     said, each, floor = (
         held.residual.relative,
@@ -524,19 +537,34 @@ def _unexplained(held: TorqueFit, noise: Residual, robot: Robot, unknown: bool) 
     cause = ", cause unknown" if unknown else ""
     if said > whole:
         yield (
-            f"the model leaves {percent(said)} of the torque of held-out motion unexplained, "
-            f"noise alone {percent(noise.relative)}{cause}"
+            f"the torque error on held-out data is {percent(said)}{where} (noise floor: "
+            f"{percent(noise.relative)}){cause}"
         )
     if len(lost):
         told = ", ".join(
-            f"{robot.listed([int(j)])} ({percent(each[j])}; noise {percent(floor[j])})"
+            f"{robot.listed([int(j)])} {percent(each[j])} (noise floor: {percent(floor[j])})"
             for j in lost
         )
-        yield f"the torque of held-out motion is unexplained at {told}{cause}"
+        yield f"the torque of single joints is unexplained: {told}{cause}"
     drowned = np.flatnonzero(counts & (each <= level) & (level >= 1))
     if len(drowned):
         told = ", ".join(f"{robot.listed([int(j)])} ({percent(floor[j])})" for j in drowned)
-        yield f"the torque is mostly noise at {told}: no model of it can be judged"
+        yield (
+            f"the torque is mostly noise at {told}: no model of it can be assessed; record a "
+            "motion with larger torques"
+        )
+
+
+def _largest(seen: TorqueFit, robot: Robot) -> tuple[str, ...]:
+    """Return the joint with the largest relative torque error, in percent and in N m or N."""
+    each = seen.residual.per_joint or ()
+    if len(each) < 2 or not seen.traces:
+        return ()
+    j = int(np.argmax(each))
+    torque = np.concatenate([trace.measured[:, j] for trace in seen.traces])
+    size = each[j] * float(np.sqrt(np.mean(torque**2)))
+    unit = names.unit("OF", robot.sigma[j])
+    return (f"largest on {robot.listed([j])}: {percent(each[j])}, {size:.3g} {unit}",)
 
 
 def _unread(unexplained: float | None) -> tuple[str, ...]:
@@ -551,8 +579,8 @@ def _told_of(unexplained: float | None, noise: Residual) -> tuple[str, ...]:
     if unexplained is None:
         return ()
     return (
-        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise leaves "
-        f"{percent(noise.relative)}): symgen diagnose looks for it",
+        f"{percent(unexplained)} of the torque is unexplained, cause unknown (noise floor: "
+        f"{percent(noise.relative)}): {_SEARCH}",
     )
 
 
@@ -615,13 +643,13 @@ def parameters_use(
         reasons.append(f"{_OPEN}: {first_of(hidden, 8)}")
     weak = [p.name for p in parameters if p.name not in (*known, *hidden)]
     if weak:
-        told = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %)"
+        told = f"{len(weak)} of {len(parameters)} {_WEAK} (std above {KNOWN:g} %)"
         reasons.append(f"{told}: {first_of(weak, 8)}")
     negative = negative_parameters(parameters)
     if negative:
-        reasons.append(f"{', '.join(negative)} must be positive and came out negative")
+        reasons.append(f"{', '.join(negative)} must be positive but is negative")
     if physical.feasible is False:
-        reasons.append(f"no robot can have them: {physical.reason}")
+        reasons.append(f"not physically possible: {physical.reason}")
     return Use("parameters", tuple(reasons), known)
 
 
@@ -656,8 +684,9 @@ def driving_friction(
     if not len(out):
         return ()
     return (
-        f"friction would drive the robot at {evaluator.model.robot.listed(out)}: the sign of "
-        "tau or of q of these joints, or time itself, runs the other way, or an effect is missing",
+        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of tau and of q "
+        "there, and that time increases; if they are right, an effect is missing, and symgen "
+        "diagnose searches for it",
     )
 
 
@@ -731,14 +760,14 @@ def simulation_use(
     if (least <= 0).any():
         share = 100 * float(np.mean(least <= 0))
         reasons.append(
-            f"the mass matrix is not positive definite at {share:.3g} % of the positions of the "
-            "motion's range"
+            f"the mass matrix is not positive definite at {share:.3g} % of the positions in the "
+            "range of the motion"
         )
     rubs = below_zero(parameters, ("FS", "FV", "FSM", "FVM"), 0.0)
     if rubs:
         reasons.append(f"{', '.join(rubs)} is negative: friction would drive the joint")
     if reasons:
-        reasons.append("--method consistent gives parameters that a robot can have")
+        reasons.append("symgen identify --method consistent gives physically possible parameters")
     windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
     horizons, diverged = _played(evaluator, windows, X)
     before, _ = _played(evaluator, windows, trials.own_values)
@@ -781,13 +810,13 @@ def _played(
 def headline(
     uses: Sequence[Use], count: int, errors: tuple[float, float], rests: Sequence[str] = ()
 ) -> str:
-    """Say in one line for each use what an estimate is good for, and what mends it where it is not.
+    """Return one line for each use: what the estimate is good for, and what helps if it is not.
 
     Args:
-        uses: prediction, parameters and simulation, as judged.
+        uses: the assessed uses: prediction, parameters and simulation.
         count: number of parameters.
-        errors: of torque on held-out motion and on the training logs.
-        rests: what else is said of an estimate that is good for prediction.
+        errors: torque error on held-out data and on the training logs.
+        rests: further texts for an estimate that is good for prediction.
     """
     prediction, parameters, simulation = uses
     held, own = map(percent, errors)
@@ -798,10 +827,10 @@ def headline(
                  "the training logs)", *rests]  # fmt: skip
     told = f"{known} of {count} are known to {KNOWN:g} %"
     unread = [reason for reason in parameters.reasons if reason.startswith(_UNREAD)]
-    others = [reason for reason in parameters.reasons if reason not in unread]
+    others = [r for r in parameters.reasons if r not in unread and _WEAK not in r]
     second = ["Parameters: ", *unread, told, *others]
     if known < count:
-        second.append("a richer motion determines more (symgen excite)")
+        second.append(_RICHER.replace("them", "more of them").removesuffix(" better"))
     third = ["Good for simulation", *filter(None, [_told_of_simulation(simulation)])]
     third[:1] = [f"{third[0]}: "] if len(third) > 1 else third[:1]
     if not simulation.ok:
@@ -850,8 +879,8 @@ def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
         more = f" and {len(told) - 5} more" if len(told) > 5 else ""
         if told:
             out.append(
-                f"the {a.model} model sees {', '.join(told[:5])}{more} apart from the "
-                f"{found[0].model} model: the robot does something that its model does not"
+                f"the {a.model} model gives other values than the {found[0].model} model for "
+                f"{', '.join(told[:5])}{more}: an effect is missing; {_SEARCH}"
             )
     return tuple(out)
 

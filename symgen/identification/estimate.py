@@ -102,7 +102,7 @@ class Consistency:
 
     Attributes:
         feasible: None where it was not checked.
-        distance_sigma: to the nearest base parameters that a robot can have, in standard deviations
+        distance_sigma: to the nearest physically possible base parameters, in standard deviations
             of the estimate; None where it is unknown.
         reason: in words.
     """

@@ -50,7 +50,7 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     """
     if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
         raise ParameterError(
-            f"{estimate.robot}: not exported, no robot can have these parameters: "
+            f"{estimate.robot}: not exported, the parameters are not physically possible: "
             f"{estimate.physical.reason}"
         )
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
@@ -122,9 +122,9 @@ def identified_file(
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
-    Base parameters do not determine link parameters: of all that a robot could have and that give
-    X, symgen takes those closest to the file's own. Where no robot can have X, it takes the nearest
-    X that one can have, in the metric of its covariance.
+    Base parameters do not determine link parameters: of all physically possible ones that give X,
+    symgen takes those closest to the file's own. If X is not physically possible, it takes the
+    nearest possible X, in the metric of its covariance.
 
     Args:
         path: of the file that the robot was read from.
@@ -157,8 +157,8 @@ def identified_file(
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
         notes.append(
-            f"no robot can have the identified X: the file has the nearest that one can have, "
-            f"{links.sigmas:.2g} standard deviations away"
+            "the identified X is not physically possible: the file contains the nearest possible "
+            f"values, {links.sigmas:.3g} standard deviations away in all"
         )
     if path.suffix.lower() == ".xml":
         text, pushed = updated_mjcf(path, dynamics, actuators)

@@ -65,6 +65,7 @@ from symgen.estimation.torque_error import relative_error
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
+from symgen.faults.undo import with_known_shifts
 from symgen.identification.curves import FILE, read_curves
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
@@ -316,24 +317,31 @@ def read_equations(
     logs: Sequence[Source],
     reading: Reading | None,
     cutoff: float | None,
-    band: Band | None,
+    given: Given | None,
     progress: Say,
 ) -> Seen:
-    """Read logs of motions: in one band, that of the parameters where they have one."""
+    """Read logs of motions in one band.
+
+    If the given parameters come from an estimate, its band and its shifts of the torques apply.
+    """
     (samples,), repairs = open_logs((logs,), evaluator.model.robot, reading, progress)
     require_other_data(samples, [])
     samples, _, mended = join_bands(samples, [])
-    band = band or choose_band(evaluator, samples, cutoff)
+    known = None if given is None else given.band
+    band = known or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
     progress(f"band: {band.in_words()}")
-    logs_in_band = [filter_log(s, band) for s in samples]
+    shifted = [with_known_shifts(s, () if given is None else given.shifts) for s in samples]
+    logs_in_band = [filter_log(s, band) for s, _ in shifted]
     model = EquationModel(
         "torque", 0.0, features=features_of(logs_in_band, evaluator.model.robot.sigma)
     )
     equations = [model.equations(evaluator, log) for log in logs_in_band]
     notes = (*(n for s in samples for n in s.notes), f"band: {band.in_words()}")
-    return Seen(equations, band, notes, (*repairs, *mended))
+    return Seen(
+        equations, band, notes, (*repairs, *mended, *(r for _, own in shifted for r in own))
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -425,15 +433,14 @@ class LoadProblem:
                 break
         else:
             raise IdentificationError(
-                "the gains do not settle; accepted: logs with and without the load, of motions "
-                "that turn it against gravity at every joint"
+                "the torque gains do not converge; accepted: logs with and without the load, of "
+                "motions that turn it against gravity at every joint"
             )
         j = int(np.argmin(fit.k))
         if fit.k[j] <= 0:
             raise IdentificationError(
-                f"the gain of {self.robot.listed([j])} came out as {1 / fit.k[j]:.3g}; "
-                "accepted: logs "
-                "in which the load shows at every joint, and torques of the right sign"
+                f"the torque gain of {self.robot.listed([j])} is {1 / fit.k[j]:.3g}; accepted: "
+                "logs in which the load acts on every joint, and torques of the right sign"
             )
         return fit, solution
 
@@ -549,8 +556,8 @@ def payload(
     require_logs(loaded)
     if parameters is None and not bare:
         raise IdentificationError(
-            "what the robot is without its load is not known; accepted: --parameters, or --without "
-            "with logs of the robot alone"
+            "the parameters of the robot without the load are unknown; accepted: --parameters with "
+            "the folder that symgen identify wrote, or --without with logs of the robot alone"
         )
     if calibrate and (mass is None or not bare):
         raise IdentificationError("--calibrate: accepted: with --mass and --without")
@@ -587,8 +594,7 @@ def payload(
         said = tuple(n for s in poses for n in s.notes)
         seen = Seen([pose_equations(evaluator, s) for s in poses], None, said)
     else:
-        band = None if given is None else given.band
-        seen = read_equations(evaluator, every, reading, cutoff, band, progress)
+        seen = read_equations(evaluator, every, reading, cutoff, given, progress)
     with_load, alone = (
         [e for own in part for e in own]
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
@@ -602,9 +608,9 @@ def payload(
         # Friction as it was: what is left of it is solved for, so that its change has no say in s.
         free = [k for k in free if k >= derived.inertial]
         start, notes = replace(start, X=given.X), (*notes, *doubts)
-        how = "logs with the load against given parameters, friction taken anew"
+        how = "logs with the load and given parameters, with the friction fitted again"
     else:
-        how = "logs with and without the load, solved at once"
+        how = "logs with and without the load, solved together"
     known = np.array([*[0.0] * 9, mass or 0.0])
     problem = LoadProblem(derived.base.names, with_load, alone, G, V, known, free, source)
     fit, system, solution = problem.step(start)
@@ -617,7 +623,7 @@ def payload(
     traces = _traces(with_load, WITHOUT, unloaded, fit.k)
     gains: tuple[Quantity, ...] = ()
     if calibrate:
-        how = "logs with and without the load, and the drives' gains, solved at once"
+        how = "logs with and without the load, and the torque gains, solved together"
         fit, solution = problem.calibrated(fit)
         covariance = solution.covariance
         std = solution.std[-source.n :] / fit.k**2
@@ -702,18 +708,15 @@ def _require_load(
     best = min(left, key=lambda number: left[number])
     if left[best] < _FITS * after:
         raise IdentificationError(
-            f"a load on another link fits better: that of {model.robot.label(best)} leaves "
-            f"{100 * left[best]:.3g} % of "
-            f"the torque, {model.robot.label(link)} {100 * after:.3g} %; accepted: joint = "
-            f"{best} in [payload] "
-            "of the robot file"
+            f"a load on another link fits better: the torque error is {100 * left[best]:.3g} % "
+            f"with a load on {model.robot.label(best)}, {100 * after:.3g} % with one on "
+            f"{model.robot.label(link)}; accepted: joint = {best} in [payload] of the robot file"
         )
     if mass is not None and (mass.value or 0.0) < _SEEN_MASS * (mass.std or 0.0):
         raise IdentificationError(
             f"the logs show no load on the link of {model.robot.label(link)}: its mass is "
-            f"{mass.value:.3g} "
-            "kg with a "
-            f"standard deviation of {mass.std:.2g} kg; accepted: logs recorded with the load"
+            f"{mass.value:.3g} kg with a standard deviation of {mass.std:.3g} kg; accepted: logs "
+            "recorded with the load"
         )
 
 
@@ -732,9 +735,9 @@ def _quantities(
     try:
         body = found.nearest(mass)
         if body is not found:
-            said = "of the loads that can exist, the most likely one is given"
+            said = "the load is the most probable one that is physically possible"
     except ParameterError as error:
-        said = f"whether such a load can exist is not checked: {error}"
+        said = f"not checked whether the load is physically possible: {error}"
     values, std = read_off(body.s), found.std()
     std[0] *= mass is None
     scaled = np.array([mass is None, 0, 0, 0, *[1] * 6])

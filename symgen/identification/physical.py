@@ -399,7 +399,7 @@ class Feasibility:
             return widest
 
     def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
-        """Return the nearest base parameters that a robot can have, and their distance."""
+        """Return the nearest physically possible base parameters, and their distance."""
         whiten = _whitening(covariance, len(self.X))
         n, p = len(self.names), len(self.X)
         onto = whiten @ self.G * self.scale
@@ -585,7 +585,7 @@ def link_parameters(
         if nearest is None:
             raise ParameterError(
                 f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
-                "accepted: nearest=covariance of X, for the nearest that a robot can have"
+                "accepted: nearest=covariance of X, for the nearest possible values"
             )
         near, sigmas = problem.nearest(np.asarray(nearest, dtype=float))
         problem = Feasibility(model, near)
@@ -597,7 +597,7 @@ def link_parameters(
 def nearest_consistent(
     model: Model, X: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the nearest base parameters that a robot can have, and their distance.
+    """Return the nearest physically possible base parameters, and their distance.
 
         minimise (X - X0)' C^-1 (X - X0)
 
@@ -626,7 +626,7 @@ def nearest_consistent(
 
 
 def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
-    """Return whether a robot can have these base parameters, and the distance to the nearest.
+    """Return whether base parameters are physically possible, and the distance to the nearest.
 
     Args:
         model: whose parameters they are.
@@ -643,14 +643,15 @@ def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consiste
     try:
         near, sigmas = problem.nearest(covariance)
     except ParameterError as error:
-        return Consistency(False, None, f"{fault}; the nearest that can is unknown: {error}")
+        return Consistency(False, None, f"{fault}; nearest possible values unknown: {error}")
     moves = np.abs(near - X) / np.sqrt(np.diag(covariance))
     worst = int(np.argmax(moves))
     return Consistency(
         False,
         sigmas,
-        f"{fault}; the nearest that can is {sigmas:.3g} sigmas away, {model.base.names[worst]} by "
-        f"{moves[worst]:.2g} of its own (noise alone: up to {_noise(len(X)):.2g})",
+        f"{fault}; the nearest possible values differ by {sigmas:.3g} standard deviations in all "
+        f"(noise alone: up to {_noise(len(X)):.2g}), at most {moves[worst]:.2g} for "
+        f"{model.base.names[worst]}: symgen identify --method consistent gives them",
     )
 
 
@@ -696,9 +697,10 @@ class Consistent:
         """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
         moved = (
-            f"parameters that a robot can have are {sigmas:.3g} sigmas from {self.base.name}"
+            f"the physically possible parameters differ from the {self.base.name} estimate by "
+            f"{sigmas:.3g} standard deviations in all"
             if sigmas
-            else f"the estimate of {self.base.name} is one that a robot can have, and is kept"
+            else f"the {self.base.name} estimate is physically possible and is kept"
         )
         return replace(
             free,

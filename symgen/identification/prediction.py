@@ -21,10 +21,10 @@ from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
-from symgen.faults.fault import Fault, delay_of
+from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import mended_speeds
-from symgen.faults.undo import with_earlier_torques
+from symgen.faults.undo import with_known_shifts
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
@@ -173,10 +173,8 @@ def _filtered(
     band = known or choose_band(evaluator, [samples], cutoff)
     if cutoff is not None:
         band = replace(band, cutoff_hz=cutoff)
-    for fault in shifts:
-        samples = with_earlier_torques(samples, delay_of(fault))
-    told = (replace(f, log=samples.name, samples=len(samples.t)) for f in shifts)
-    return filter_log(samples, band), (*repairs, *mended, *told)
+    samples, shifted = with_known_shifts(samples, shifts)
+    return filter_log(samples, band), (*repairs, *mended, *shifted)
 
 
 def read_prediction(path: str | Path) -> Prediction:

@@ -32,6 +32,7 @@ from typing import NamedTuple
 import numpy as np
 
 import symgen.identification.assessment as verdicts
+from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
@@ -283,8 +284,8 @@ def _judged(found: Standstill, label: str) -> Estimate:
     use = verdicts.parameters_use(shown, Consistency(None, None, ""), ())
     left = seen.residual.relative
     hidden = (
-        f"{100 * left:.3g} % of the torque of poses held out is left to friction: what the model "
-        "misses would hide in it",
+        f"the torque error on held-out poses is {100 * left:.3g} %, which is attributed to static "
+        "friction: a model error of this size would not be seen",
     )
     reasons = (
         *_beyond_bounds(found),
@@ -344,9 +345,9 @@ def _beyond_bounds(found: Standstill) -> tuple[str, ...]:
     beyond = np.sum(error > value + _NORMAL * np.sqrt(spread + std**2), axis=0).tolist()
     rows, movable = len(error), evaluator.model.robot.movable
     return tuple(
-        f"{evaluator.model.robot.label(joint.number)}: {count} of {rows} torques held out lie "
-        "outside the friction "
-        f"bound of {bound:.3g}: the model misses something of position"
+        f"{evaluator.model.robot.label(joint.number)}: {count} of {rows} held-out torques exceed "
+        f"the friction bound of {bound:.3g} {names.unit('OF', joint.sigma)}: the model lacks a "
+        "torque that depends on the position; symgen diagnose searches for it in a log with motion"
         for joint, count, bound in zip(movable, beyond, value, strict=True)
         if bdtrc(count - 1, rows, _OUTSIDE) < _LEVEL / len(value)
     )
@@ -362,10 +363,9 @@ def _elsewhere(found: Standstill, C: FloatArray) -> tuple[str, ...]:
     if not len(bad):
         return ()
     return (
-        f"the poses do not carry their parameters: poses elsewhere in the same range would have "
-        f"larger errors than friction leaves at {found.evaluator.model.robot.listed(bad)}; "
-        "record more, farther "
-        "apart",
+        "the poses do not determine the parameters well enough: other poses in the same range "
+        "would have larger torque errors than static friction at "
+        f"{found.evaluator.model.robot.listed(bad)}; record more poses, farther apart",
     )
 
 
@@ -374,9 +374,8 @@ def _turned(bounds: FrictionBounds, robot: Robot) -> tuple[str, ...]:
     if not against.any():
         return ()
     return (
-        f"friction helps the last motion at {robot.listed(np.flatnonzero(against))}: the sign "
-        "of tau, or of qd, "
-        "is the other way",
+        f"friction helps the last motion at {robot.listed(np.flatnonzero(against))}, which is "
+        "impossible: change the sign of tau or of qd there",
     )
 
 
@@ -390,7 +389,7 @@ def _notes(found: Standstill) -> tuple[str, ...]:
         + (
             "qd is taken as the direction of each joint's last motion"
             if told
-            else "no direction of approach is told (columns qd1.., of which the sign counts)"
+            else "the table has no direction of approach (columns qd1.., whose sign counts)"
         )
     ]
     seen = {*known, *coulomb.values()}
@@ -399,11 +398,11 @@ def _notes(found: Standstill) -> tuple[str, ...]:
         out.append(f"standstill does not determine {open_}")
     tied = ", ".join(base[k] for k in kept if k not in known)
     if tied:
-        out.append(f"{tied} stand for all that looks like them at standstill")
+        out.append(f"{tied} include all parameters with the same torque at standstill")
     joints = zip(found.evaluator.model.robot.movable, found.bounds.value, strict=True)
     held = [f"{j.number} ({b:.3g})" for k, (j, b) in enumerate(joints) if k not in coulomb]
     if held:
-        out.append(f"joints without declared friction hold torques within, N m: {', '.join(held)}")
+        out.append(f"static friction of joints without declared friction, N m: {', '.join(held)}")
     if not found.given:
         out.append("no validation table is given: the last fifth of each table is held out")
     return tuple(out)

@@ -93,7 +93,7 @@ def identify(
             "static", in which each row is a pose at rest (`symgen.identification.static`).
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
             weight from its own residual), "ols", "huber", "tls", "iv", "ridge", "essential",
-            "consistent" (parameters that a robot can have), or "recursive" (least squares with
+            "consistent" (physically possible parameters), or "recursive" (least squares with
             forgetting).
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
@@ -177,12 +177,12 @@ def _possible(
     before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
     if np.max(after - before) > LEAST**2:
         worse = (
-            "parameters that a robot can have leave more torque error "
+            "physically possible parameters have a larger torque error "
             f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
-            "symgen diagnose looks for it"
+            "symgen diagnose searches for it"
         )
         return by, replace(found, notes=(*found.notes, *wrong, worse))
-    told = "least squares gives parameters that no robot has"
+    told = "least squares gives physically impossible parameters"
     notes = tuple(f"{told}: {reason}" for reason in wrong)
     return bounded, replace(other, notes=(*other.notes, *notes))
 

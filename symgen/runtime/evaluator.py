@@ -287,6 +287,8 @@ void NAME_identifier_restart(void *state);
 int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
                         const double *tau);
 int NAME_identifier_read(const void *state, double *X, double *std);
+int NAME_identifier_rest(void *state, const double *noise);
+int NAME_identifier_excited(const void *state, double *out);
 typedef struct NAME_least_squares {
     double R[...]; double z[...]; double forgetting; double rss; double count; ...;
 } NAME_least_squares;
@@ -295,6 +297,9 @@ int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
 int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
 int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
+""",
+    "identifier_project.h": """
+int NAME_identifier_project(const void *state, const double *X0, double *X);
 """,
     "identifier_momentum.h": """
 size_t NAME_identifier_momentum_size(size_t window);

@@ -176,7 +176,7 @@ def write_package(folder: Path, name: str, real: str = "double") -> list[Path]:
         f"{declarations}#ifdef __cplusplus\n}}\n#endif\n#endif\n"
     )
     files = FILES + (MOMENTUM_FILES if "momentum_regressor" in bodies else ())
-    texts = {file: runtime_source(file, gravity_input=False) for file in files}
+    texts = {file: runtime_source(file, gravity_input=False, dtype=real) for file in files}
     texts = {f"NAME_{file}": text for file, text in texts.items()}
     texts["NAME.h"] = header
     texts["NAME_kernel.c"] = f'#include "NAME.h"\n#include <math.h>\n{kernels}'
@@ -215,12 +215,15 @@ class Package:
                 "_fields_": [
                     ("R", self.real * triangle),
                     ("z", self.real * self.p),
-                    ("R_carry", self.real * triangle),
-                    ("z_carry", self.real * self.p),
+                    ("rss", self.real),
+                    ("count", self.real),
+                    ("carries", self.real * ((triangle + self.p + 2) * (real == "float"))),
+                    ("gathered", self.real * triangle),
                     ("forgetting", self.real),
-                    ("fade", self.real),
-                    ("rss", ctypes.c_double),
-                    ("count", ctypes.c_double),
+                    ("kept", self.real),
+                    ("cycle", ctypes.c_long),
+                    ("rows", ctypes.c_long),
+                    ("determined", ctypes.c_int),
                 ]
             },
         )
@@ -252,6 +255,8 @@ class Package:
             "identifier_restart": (None, [pointer]),
             "identifier_run": (ctypes.c_int, [pointer, size, *[pointer] * 4]),
             "identifier_read": (ctypes.c_int, [pointer] * 3),
+            "identifier_excited": (ctypes.c_int, [pointer] * 2),
+            "identifier_rest": (ctypes.c_int, [pointer] * 2),
             "identifier_state": (ctypes.POINTER(self.State), [pointer]),
         }
         if "momentum_regressor" in PACKAGES[name][3]:
@@ -308,6 +313,11 @@ class Package:
     def read(self, memory):
         X, std = np.full(self.p, 7, self.dtype), np.full(self.p, 7, self.dtype)
         return self.identifier_read(memory.ctypes.data, X.ctypes.data, std.ctypes.data), X, std
+
+    def excited(self, memory) -> np.ndarray:
+        out = np.full(self.p, 7, self.dtype)
+        assert self.identifier_excited(memory.ctypes.data, out.ctypes.data) == 0
+        return out
 
     def least_squares(self, memory) -> SimpleNamespace:
         return self.view(self.identifier_state(memory.ctypes.data).contents)
@@ -439,15 +449,10 @@ class TestLeastSquares:
         wide.least_squares_merge(ctypes.byref(total), ctypes.byref(head))
         wide.least_squares_merge(ctypes.byref(total), ctypes.byref(tail))
         wide.least_squares_merge(ctypes.byref(total), ctypes.byref(wide.fit(W[:0], y[:0])))
-        weights = forgetting ** (np.r_[90:0:-1, 210:0:-1] - 1.0)
-        reference = np.linalg.qr(np.sqrt(weights)[:, None] * np.c_[W, y], mode="r")
-        reference *= np.sign(np.diag(reference))[:, None]
-        whole = SimpleNamespace(
-            R=reference[:-1, :-1],
-            z=reference[:-1, -1],
-            rss=reference[-1, -1] ** 2,
-            count=weights.sum(),
-        )
+        one, two = folded(W[:90], y[:90], forgetting), folded(W[90:], y[90:], forgetting)
+        whole = folded(np.r_[one.R, two.R], np.r_[one.z, two.z])
+        whole.rss += one.rss + two.rss
+        whole.count = one.count + two.count
         assert_same(wide.view(total), whole)
 
     def test_a_state_merged_with_itself_counts_twice(self, package):
@@ -456,18 +461,37 @@ class TestLeastSquares:
         wide.least_squares_merge(ctypes.byref(state), ctypes.byref(state))
         assert_same(wide.view(state), folded(np.r_[W, W], np.r_[y, y]))
 
-    def test_forgetting_equals_weighted_lstsq(self, package):
-        wide, (W, y) = package("wide"), system()
-        weights = 0.97 ** np.arange(len(y) - 1.0, -1.0, -1.0)
-        root = np.sqrt(weights)
-        X, rss, *_ = np.linalg.lstsq(root[:, None] * W, root * y)
-        state = wide.fit(W, y, 0.97)
-        status, X_c, _, rss_c = wide.solve(state)
-        assert status == 0
-        np.testing.assert_allclose(X_c, X, rtol=1e-10)
-        np.testing.assert_allclose(rss_c, rss[0], rtol=1e-10)
-        np.testing.assert_allclose(state.count, weights.sum(), rtol=1e-12)
-        assert_same(wide.view(state), folded(W, y, 0.97))
+    def test_forgetting_is_that_of_the_information_matrix(self, package):
+        """And where rows excite all parameters, a memory of 100 rows."""
+        wide, (W, y) = package("wide"), system(rows=1000)
+        state = wide.fit(W, y, 0.99)
+        assert_same(wide.view(state), folded(W, y, 0.99))
+        norm = np.linalg.norm(W, axis=0) / np.sqrt(len(W))
+        remembered = np.mean(np.diag(wide.view(state).R.T @ wide.view(state).R) / norm**2)
+        assert 70 < remembered < 130
+
+    @pytest.mark.parametrize(("real", "most"), [("double", 1e-9), ("float", 1e-3)])
+    def test_what_new_rows_do_not_excite_is_not_forgotten(self, package, real, most):
+        """A hundred memories of rows in half of the parameters leave the others as they were.
+
+        The first memory of them is left out: a cycle that begins with the rows before them forgets
+        what these excite, too.
+        """
+        wide, (W, y) = package("wide", real), system(rows=500)
+        W = W / np.linalg.norm(W, axis=0) * np.sqrt(len(W))
+        Q = np.linalg.qr(np.random.default_rng(4).normal(size=(12, 12)))[0]
+        new = np.random.default_rng(5).normal(size=(10_000, 6)) @ Q[:6]
+        right = new @ np.full(12, 3.0) + 0.1 * np.random.default_rng(6).normal(size=len(new))
+        both = np.r_[W, new[:100]], np.r_[y, right[:100]]
+        before, after = wide.fit(*both, 0.99), wide.fit(*both, 0.99)
+        for row, value in zip(wide.array(new[100:]), wide.array(right[100:]), strict=True):
+            assert wide.least_squares_update(ctypes.byref(after), row.ctypes.data, value) == 0
+        seen = [wide.view(state) for state in (before, after)]
+        X = [np.linalg.solve(s.R, s.z) for s in seen]
+        assert np.abs(Q[:6] @ (X[1] - 3.0)).max() < 0.1
+        # What is known of the combinations that the rows do not contain, given those that they do.
+        known = [(Q @ s.R.T @ s.R @ Q.T)[6:, 6:] for s in seen]
+        np.testing.assert_allclose(known[1], known[0], rtol=0, atol=most * np.abs(known[0]).max())
 
     @pytest.mark.parametrize("real", ["double", "float"])
     @pytest.mark.parametrize("kind", ["zero", "copy", "sum", "few rows"])
@@ -681,15 +705,19 @@ class TestIntegrator:
 
     @pytest.mark.parametrize("uneven", [False, True])
     def test_exact_on_quintics_once_there_are_six_samples(self, package, uneven):
-        """The second of two windows; forgetting leaves nothing of the first."""
+        """The second of two windows: what the first one said is taken away."""
         c, t = package("probe"), stamps(11 + DELAY, uneven, dt=0.1, jitter=0.2)
         power, whole = [6, -5, 8, 3, -4, 5], [1, -1, 2, 1, -2, 5, 0]
         exact = np.polyval(whole, t[10]) - np.polyval(whole, t[5])
         q = (np.arange(11 + DELAY) / 5)[:, None]
-        memory = c.identifier("consecutive", 5, 1e-14 ** (1 / 5))
-        assert c.run(memory, t, q, np.ones_like(q), np.polyval(power, t)[:, None]) == 0
-        assert c.least_squares(memory).count > 1
-        np.testing.assert_allclose(c.read(memory)[1][0], exact, rtol=1e-12)
+        memory, said = c.identifier("consecutive", 5), [0.0]
+        for k, sample in enumerate(zip(q, np.ones_like(q), np.polyval(power, t), strict=True)):
+            assert c.step(memory, *sample, t[k] - t[k - 1] if k else 0.0) == 0
+            seen = c.least_squares(memory)
+            if seen.count == len(said):
+                said.append(float(seen.R[0, 0] * seen.z[0]))
+        assert len(said) == 3
+        np.testing.assert_allclose(np.diff(said)[1], exact, rtol=1e-12)
 
     @pytest.mark.parametrize("uneven", [False, True])
     def test_order(self, package, uneven):
@@ -734,15 +762,20 @@ class TestIntegrator:
     def test_sliding_windows_do_not_drift(self, package, real):
         """Steady power for 10^5 steps: the last window is as good as the first.
 
-        DL alternates between 0 and 1 from half to half of a window and forgetting leaves the last
-        row only, so that |X| is the integral over the last window, weighted by its triangle.
+        DL alternates between 0 and 1 from half to half of a window, and what was learned is thrown
+        away before the last one, so that |X| is its integral, weighted by its triangle.
         """
         c, window, samples, dt = package("probe", real), 250, 100_000, 2.0**-10
         k, half = np.arange(samples), window // 2
         q = ((k // half) % 2).astype(float)[:, None]
         power = 1000.0 * (1 + 0.5 * np.sin(0.01 * k))
-        memory = c.identifier("sliding", window, 1e-12 ** (1 / half))
-        assert c.run(memory, k * dt, q, np.ones_like(q), power[:, None]) == 0
+        memory = c.identifier("sliding", window)
+        last = samples - half - 1
+        assert c.run(memory, k[:last] * dt, q[:last], np.ones_like(q)[:last], power[:last, None]) == 0
+        assert c.least_squares_init(c.identifier_state(memory.ctypes.data), 1.0) == 0
+        for j in range(last, samples):
+            assert c.step(memory, q[j], [1.0], power[j : j + 1], dt) == 0
+        assert c.least_squares(memory).count == 1
         rule = np.array([11, -93, 802, 802, -93, 11]) / 1440
         end = (samples - 1 - DELAY) // half * half
         each = dt * np.convolve(power, rule, "valid")[end - window - 2 : end - 2]
@@ -880,36 +913,93 @@ class TestGuard:
         np.testing.assert_allclose(X, before, rtol=1e-6)
         assert np.isfinite(std).all()
 
-    def test_momentum_needs_to_be_left_alone_while_the_robot_stands(self, package):
-        """As the header says: steps at standstill lose friction with status OK; no steps do not."""
-        c, draw = package("rub"), np.random.default_rng(5)
-        t = stamps(40_000, True)
-        seconds, rest = 60, np.arange(60_000)
-        still = [np.tile(x, (len(rest), 1)) for x in ([0.3, -0.4], [0.0, 0.0], [0.4, -0.2])]
-        still = [x + 1e-3 * draw.standard_normal(x.shape) for x in still]
-        for text in (RUNTIME / "identifier.h", RUNTIME.parents[2] / "docs" / "c.md"):
-            said = re.sub(r"[\s*`]+", " ", text.read_text("utf-8"))
-            assert "do not call NAME_identifier_step while the robot stands" in said, text
-        for steps_at_rest in (True, False):
-            memory = c.identifier("sliding", 20, 0.9999, model="momentum")
-            assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
-            np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
-            if steps_at_rest:
-                c.identifier_restart(memory.ctypes.data)
-                assert c.run(memory, 1e-3 * rest, *still) == 0
-                assert c.identifier_status(memory.ctypes.data) == 0
-                coulomb = c.read(memory)[1][[4, 6]]
-                assert np.all(np.abs(coulomb) < 0.1 * X_RUB[[4, 6]]), coulomb
-                continue
-            c.identifier_restart(memory.ctypes.data)
-            again = motion(t + seconds, X_RUB, 1e-3)
-            for sample in zip(*again, np.diff(t, prepend=0), strict=True):
-                assert c.step(memory, *sample) == 0
-            np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.02)
+    @staticmethod
+    def resting(samples, noise, seed=5):
+        """Both joints at rest, with static friction, noise of the encoders and of the torques."""
+        draw = np.random.default_rng(seed)
+        q = [0.3, -0.4] + 1e-5 * draw.standard_normal((samples, 2))
+        tau = [0.4, -0.2] + 1e-3 * draw.standard_normal((samples, 2))
+        return q, noise * draw.standard_normal((samples, 2)), tau
+
+    @pytest.mark.parametrize(("real", "most"), [("double", 1e-6), ("float", 1e-3)])
+    @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+    @pytest.mark.parametrize("model", MODELS)
+    def test_rest_teaches_and_forgets_nothing(self, package, model, noise, real, most):
+        """Neither X nor std changes, and the status says so; the next motion goes on."""
+        c, t = package("rub", real), stamps(30_000, True)
+        memory = c.identifier("sliding", 20, 0.9999, model=model)
+        q, qd, tau = motion(t, X_RUB, 1e-3)
+        qd = qd + noise * np.random.default_rng(6).standard_normal(qd.shape)
+        assert c.run(memory, t, q, qd, tau) == 0
+        _, X, std = c.read(memory)
+        np.testing.assert_allclose(X, X_RUB, rtol=0.03)
+        assert np.all(c.excited(memory) > 0.3)
+        dt = 1e-3
+        for sample in zip(*self.resting(300, noise, 8), strict=True):  # the stop itself
+            assert c.step(memory, *sample, dt) == 0
+        _, X, std = c.read(memory)
+        for sample in zip(*self.resting(20_000, noise), strict=True):
+            assert c.step(memory, *sample, dt) == 0
+            assert c.identifier_status(memory.ctypes.data) == self.NOT_EXCITED
+        assert c.run(memory, dt * np.arange(100_000), *self.resting(100_000, noise, 7)) == 0
+        _, after, deviation = c.read(memory)
+        assert np.abs(after / X - 1).max() <= most
+        assert np.abs(deviation / std - 1).max() <= most
+        assert c.excited(memory).max() < 1e-3
+        assert c.run(memory, t, q, qd, tau) == 0
+        assert c.identifier_status(memory.ctypes.data) == 0
+        np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.03)
+        assert np.all(c.excited(memory) > 0.3)
+
+    @pytest.mark.parametrize("model", MODELS)
+    def test_a_joint_that_moves_alone_teaches_its_own(self, package, model):
+        """Joint 2 rests for ten memories: its friction stays, and X is right within its std."""
+        c, t = package("rub"), stamps(30_000, True)
+        memory = c.identifier("sliding", 100, 0.9998, model=model)
+        assert c.run(memory, t, *motion(t, X_RUB, 1e-2)) == 0
+        before = c.read(memory)[1:]
+        q, qd, _ = motion(t, X_RUB)
+        q[:, 1], qd[:, 1] = 0.4, 0.0
+        slope = np.gradient(qd[:, 0], t)
+        inertia = X_RUB[0] + X_RUB[1] + 2 * LENGTH * (X_RUB[2] * np.cos(0.4) - X_RUB[3] * np.sin(0.4))
+        tau = np.zeros_like(qd)
+        tau[:, 0] = inertia * slope + X_RUB[4] * np.sign(qd[:, 0]) + X_RUB[5] * qd[:, 0]
+        draw = np.random.default_rng(3)
+        tau += 1e-2 * draw.standard_normal(tau.shape)
+        tau[:, 1] += 0.2  # static friction, anything
+        q += 1e-5 * draw.standard_normal(q.shape)
+        qd += 1e-4 * draw.standard_normal(qd.shape)
+        for _ in range(2):
+            assert c.run(memory, t, q, qd, tau) == 0
+        _, X, std = c.read(memory)
+        excited = c.excited(memory)
+        print(excited, (X - X_RUB) / std)
+        assert np.all(np.abs(X - X_RUB) < 4 * std)
+        assert excited[[6, 7]].max() < (0.5 if model == "energy" else 0.01) * excited[[4, 5]].min()
+        np.testing.assert_allclose(std[6:], before[1][6:], rtol=0.5)
+
+    def test_the_noise_of_speeds_may_be_stated(self, package):
+        """Where it is stated too small the joints seem to move; a negative one is refused."""
+        c, t = package("rub"), stamps(3000, True)
+        noise = np.full(2, 1e-12)
+        memory = c.identifier("sliding", 20, 0.9999)
+        assert c.identifier_rest(memory.ctypes.data, noise.ctypes.data) == 0
+        assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
+        for sample in zip(*self.resting(300, 1e-4), strict=True):
+            assert c.step(memory, *sample, 1e-3) == 0
+        rows = c.least_squares(memory).count
+        assert c.identifier_rest(memory.ctypes.data, np.full(2, 1e-4).ctypes.data) == 0
+        for sample in zip(*self.resting(3000, 1e-4), strict=True):
+            assert c.step(memory, *sample, 1e-3) == 0
+        assert c.least_squares(memory).count < rows + 3
+        for bad in (-1.0, np.nan, np.inf):
+            assert c.identifier_rest(memory.ctypes.data, np.array([1e-3, bad]).ctypes.data) != 0
+        assert c.identifier_rest(memory.ctypes.data, None) == 0
 
     def test_a_robot_that_has_changed_is_learned_anew(self, package):
-        c, t, other = package("rub"), stamps(8000, True), 30 * X_RUB
-        memory = c.identifier("sliding", 20, 0.998)
+        """After some memories of 5 s, which is longer than the period of the motion."""
+        c, t, other = package("rub"), stamps(60_000, True), 30 * X_RUB
+        memory = c.identifier("sliding", 100, 0.9998)
         assert c.run(memory, t, *motion(t, X_RUB, 1e-3)) == 0
         assert c.run(memory, t, *motion(t, other, 1e-3)) == 0
         np.testing.assert_allclose(c.read(memory)[1], other, rtol=0.05)

@@ -340,7 +340,7 @@ def test_a_negative_inertia_is_not_trusted_silently(run, log, samples, tmp_path)
     found = json.loads((tmp_path / "x" / "estimate.json").read_text())
     assert not found["uses"]["parameters"]["ok"]
     assert not found["uses"]["simulation"]["ok"]
-    for words in ("no robot can have them", "Not good for simulation: the mass matrix"):
+    for words in ("not physically possible", "Not good for simulation: the mass matrix"):
         assert words in found["headline"]
         assert words in out
 

@@ -91,7 +91,7 @@ def test_a_channel_that_is_held_is_drawn_through_its_readings(k: int) -> None:
     assert held_for(held[:, 0]) == k
     assert held_for(q[:, 0]) == 1
     log, repairs = repaired(_log(held, qd, tau), (REVOLUTE,))
-    assert [(r.channel, r.fault) for r in repairs] == [("q1", f"read anew every {k} samples only")]
+    assert [(r.channel, r.fault) for r in repairs] == [("q1", f"new values only every {k} samples")]
     inner = slice(2 * k, -2 * k)
     assert np.abs(log.q - q)[inner].max() < 0.01 * np.abs(held - q)[inner].max()
 

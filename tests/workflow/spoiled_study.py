@@ -59,7 +59,7 @@ RIGHT = {
     "milliseconds": r"qd{j}|\bt\b", "newton_millimetres": r"tau{j}\b", "torque_gain": r"tau{j}\b",
     "gear_ratio": "ratio of joint {j}", "torque_delay": "late|tau{j}", "clipped": r"tau{j}\b|mask",
     "stuck": r"(q|tau){j}\b", "wrapped": r"q{j}\b", "repeated_rows_moved": r"\bt\b|rows|samples",
-    "held": "held|again|repeat|late", "coarse": r"(q|tau){j}\b", "spikes": r"(q|tau){j}\b",
+    "held": "held|new values|late", "coarse": r"(q|tau){j}\b", "spikes": r"(q|tau){j}\b",
     "time_reversed": "time|backwards", "speeds_scaled": "qd|speed", "speeds_delayed": "qd|speed",
 }  # fmt: skip
 #: Reasons that name no cause.

@@ -68,7 +68,8 @@ def attempt(name: str) -> Iterator[dict[str, object]]:
                 "named": [(e.name, e.joints, round(e.probability, 3)) for e in answer.effects],
                 "verdict": answer.verdict,
                 "after": answer.after.per_joint[j],
-                "found": first is not None and (first.name, first.joints) == (NAMES[term], (j + 1,)),
+                "found": first is not None
+                and (first.name, first.joints) == (NAMES[term], (j + 1,)),
                 "answered": answer.after.per_joint[j] <= whole[j],
                 "seconds": round(time.perf_counter() - began, 1),
             }

@@ -49,14 +49,22 @@ def _times(factor: float, j: int, *keys: str) -> Callable[[Channels], None]:
 
 #: The fault, the channels that have to be named, and a word.
 FAULTS = {
-    "motions exchanged": (_swap("q", "qd"), ("q1", "qd2"), "other's place"),
-    "joints exchanged": (_swap("q", "qd", "tau"), ("q1", "tau2"), "other's place"),
-    "torques exchanged": (_swap("tau"), ("tau1", "tau2"), "other's place"),
+    "motions exchanged": (_swap("q", "qd"), ("q1", "qd2"), "are exchanged"),
+    "joints exchanged": (_swap("q", "qd", "tau"), ("q1", "tau2"), "are exchanged"),
+    "torques exchanged": (_swap("tau"), ("tau1", "tau2"), "are exchanged"),
     # Turned joints are links whose MX2 is negative: the two cannot be told apart on this arm.
-    "a motion turned": (_times(-1.0, 1, "q", "qd"), ("2",), "the other sign"),
-    "a torque turned": (_times(-1.0, 1, "tau"), ("2",), "the other sign"),
-    "a torque scaled": (_times(1.6, 1, "tau"), ("tau2",), "times what the other joints ask"),
-    "a torque in N mm": (_times(1e3, 0, "tau"), ("tau1",), "times what the other joints ask"),
+    "a motion turned": (_times(-1.0, 1, "q", "qd"), ("2",), "the wrong sign"),
+    "a torque turned": (_times(-1.0, 1, "tau"), ("2",), "the wrong sign"),
+    "a torque scaled": (
+        _times(1.6, 1, "tau"),
+        ("tau2",),
+        "as large as the other joints require",
+    ),
+    "a torque in N mm": (
+        _times(1e3, 0, "tau"),
+        ("tau1",),
+        "as large as the other joints require",
+    ),
     "another gear ratio": (_geared(1.6, 1), ("q2", "tau2"), "gear ratio of joint 2 is off by a"),
     "a motion in degrees": (_times(180 / np.pi, 1, "q", "qd"), ("q2", "qd2"), "degrees"),
 }

@@ -354,6 +354,39 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
     assert held["files"][0]["horizons"][-1]["position_error"] < 0.5 * new[-1]
 
 
+#: A joint about the vertical with 0.5 kg m2, and what its file may say of that instead.
+TURNTABLE = """<mujoco model="table"><worldbody><body name="table"><joint name="turn" axis="0 0 1"/>
+  <inertial pos="0 0 0" mass="1" diaginertia="1 1 {}"/></body></worldbody></mujoco>"""
+
+
+def test_a_simulation_that_runs_away_counts_no_less_than_one_that_runs_far(
+    tmp_path, command
+) -> None:
+    """The lighter the file, the larger its error: up to a state that MuJoCo calls not finite."""
+    t = np.arange(0, 4, 4e-3)
+    q = np.column_stack([0.3 * np.sin(4 * t)])
+    qd, tau = 1.2 * np.cos(4 * t), 0.5 * -4.8 * np.sin(4 * t)
+    np.savetxt(tmp_path / "log.csv", np.column_stack([t, q, qd, tau]), delimiter=",", comments="",
+               header="t,q1,qd1,tau1")  # fmt: skip
+    files = []
+    for izz in (0.5, 0.1, 0.02, 1e-3, 1e-9, 1e-14):
+        files.append(tmp_path / f"{izz:g}.xml")
+        files[-1].write_text(TURNTABLE.format(izz))
+    into = tmp_path / "simulated"
+    code, _, err = command("compare-sim", *files, tmp_path / "log.csv", "--into", into)
+    assert code == 0, err
+    found = json.loads((into / "simulation.json").read_text())
+    errors = [f["horizons"][-1]["position_error"] for f in found["files"]]
+    diverged = [f["diverged"] for f in found["files"]]
+    assert errors[0] < 0.01
+    assert errors == sorted(errors)
+    assert diverged == sorted(diverged)
+    assert diverged[:2] == [0, 0]
+    assert diverged[-1] == found["windows"]
+    (turn,) = found["files"][-1]["horizons"][-1]["per_joint"]
+    assert turn == pytest.approx(10 * np.ptp(q), rel=0.01)  # ten times the motion in the log
+
+
 def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
     """But for Coulomb friction, which Drake does not read."""
     drake = pytest.importorskip("pydrake.all", reason="Drake (drake) is not installed")

@@ -136,7 +136,7 @@ def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cu
     # it shows in the log by itself: what is cut off is masked without being told
     assert error(found) < (5e-3 if model == "torque" else 1e-3)
     assert [(r.log, r.channel, r.fault, r.done) for r in found.repairs] == [
-        (name, "tau1", "cut off at 14", "masked") for name in ("cut2", "cut3")
+        (name, "tau1", "clipped at 14", "masked") for name in ("cut2", "cut3")
     ]
     at = np.abs(cut_off[0].tau) >= 14 * (1 - 1e-9)
     assert found.repairs[0].samples == np.sum(at)
@@ -219,7 +219,7 @@ def test_the_error_of_a_prediction_leaves_masked_torques_out(robot, cut_off, tmp
     assert np.linalg.norm(left) > 0.05 * np.linalg.norm(plain.torque.measured)
     for prediction in (plain, masked):  # what is cut off is masked without being told
         assert prediction.error.relative < 0.02
-        assert [r.fault for r in prediction.repairs] == ["cut off at 14"]
+        assert [r.fault for r in prediction.repairs] == ["clipped at 14"]
     assert any("masked in saturation" in note for note in masked.notes)
 
 
@@ -232,7 +232,7 @@ def test_a_diagnosis_does_not_name_a_saturation_that_is_masked(robot):
     reading = symgen.Reading(mask=("saturation",))
     masked = symgen.diagnose(robot, cut(2), reading=reading, **options)
     plain = symgen.diagnose(robot, cut(2), **options)  # found and masked without being told
-    assert any("tau1: cut off at 14" in note and "masked" in note for note in plain.notes)
+    assert any("tau1: clipped at 14" in note and "masked" in note for note in plain.notes)
     assert (masked.effects, masked.verdict) == ((), "consistent")
     assert [e.name for e in plain.effects] == ["saturation"]
     assert plain.verdict == "bad-measurement"

@@ -30,7 +30,7 @@ def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(tmp_path) -> None
     (tmp_path / "site").mkdir()
     lines, said = six_commands(tmp_path, *declared(tmp_path / "site"))
     assert "columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort" in said[2]
-    assert "stamps jitter" in said[2]
+    assert "time stamps jitter" in said[2]
     assert "verdict: trusted" in said[2]
     helps = re.search(r"symgen import panda.urdf --fix \S+ --into robot.toml", said[0])
     assert helps is not None, said[0]

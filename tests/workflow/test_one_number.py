@@ -74,13 +74,14 @@ def test_diagnose_says_what_identify_says(found: tuple[Path, Estimate, Path]) ->
     assert diagnosis.before.total == pytest.approx(said.relative, rel=0, abs=1e-9)
 
 
-def test_predict_and_export_shift_the_torques_as_the_estimate_did(tmp_path: Path) -> None:
+def test_other_commands_shift_the_torques_as_the_estimate_did(tmp_path: Path) -> None:
     robot = symgen.parse_robot(planar2r.robot_toml("late", 'friction = ["viscous"]'), "late.toml")
-    logs = []
-    for seed in (3, 4):
+    logs, mass = [], 1.5
+    for seed, load in ((3, 0.0), (4, 0.0), (5, mass)):
         rng = np.random.default_rng(seed)
         t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-        X = np.array([3.7, 0.8, 1.2, 0.3])
+        # The load is a point at x = 0.2 m on the second link.
+        X = np.array([3.7, 0.8, 1.2, 0.3]) + load * np.array([0.5**2, 0.2**2, 0.2, 0.0])
         tau = np.array(
             [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
         )
@@ -88,6 +89,7 @@ def test_predict_and_export_shift_the_torques_as_the_estimate_did(tmp_path: Path
         late = np.column_stack([np.interp(t - 0.02, t, x) for x in tau.T])
         late += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
         logs.append(symgen.make_log(f"log {seed}", t, q, late, qd))
+    *logs, carries = logs
     found = symgen.identify(robot, logs[0], validation=logs[1])
     assert found.torque_validation is not None
     symgen.write(found, tmp_path / "result", robot=robot)
@@ -96,3 +98,10 @@ def test_predict_and_export_shift_the_torques_as_the_estimate_did(tmp_path: Path
     assert [(r.log, r.channel, r.done) for r in again.repairs] == [("log 4", "tau", "shifted")]
     (same,) = torque_errors(robot, logs[1], [found.X], found.band, found.shifts)
     assert same == pytest.approx(again.error.relative, rel=1e-9)
+    load = symgen.payload(robot, carries, parameters=tmp_path / "result")
+    assert load.mass.value is not None
+    assert load.mass.std is not None
+    assert load.mass.value == pytest.approx(mass, abs=3 * load.mass.std)
+    assert load.mass.std < 0.01 * mass
+    assert load.residual.after < 0.01
+    assert [(r.log, r.channel, r.done) for r in load.repairs] == [("log 5", "tau", "shifted")]

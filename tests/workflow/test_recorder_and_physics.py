@@ -105,7 +105,8 @@ def test_identify_undoes_a_long_delay_and_chooses_its_band_behind_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("edit", "says"), [(late(0.1, 1), "tau2 is about 100 ms late"), (cut(1, 0.7), "tau2 is cut at")]
+    ("edit", "says"),
+    [(late(0.1, 1), "tau2 is about 100 ms late"), (cut(1, 0.7), "tau2 is clipped at")],
 )
 def test_identify_does_not_trust_a_late_or_cut_torque(edit: Edit, says: str) -> None:
     estimate = identified(edit)

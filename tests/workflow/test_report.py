@@ -138,7 +138,7 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
         synthetic(verdict="trusted"),
         headline="trusted for prediction; 5 of 6 parameters known",
         band=Band(500.0, 12.5, 3.5, "derived"),
-        repairs=(Fault("excite.csv", "tau2", "cut off at 14", 37, "masked"),),
+        repairs=(Fault("excite.csv", "tau2", "clipped at 14", 37, "masked"),),
         uses=(
             Use("prediction"),
             Use("parameters", ("1 of 6 are weak: FV2",), ("ZZ1R",)),
@@ -154,7 +154,7 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
     for words in (
         estimate.headline,
         estimate.band.in_words(),
-        "cut off at 14",
+        "clipped at 14",
         "masked",
         "energy (chosen)",
         "7.3 std",
@@ -385,7 +385,7 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
             Alternative("energy", 12.0, Residual(0.04), Residual(0.04), 0.04, True, "4 % " * 9),
             Alternative("torque", 9.0, Residual(0.06), Residual(0.06), 0.06, False, "6 %"),
         ),
-        repairs=(Fault("excite.csv", "tau2", "cut off at 14", 37, "masked"),),
+        repairs=(Fault("excite.csv", "tau2", "clipped at 14", 37, "masked"),),
     )
     html = result_page(estimate, symgen.read_robot("panda"))
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}

@@ -165,7 +165,7 @@ def test_torques_in_each_others_channel_are_exchanged() -> None:
     d = checked(s, wrong["train"], validation=wrong["validation"])
     assert d.verdict == "bad-measurement"
     assert d.after.total < 0.004
-    assert "tau1 and tau2 stand in each other's place" in d.advice
+    assert "tau1 and tau2 are exchanged" in d.advice
 
 
 def test_all_torques_of_other_sign_are_named() -> None:

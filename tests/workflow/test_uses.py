@@ -60,7 +60,7 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
     values = {p.name: p.value for p in found.parameters}
     assert found.method == "consistent"
     assert min(values["FV1"], values["FV2"]) >= 0
-    assert any("friction would drive the robot" in note for note in found.notes), found.notes
+    assert any("friction would drive joint" in note for note in found.notes), found.notes
     assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
     sound = identified(0.004)
     assert sound.method == "wls"
@@ -148,15 +148,16 @@ def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on()
     assert little.verdict == "trusted", little.reasons
     assert little.unexplained is not None
     assert little.unexplained < 0.05
-    assert "of the torque is unexplained, cause unknown (noise leaves" in little.headline
+    assert "of the torque is unexplained, cause unknown (noise floor: " in little.headline
     use = next(use for use in little.uses if use.name == "parameters")
     assert not use.ok
-    assert use.reasons[0].startswith("do not read single values: ")
+    assert use.reasons[0].startswith("do not use single values: ")
     assert use.reasons[0].endswith("% of the torque is unexplained")
-    assert " | Parameters: do not read single values: " in little.headline
+    assert " | Parameters: do not use single values: " in little.headline
     assert much.verdict == "doubtful"
-    assert any("unexplained at joint 2 (" in reason for reason in much.reasons)
-    assert "joint 1 (" not in next(r for r in much.reasons if "unexplained at" in r)
+    (told,) = [r for r in much.reasons if "of single joints is unexplained" in r]
+    assert "joint 2 " in told
+    assert "joint 1 " not in told
 
 
 def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:

@@ -25,13 +25,20 @@ class Identifier:
     closes seven samples after its last one. Each step then takes one of its equations. The QR
     factors are updated by Givens rotations; no covariance matrix is inverted.
 
+    A joint rests where its speed is below the noise. While all joints rest, the identifier learns
+    and forgets nothing. Otherwise it forgets in the directions that the motion excites, and in no
+    other.
+
     Args:
         evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
         window: length of a window in samples; not used in mode "start".
         mode: "start", "sliding" or "consecutive".
-        forgetting: weight of the past for each new sample, in (0, 1].
+        forgetting: weight of the past for each new sample, in (0, 1]; 1 / (1 - forgetting) samples
+            should be longer than the period of the motion.
         model: "energy", one equation a window, or "momentum", n equations a window, all with the
             same weight.
+        speed_noise: standard deviations of the noise of qd (n,), rad/s or m/s; estimated where 0,
+            or None.
 
     Raises:
         IdentificationError: an argument is out of its range, or the evaluator lacks a kernel that
@@ -46,6 +53,7 @@ class Identifier:
         mode: str = "sliding",
         forgetting: float = 1.0,
         model: str = "energy",
+        speed_noise: ArrayLike | None = None,
     ) -> None:
         if model not in _MODELS:
             raise IdentificationError(f"model {model!r}; accepted: {', '.join(_MODELS)}")
@@ -55,6 +63,7 @@ class Identifier:
         require_gravity(derived.robot, "identification on line in Python")
         self._names = derived.base.names
         self._n, self._p = derived.robot.n, len(self._names)
+        self._standard = len(derived.base.standard)
         for kernel in NEEDED[model][: 2 if self._p > derived.inertial else 1]:
             if not evaluator.has(kernel):
                 raise IdentificationError(
@@ -78,6 +87,12 @@ class Identifier:
                 "forgetting above 0 and at most 1"
             )
         self._time: float | None = None
+        if speed_noise is not None:
+            noise = np.ascontiguousarray(speed_noise, dtype=np.float64)
+            if noise.shape != (self._n,) or self._call("_rest", self._state, noise):
+                raise IdentificationError(
+                    f"speed_noise {speed_noise}; accepted: {self._n} finite numbers of at least 0"
+                )
 
     def _call(self, function: str, *arguments: Any) -> Any:
         """Call a function of the identifier's C, arrays as pointers."""
@@ -89,9 +104,6 @@ class Identifier:
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
-
-        With forgetting below 1, do not call it while the robot stands still: noise in qd would
-        change the estimate. Call `restart` when the robot moves again.
 
         Args:
             q: joint variables (n,), rad or m.
@@ -141,21 +153,63 @@ class Identifier:
             IdentificationError: the samples so far do not determine every parameter.
         """
         X, std = np.empty(self._p), np.empty(self._p)
-        lost = self._call("_read", self._state, X, std)
-        if lost:
-            raise IdentificationError(
-                f"the samples so far do not determine {self._names[lost - 1]}: its column depends "
-                "on those before it"
-            )
+        self._require(self._call("_read", self._state, X, std))
         return X, std
+
+    def excited(self) -> FloatArray:
+        """Return how far recent samples determine each parameter, (p,) from 0 to 1.
+
+        It is what the samples of one to two memories took from the variance of a parameter, over
+        that variance: 0 where X is older than that.
+
+        Raises:
+            IdentificationError: the samples so far do not determine every parameter.
+        """
+        out = np.empty(self._p)
+        self._require(self._call("_excited", self._state, out))
+        return out
+
+    def project(self, standard: ArrayLike) -> FloatArray:
+        """Return the physically possible X (p,) that are nearest to the estimate.
+
+            minimise (X - Y)' R'R (X - Y),   Y the estimate
+
+        over base parameters of links with positive definite pseudo-inertias, and positive friction
+        and rotor inertias, by 40 steps of a barrier method.
+
+        Args:
+            standard: standard parameters of a possible robot, in the order of `standard_names` in
+                manifest.json: where the search begins.
+
+        Raises:
+            IdentificationError: no robot can have `standard`, or the samples so far do not
+                determine every parameter.
+        """
+        begin = np.ascontiguousarray(standard, dtype=np.float64)
+        X = np.empty(self._p)
+        if begin.shape != (self._standard,):
+            raise IdentificationError(f"standard {begin.shape}; accepted: ({self._standard},)")
+        self._require(self._call("_excited", self._state, X))
+        if self._call("_project", self._state, begin, X):
+            raise IdentificationError(
+                "no robot has these standard parameters: a pseudo-inertia is not positive definite, "
+                "or a friction or rotor inertia not above 0; accepted: those of a possible robot"
+            )
+        return X
+
+    def _require(self, missing: int) -> None:
+        if missing:
+            raise IdentificationError(
+                f"the samples so far do not determine {self._names[missing - 1]}: its column "
+                "depends on those before it"
+            )
 
     @property
     def status(self) -> str:
         """Result for the equations that the latest sample closed.
 
         "taken"; "outlier": an equation contradicts the estimate and was not used; "not excited": an
-        equation contains less information than would be forgotten. The status does not detect
-        standstill (see `step`).
+        equation contains less information than would be forgotten, or joints rest.
         """
         status = self._call("_status", self._state)
         if status & _OUTLIER:

@@ -1,4 +1,4 @@
-"""What is said of a comparison: two estimates of one robot."""
+"""Content of a comparison: two estimates of one robot."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def comparison_content(c: Comparison) -> Content:
 
 
 def _of_itself(e: Estimate) -> dict[str, str]:
-    """Return what an estimate says of itself."""
+    """Return the summary of one estimate."""
     residuals = {
         "residual, training": e.train,
         "residual, validation": e.validation,
@@ -101,5 +101,5 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
 
 
 def _short(text: str) -> str:
-    """Return the start of a digest; the estimates hold it whole."""
+    """Return the start of a digest; the estimate file has all of it."""
     return f"{text[:12]}..." if len(text) == 64 and " " not in text else text

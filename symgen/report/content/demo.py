@@ -1,4 +1,4 @@
-"""What is said of the example of Gautier and Khalil (1988), and where the paper's errors fall."""
+"""Content of the example of Gautier and Khalil (1988): our errors and those of the paper."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COLUMNS = (
 
 
 def demo_content(found: Reproduction) -> Content:
-    """Return the canonical model, the errors of both set-ups, and what stays open."""
+    """Return the canonical model, the errors of both set-ups, and the open points."""
     model = found.evaluator.model
     pairs = zip(model.base.parameters, closed_form(model.kernels[0]), strict=True)
     canonical = Table(
@@ -61,7 +61,7 @@ def demo_content(found: Reproduction) -> Content:
 
 
 def closed_form(kernel: Kernel) -> tuple[str, ...]:
-    """Return the outputs of a small kernel written out: steps put into each other, not expanded."""
+    """Return the outputs of a small kernel as formulas: steps are substituted, not expanded."""
     known: dict[sp.Symbol, sp.Expr] = dict(kernel.tape.constants)
     for symbol, expr in kernel.tape.steps:
         known[symbol] = expr.subs(known)
@@ -83,7 +83,7 @@ def _errors(s: Setup) -> Table:
 
 
 def _banner(found: Reproduction) -> Banner:
-    """Whether the paper's errors are ones that our runs have: none is beyond 95 % of them."""
+    """Return whether the paper's errors lie within 95 % of our runs."""
     cases = {
         f"{name} in set-up ({s.letter})": (
             case["paper_relative_error"],
@@ -92,7 +92,7 @@ def _banner(found: Reproduction) -> Banner:
         for s in found.setups
         for name, case in s.summary().items()
     }
-    # the paper reports the run of set-up (b); an error that all of ours stay below is another one
+    # The paper reports the run of set-up (b); an error above all of ours is a difference.
     beyond = [where for where, (error, ours) in cases.items() if error > ours["0.95"]]
     facts = (
         ("base parameters", f"{len(paper.NAMES)} of 20"),

@@ -1,4 +1,4 @@
-"""What is said of a diagnosis."""
+"""Content of a diagnosis."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _MENDED = (
 
 
 def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Content:
-    """Return verdict, gap, effects, torques, motion, portraits, rejected, settings."""
+    """Return verdict, effects, torque error, plots, rejected effects and settings."""
     lead = (
         f"Torque that the model of {diagnosis.robot} does not explain, on logs that the search for "
         "effects did not use.",
@@ -64,7 +64,11 @@ def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Con
 
 
 def _banner(d: Diagnosis) -> Banner:
-    gaps = (("gap before", d.before), ("gap after", d.after), ("noise floor", d.floor))
+    gaps = (
+        ("torque error before", d.before),
+        ("torque error after", d.after),
+        ("noise floor", d.floor),
+    )
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
     return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects, d.extended), facts)
@@ -98,8 +102,8 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
         Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
         Section(
             "Effects that these logs cannot distinguish",
-            ("Other effects would explain the same part of the gap as well.",),
-            Table(("effect", "looks like", "motion that would distinguish them"), alikes),
+            ("Other effects would explain the same torque as well.",),
+            Table(("effect", "or", "motion that would distinguish them"), alikes),
         ),
         *([] if motion is None else [_motion_section(d, motion)]),
         Section(
@@ -116,7 +120,7 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
         Section("Settings", table=_settings(d)),
         Section(
             "Parameters",
-            ("All parameters of the extended robot; parameters.toml holds them.",),
+            ("All parameters of the extended robot, as in parameters.toml.",),
             Table(("name", "value", "std", "unit"), found),
         ),
         frames_section(d.extended),
@@ -132,7 +136,7 @@ def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
 
 
 def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """The commands that come next."""
+    """Return the commands to run next."""
     out = []
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
         out.append(
@@ -149,7 +153,7 @@ def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 def _gap_section(diagnosis: Diagnosis) -> Section:
     text = (
-        "The gap is the torque error: RMS of measured minus modelled torque, over the RMS of the "
+        "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
     done = work(diagnosis.curves)
@@ -159,17 +163,18 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
             f"of the work before, and {percent(done.after)} after."
         )
     figure = partial(diagnosis_plots.gaps, diagnosis)
-    return Section("Gap", (text,), _gap_table(diagnosis), figure, told=())
+    return Section("Torque error by joint", (text,), _gap_table(diagnosis), figure, told=())
 
 
 def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
     text = (
-        f"Simulated minus measured position on {motion.log}, where the gap before is largest. The "
+        f"Simulated minus measured position on {motion.log}, where the torque error before is "
+        "largest. The "
         "measured torques move each model, and a feedback of 1 Hz keeps it near the measured "
         "motion. The remaining distance shows the error of the model."
     )
     if motion.left_out:
-        text += f" It lacks effects that robot.toml does not hold: {', '.join(motion.left_out)}."
+        text += f" It lacks effects that robot.toml cannot contain: {', '.join(motion.left_out)}."
     pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
     labels = diagnosis.extended.labels
     rows = [(labels[j], number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
@@ -186,7 +191,7 @@ def _gap_table(d: Diagnosis) -> Table:
         told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
         rows.append((d.extended.labels[joint], *(percent(gap.per_joint[k]) for gap in gaps), *told))
     rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
-    return Table(("", "before", "after", "noise floor", "share", "organised by"), rows)
+    return Table(("", "before", "after", "noise floor", "share", "depends on"), rows)
 
 
 def _effect_table(d: Diagnosis) -> Table:
@@ -236,7 +241,7 @@ def _settings(diagnosis: Diagnosis) -> Table:
     rows = (
         ("robot", diagnosis.robot),
         ("band of the motion", "no filter" if cutoff is None else f"up to {number(cutoff, 4)} Hz"),
-        ("gap shown on", ", ".join(c.name for c in diagnosis.curves) or "-"),
+        ("torque error measured on", ", ".join(c.name for c in diagnosis.curves) or "-"),
         ("candidates tried", str(diagnosis.tried)),
     )
     return Table(("item", "value"), rows)

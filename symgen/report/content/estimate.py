@@ -1,4 +1,4 @@
-"""What is said of an estimate."""
+"""Content of an estimate."""
 
 from __future__ import annotations
 
@@ -82,12 +82,12 @@ _WHITENESS = (
     "95 % of the correlations of a white residual, also if its size changes with the motion. A "
     f"residual is not white if p is below {LEVEL:g}."
 )
-#: Correlation from which two parameters are named as hardly told apart by the data.
+#: Correlation above which two parameters are listed as hardly distinguishable.
 TIED = 0.9
 
 
 def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
-    """Return verdict, torque, uses, parameters, the robot, what is left, provenance."""
+    """Return verdict, torque error, parameters, models, and folded details."""
     count = len(estimate.parameters)
     lead = (
         f"{counted(count, 'base parameter')} of the robot {estimate.robot}, identified with the "
@@ -111,7 +111,7 @@ def _banner(e: Estimate) -> Banner:
 
 
 def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
-    """Return the error on held-out data and on the training logs: of torque, where it is known."""
+    """Return the errors on held-out data and on the training logs: of torque, if it is known."""
     if e.torque_train is None or e.torque_validation is None:
         said, held, own = f"{e.model} residual", e.validation, e.train
     else:
@@ -203,7 +203,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 
 def _error_section(e: Estimate) -> Section:
-    """The torque error of each joint, in its unit and as a share of its torque."""
+    """Return the torque error of each joint, in N m or N and in percent."""
     (said, _, held), (_, _, own) = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
     sizes = [("", "")] * len(e.joints)
@@ -218,12 +218,12 @@ def _error_section(e: Estimate) -> Section:
     ]
     rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
     header = ("joint", "RMS torque", "RMS error", "held-out data",
-              *(() if e.noise_floor is None else ("noise alone",)), "training logs")  # fmt: skip
+              *(() if e.noise_floor is None else ("noise floor",)), "training logs")  # fmt: skip
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
 def _model_section(e: Estimate) -> Section:
-    """Which models were fitted, and which one predicts best."""
+    """Return the errors of the fitted models."""
     rows = [
         (
             a.model + (" (chosen)" if a.chosen else ""),
@@ -270,7 +270,7 @@ def _rows(e: Estimate) -> list[tuple[str, ...]]:
 
 
 def _values_sections(e: Estimate) -> list[Section]:
-    """The same parameters by their prior and by other methods, and the tests of bias."""
+    """Return the parameters by prior and by other methods, and the tests of bias."""
     others = {"prior": e.prior} if e.prior else {}
     others |= {f"by {other.method}": other for other in e.comparison}
     tests = bias_tests(e)
@@ -294,7 +294,7 @@ def _values_sections(e: Estimate) -> list[Section]:
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
-    """Return what the tests of bias say, a sentence each."""
+    """Return the results of the bias tests, one sentence each."""
     return tuple(
         f"Durbin-Wu-Hausman test, {e.columns} columns: F({e.df[0]}, {e.df[1]:.0f}) = "
         f"{number(e.statistic, 3)}, p = {number(e.p_value, 2)}. A small p says that plain least "
@@ -364,5 +364,5 @@ def _provenance(e: Estimate) -> Table:
 
 
 def _weak(parameter: ParameterEstimate) -> bool:
-    # written so that an unknown deviation (NaN) is weak
+    # an unknown deviation (NaN) counts as weak
     return not parameter.relative_std_percent <= KNOWN

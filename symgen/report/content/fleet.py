@@ -1,4 +1,4 @@
-"""What is said of a fleet."""
+"""Content of a fleet."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from symgen.report.plots import curves as plots
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-_MOST = 12  # trends that are drawn
+_MOST = 12  # largest number of trends in the plot
 
 
 def fleet_content(found: Fleet) -> Content:
-    """Return what changed, what stands out, trends, every day."""
+    """Return changes, outliers, trends, and all days."""
     robots = list(dict.fromkeys(e.robot for e in found.estimates))
     lead = (
         f"{counted(len(robots), 'robot')} of the model {found.robot}, an estimate for each of "

@@ -1,4 +1,4 @@
-"""What is said of a model that computes: its kernels, parameters and frames."""
+"""Content of a compiled model: its kernels, parameters and frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a result: a verdict, sections of words, tables and figures, before any look."""
+"""Content of a result: verdict, sections of text, tables and figures, without layout."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from symgen.faults.fault import Fault
     from symgen.identification.estimate import Joint
     from symgen.robot.types import Robot
-#: Columns that a line names; of more it says how many.
+#: Largest number of columns that a line names; for more it gives their number.
 _NAMED = 3
 
 
@@ -31,8 +31,8 @@ class Table:
     """A table of texts.
 
     Attributes:
-        header: one text a column.
-        rows: one text a column in each; one with a cell that begins with ▲ is pointed out.
+        header: one text per column.
+        rows: one text per column each; a cell that begins with ▲ highlights its row.
     """
 
     header: tuple[str, ...]
@@ -41,17 +41,17 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with paragraphs, then a figure or a picture (SVG of our own), then a table.
+    """A heading with paragraphs, then a figure or a picture (SVG), then a table.
 
     Attributes:
-        heading, text, table: words and numbers.
-        figure: draws it, when a page is made; where there is nothing to draw it returns None. A
-            section with neither a figure nor rows of a table is left out, unless it is text alone.
+        heading, text, table: text and numbers.
+        figure: draws the figure when a page is made; returns None if there is nothing to draw. A
+            section without figure and rows is left out, unless it is text alone.
         picture: SVG.
-        told: lines that a terminal prints below the table; None: it shows nothing of the section.
-            Lines alone, without anything else, are not on a page.
-        folded: whether a page shows the heading alone until it is clicked. Paper leaves the section
-            out, and so does a terminal, but for `told`.
+        told: lines that a terminal prints below the table; with None it prints nothing of the
+            section. A section of such lines alone is not on a page.
+        folded: whether a page shows only the heading until it is clicked. Print and terminal omit a
+            folded section, except for `told`.
     """
 
     heading: str
@@ -65,14 +65,14 @@ class Section:
 
 @dataclass(frozen=True)
 class Banner:
-    """What the reader must see first.
+    """The result in brief.
 
     Attributes:
-        tone: "good", "warn", "bad", or "plain" where there is no verdict: the colour.
+        tone: colour: "good", "warn" or "bad", or "plain" without a verdict.
         verdict: one or two words.
-        text: what it means, in a sentence.
-        reasons: why.
-        facts: label and value of the few numbers that matter.
+        text: its meaning, in a sentence.
+        reasons: the reasons for it.
+        facts: labels and values of the most important numbers.
     """
 
     tone: str
@@ -84,14 +84,14 @@ class Banner:
 
 @dataclass(frozen=True)
 class Content:
-    """All that is said of a result, as a page and as the text of a terminal.
+    """The content of a result, for a page and for a terminal.
 
     Attributes:
-        title: of the page.
+        title: title of the page.
         lead: paragraphs below the title.
         sections: in the order of page and terminal.
-        banner: the verdict: on top of the page, at the end of the text.
-        run: lines that a terminal prints first: what was done to the logs.
+        banner: the verdict.
+        run: lines for the terminal on the band and the repairs of the logs.
     """
 
     title: str
@@ -102,27 +102,27 @@ class Content:
 
     @property
     def good(self) -> bool:
-        """Whether the answer is yes, or there was no question."""
+        """Whether the verdict is positive, or there is none."""
         return self.banner is None or self.banner.tone in ("good", "plain")
 
 
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
-    """Return what was done to the logs: a line of band, speeds and repairs; then one a kind."""
+    """Return lines on the logs: band, speeds and repairs, then one line for each kind of repair."""
     said = "no band" if band is None else band.in_words()
     alike: dict[tuple[str, str], list[Fault]] = {}
-    for r in repairs:  # figures differ from log to log
+    for r in repairs:  # numbers differ between logs
         alike.setdefault((re.sub(r"[0-9.]+", "", _short(r)), r.done), []).append(r)
     told = f"run: {said}; repaired: {_columns(repairs) or 'nothing'}"
     return (told, *(f"repair: {_together(own)}" for own in alike.values()))
 
 
 def _short(repair: Fault) -> str:
-    """Return a fault without the signs that show it."""
+    """Return the text of a fault without its evidence."""
     return repair.fault.partition(" by ")[0]
 
 
 def _columns(repairs: Sequence[Fault]) -> str:
-    """Return the columns of repairs by name, or their number where they are many."""
+    """Return the names of the repaired columns, or their number if there are many."""
     found = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
     if len(found) <= _NAMED:
         return ", ".join(f"{column} of {log}" for column, log in found)
@@ -131,7 +131,7 @@ def _columns(repairs: Sequence[Fault]) -> str:
 
 
 def _together(repairs: Sequence[Fault]) -> str:
-    """Return repairs of one kind in one line."""
+    """Return one line for the repairs of one kind."""
     first, *others = repairs
     columns = _columns(repairs)
     if columns == f"{first.channel} of {first.log}":
@@ -142,8 +142,8 @@ def _together(repairs: Sequence[Fault]) -> str:
 
 
 def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
-    """Return the section of notes where there are any; the band stands in the line of the run."""
-    logs: dict[str, list[str]] = {}  # what is said -> of which logs
+    """Return the section of notes, if there are any; the band is in `run_lines`."""
+    logs: dict[str, list[str]] = {}  # note -> its logs
     for note in notes:
         name, colon, said = note.partition(": ")
         logs.setdefault(said if colon else note, []).append(name if colon else "")
@@ -156,7 +156,7 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
 
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:
-    """Return what was mended in the logs."""
+    """Return the repairs of the logs."""
     rows = [(r.log, r.channel, r.fault, str(r.samples or "all"), r.done) for r in repairs]
     text = "symgen repaired these faults before all other steps."
     table = Table(("log", "channel", "fault", "samples", "what was done"), rows)
@@ -164,12 +164,12 @@ def repairs_section(repairs: Sequence[Fault]) -> Section:
 
 
 def number(value: float, digits: int = 5) -> str:
-    """Return a number with so many significant digits, in words where it is not finite."""
+    """Return a number with a given number of significant digits; "unknown" or ∞ if not finite."""
     if np.isnan(value):
         return "unknown"
     if np.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers that people read at a glance
+    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers of common size
         return f"{value:.0f}"
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 
@@ -194,7 +194,7 @@ def percent(ratio: float) -> str:
 
 
 def frames_section(robot: Robot) -> Section:
-    """The frames of a robot as its Denavit-Hartenberg table has them."""
+    """Return the drawing of a robot's frames with its Denavit-Hartenberg table."""
     text = (
         "The table with all joints at zero: axes z as lines, x dashed; revolute joints are "
         "circles, prismatic ones squares, each with the number of its frame."

@@ -1,4 +1,4 @@
-"""What is said of a payload."""
+"""Content of a payload."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of the motions that `excite` found."""
+"""Content of the motions that `excite` found."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def plan_content(plan: Plan) -> Content:
     banner = Banner(
         "good" if plan.good else "warn",
         "good for identification" if plan.good else "not good enough",
-        "The runs keep every limit. An estimate from them can be trusted."
+        "The runs keep every limit. They determine the parameters well."
         if plan.good
         else "The runs keep every limit, but identify would call an estimate from them doubtful.",
         plan.warnings,

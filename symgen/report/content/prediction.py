@@ -1,4 +1,4 @@
-"""What is said of a prediction: measured and predicted torque of a log, the model's energy."""
+"""Content of a prediction: measured and predicted torque of a log, and the model's energy."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ERROR = (
 
 
 def prediction_content(prediction: Prediction) -> Content:
-    """Return the torque error of each joint, curves, energies, notes."""
+    """Return the torque error of each joint, the curves, the energies and notes."""
     trace, error, band = prediction.torque, prediction.error, prediction.band
     lead = (
         f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
@@ -61,11 +61,13 @@ def prediction_content(prediction: Prediction) -> Content:
         repairs_section(prediction.repairs),
         *notes_section(prediction.notes),
     )
-    worst = max(zip(ratios or (0.0,), labels, strict=False))
+    worst = max(zip(ratios, labels, sizes, strict=False), default=None)
     banner = Banner(
         tone="plain",
         verdict=f"Torque error: {percent(error.relative)}",
-        text=f"It is largest on {worst[1]}: {percent(worst[0])}.",
+        text=""
+        if worst is None
+        else f"It is largest on {worst[1]}: {percent(worst[0])}, {worst[2][1]}.",
     )
     run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)

@@ -1,4 +1,4 @@
-"""What is said of simulated robots beside logs."""
+"""Content of a comparison of simulated robots with logs."""
 
 from __future__ import annotations
 

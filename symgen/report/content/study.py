@@ -1,4 +1,4 @@
-"""What is said of a study."""
+"""Content of a study."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from symgen.report.plots import curves as plots
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-_DRAWN = 8  # parameters of the chart
+_DRAWN = 8  # largest number of parameters in the chart
 
 
 def study_content(found: Study) -> Content:
-    """Return the answer, models and methods beside each other, parameters, settings."""
+    """Return the result, models and methods, parameters, and settings."""
     s, best = found.settings, found.best
     target, title = f"{s.target_percent:g} %", f"Study of {found.robot}"
     lead = (
@@ -85,7 +85,7 @@ def study_content(found: Study) -> Content:
 
 
 def _falls(found: Study, best: Tried) -> str:
-    """Say what was measured of std at other lengths."""
+    """Return a text on how std falls with the recorded time."""
     pairs = zip(found.settings.lengths, best.std_ratio_by_length, strict=False)
     told = [f"{ratio:.2f} for {m} times ({m**-0.5:.2f})" for m, ratio in pairs if m > 1]
     if not told:
@@ -94,7 +94,7 @@ def _falls(found: Study, best: Tried) -> str:
 
 
 def _chart(found: Study, best: Tried) -> list[Section]:
-    """The error of the parameters that take longest over the time that is recorded."""
+    """Draw the error of the slowest parameters over the recorded time."""
     s = found.settings
     known = sorted((p for p in best.parameters if p.known), key=_needed)[-_DRAWN:]
     if not known:
@@ -125,7 +125,7 @@ def _courses(found: Study, known: list[Precision]) -> Figure:
             name=plots.plain(p.name),
             showlegend=False,
         )
-    ticks = {"type": "log", "dtick": "D2", "tickformat": "~g"}  # 1, 2, 5: some on any range
+    ticks = {"type": "log", "dtick": "D2", "tickformat": "~g"}  # ticks at 1, 2, 5
     figure.update_xaxes(**ticks).update_yaxes(**ticks)
     return figure.add_hline(
         y=s.target_percent, line={"color": plots.INK, "width": 1, "dash": "dash"}
@@ -133,7 +133,7 @@ def _courses(found: Study, known: list[Precision]) -> Figure:
 
 
 def _floor(p: Precision) -> float:
-    """Return the bias that stays; what recording takes away is no floor."""
+    """Return the bias that does not fall with the recorded time."""
     return p.bias if p.seconds is None else 0.0
 
 
@@ -146,7 +146,7 @@ def _needed(p: Precision) -> float:
 
 
 def _lengths(found: Study) -> list[Section]:
-    """Return the time that every parameter needs, by every model and method."""
+    """Return the time that each parameter needs, by model and method."""
     text = (
         f"How long must be recorded until a parameter is within "
         f"{found.settings.target_percent:g} %."
@@ -167,7 +167,7 @@ def _lengths(found: Study) -> list[Section]:
 
 
 def _settings(found: Study) -> Section:
-    """Return what the study was made with."""
+    """Return the settings of the study."""
     s, shown = found.settings, found.settings.recording
     instruments = {k.replace("_", " "): v for k, v in vars(shown.instruments).items()}
     rows = [

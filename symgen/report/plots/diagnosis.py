@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: gap of each joint, torques over time, residual over the state."""
+"""Figures of a diagnosis: torque error by joint, torques over time, residual over the state."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from symgen.report.plots.curves import (
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-_DOTS = 600  # of a portrait
+_DOTS = 600  # points of a residual plot
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
 def gaps(diagnosis: Diagnosis) -> Figure:
-    """Draw the gap of every joint and the total, before and after, and the noise floor.
+    """Draw the torque error of each joint and in total, before and after, and the noise floor.
 
     The axis begins at zero; a button makes it logarithmic.
     """
@@ -55,7 +55,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
         )
         buttons = [{"label": name, "method": "relayout", "args": [axis]} for name, axis in scales]
         add_menu(figure, buttons, type="buttons", direction="right")
-    figure.update_yaxes(title="gap, % of measured torque", rangemode="tozero")
+    figure.update_yaxes(title="torque error, % of measured torque", rangemode="tozero")
     figure.update_xaxes(title="joint", showgrid=False)
     figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05)
     return styled(figure, "Gap", 400, min_width=80 * len(labels))
