@@ -1,13 +1,13 @@
 """Output error: parameters whose simulated positions are nearest to the measured ones.
 
-    min over X and the start states x0_w    sum over windows w, samples k, joints j of
+    min over X and the start states x0_w    sum over windows w, samples k and joints j of
         ((q_m(k, j) - q(k, j; X, x0_w)) / sigma_j)^2
 
 The robot is simulated over short windows under the measured torques, each from a free start state
 (multiple shooting, Bock 1981). Noise of q is no part of the simulation, so that it does not bias X,
 as it biases least squares on a measured regressor. The steps are those of Gauss and Newton, damped
 as Levenberg and Marquardt do; the start states are eliminated window by window (Golub and Pereyra
-1973). The sensitivities S = dx/d(X, x0) follow the variational equations along the simulated motion,
+1973). The sensitivities S = dx/d(X, x0) follow the variational equations of the simulated motion,
 
     S_q' = S_v,    M S_v' = -W - (dtau/dq) S_q - (dtau/dqd) S_v
 
@@ -17,17 +17,24 @@ no S_v, and where a joint reverses, the step of its friction counts as a slope b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.data.mask import spans
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.playback import at_nodes
+from symgen.estimation.playback import (
+    HORIZONS,
+    Horizon,
+    PlantMover,
+    Window,
+    at_nodes,
+    consecutive_windows,
+    play,
+    position_errors,
+)
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.integrator import integrate
@@ -35,22 +42,78 @@ from symgen.runtime.plant import KERNELS, Plant, plant
 
 #: Of the model that is refined.
 NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
-#: Length of a window, s: the longest horizon of a verdict.
-SECONDS = 1.0
-_TOLERANCE = 1e-5
+#: Folds of windows, each simulated by a fit to the others.
+FOLDS = 2
+_TOLERANCE = 1e-5  # of a step of the integrator
+_AT_ONCE = 60  # windows
 _ROUNDS = 12
-_WEIGHED = 3  # rounds after which the weights stay
+_WEIGHED = 3  # rounds after which sigma stays
 #: Part of the standard deviation below which a step counts as none.
 _SETTLED = 0.02
-_DAMPING, _MOST_DAMPED = 1e-4, 1e4
+_DAMPING, _LEAST_DAMPED, _MOST_DAMPED = 1e-4, 1e-8, 1e4
+#: Singular value of dq/dx0, of the largest, below which a start state has no effect: the speed of a
+#: joint that sticks.
+_NO_EFFECT = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """Parameters by output error, and whether they simulate held-out folds better.
+
+    Attributes:
+        X: (p,).
+        covariance: (p, p) by the jackknife over windows.
+        errors: position error over the horizons on folds: of the parameters to begin with, which
+            have seen the folds, and of fits to the other folds.
+    """
+
+    X: FloatArray
+    covariance: FloatArray
+    errors: tuple[tuple[Horizon, ...], tuple[Horizon, ...]]
+
+    @property
+    def better(self) -> bool:
+        """Whether the error on folds is smaller after each horizon."""
+        before, after = self.errors
+        return all(b.position_error < a.position_error for a, b in zip(before, after, strict=True))
+
+
+def refine(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> Refinement:
+    """Refine parameters by output error.
+
+    Args:
+        evaluator: with the kernels of NEEDED.
+        logs: the training logs.
+        X: (p,) to begin with.
+
+    Raises:
+        ParameterError: the robot with X cannot be simulated, or the logs are too short.
+    """
+    windows = consecutive_windows(logs)
+    if len(windows) < 2 * FOLDS:
+        raise ParameterError(
+            f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
+            f"{2 * FOLDS} or more"
+        )
+    t = np.array([0.0, *HORIZONS])
+    starting, moved = play(PlantMover.of(evaluator, X), windows, t), []
+    for fold in range(FOLDS):
+        kept = [w for k, w in enumerate(windows) if k % FOLDS != fold]
+        own = _fit(evaluator, _cut(kept), X)[0]
+        moved.append(play(PlantMover.of(evaluator, own), windows[fold::FOLDS], t))
+    after = np.empty_like(starting)
+    order = [k for fold in range(FOLDS) for k in range(fold, len(windows), FOLDS)]
+    after[order] = np.concatenate(moved)
+    errors = (position_errors(windows, t, x)[0] for x in (starting, after))
+    return Refinement(*_fit(evaluator, _cut(windows), X), (next(errors), next(errors)))
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Windows of a log as they are simulated.
+    """Windows of a log as they are fitted.
 
     Attributes:
-        tau: (W, K, n) torques from each sample to the next: their mean.
+        tau: (W, K, n) torques, each the mean up to the next sample.
         t: (K,) s.
         q: (W, K, n) measured positions, below a quarter of the rate of t.
         start: (W, 2 n) first states.
@@ -60,51 +123,31 @@ class Windows:
     t: FloatArray
     q: FloatArray
     start: FloatArray
-    cutoff: float
 
 
-@dataclass(frozen=True, eq=False)
-class OutputErrorFit:
-    """Parameters by output error.
-
-    Attributes:
-        X: (p,).
-        covariance: (p, p), robust to residuals that are correlated within a window and joint.
-        rounds: number of steps.
-    """
-
-    X: FloatArray
-    covariance: FloatArray
-    rounds: int
-
-
-def cut_windows(logs: Sequence[FilteredLog]) -> list[Windows]:
-    """Return the windows of logs, one after another, clear of their masks."""
+def _cut(windows: Sequence[Window]) -> list[Windows]:
+    """Return windows as arrays at the nodes of their logs, some at once."""
     out = []
-    for log in logs:
+    groups = [
+        (log, own[k : k + _AT_ONCE])
+        for log in dict.fromkeys(w.log for w in windows)
+        for own in [[w.start for w in windows if w.log is log]]
+        for k in range(0, len(own), _AT_ONCE)
+    ]
+    for log, starts in groups:
         every = log.stride
-        q = at_nodes(log, log.samples.q)
-        count = round(SECONDS / (every * log.step))
-        whole = spans(np.all(log.clear, axis=1))
-        starts = [
-            k
-            for a, b in whole
-            for k in range(-(-a // every) * every, b - count * every, count * every)
-        ]
-        if not starts or count < 2:
-            continue
-        at = np.array(starts)
-        rows = at[:, None] // every + np.arange(count + 1)
-        state = np.concatenate([log.q[at], log.qd[at]], axis=1)
-        t = np.arange(count + 1) * (every * log.step)
-        tau = at_nodes(log, log.tau)
+        at = np.array(starts) // every
+        rows = at[:, None] + np.arange(round(HORIZONS[-1] / (every * log.step)) + 1)
+        q, tau = (at_nodes(log, x) for x in (log.samples.q, log.tau))
         tau = np.concatenate([_means(tau), tau[-1:]])
-        out.append(Windows(tau[rows], t, q[rows], state, log.band.cutoff_hz))
+        state = np.concatenate([x[at] for x in log.nodes(every)], axis=1)
+        t = np.asarray(np.arange(rows.shape[1]) * (every * log.step), dtype=np.float64)
+        out.append(Windows(tau[rows], t, q[rows], state))
     return out
 
 
 def _means(x: FloatArray) -> FloatArray:
-    """Return the means of x (N, c) from each sample to the next, (N - 1, c), of cubics through four."""
+    """Return the means of x (N, c) up to the next sample, (N - 1, c), by cubics through four."""
     wide = np.concatenate([2 * x[:1] - x[1:2], x, 2 * x[-1:] - x[-2:-1]])
     return np.asarray((13 * (x[:-1] + x[1:]) - wide[:-3] - wide[3:]) / 24)
 
@@ -184,49 +227,34 @@ def sensitivities(
     return out
 
 
-def fit_output_error(
+def _fit(
     evaluator: Evaluator, windows: Sequence[Windows], X: FloatArray
-) -> OutputErrorFit:
-    """Fit parameters to the measured positions.
-
-    Args:
-        evaluator: with the kernels of NEEDED.
-        windows: of the training logs.
-        X: (p,) to begin with.
-
-    Raises:
-        ParameterError: the robot with X cannot be simulated.
-    """
+) -> tuple[FloatArray, FloatArray]:
+    """Return X (p,) of the least cost and its covariance (p, p), from X to begin with."""
     state = _State.of(evaluator, windows, X, [w.start for w in windows])
-    damping, done, weights = _DAMPING, 0, None
-    for done in range(1, _ROUNDS + 1):
-        if done <= _WEIGHED:
-            weights = _weights(windows, state)
-        assert weights is not None
-        parts = [_Part.of(own, w, evaluator, state, F)
-                 for own, w, F in zip(range(len(windows)), windows, weights, strict=True)]  # fmt: skip
-        H, g = _sums(parts)
+    sigma, damping = _deviations(windows, state), _DAMPING
+    for done in range(_ROUNDS):
+        parts = state.linearized(evaluator, windows, sigma)
+        H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
         size = np.sqrt(np.maximum(np.diag(H), 1e-300))
-        scaled = H / np.outer(size, size)
-        cost = state.cost(windows, weights)
-        trial, step = None, np.zeros_like(X)
+        scaled, cost, trial = H / np.outer(size, size), state.cost(windows, sigma), None
         while trial is None and damping <= _MOST_DAMPED:
             step = np.linalg.solve(scaled + damping * np.eye(len(X)), g / size) / size
             starts = [s + p.start_step(step) for s, p in zip(state.starts, parts, strict=True)]
-            with suppress(ParameterError):
+            with suppress(ParameterError):  # a step to a robot that cannot move is too long
                 trial = _State.of(evaluator, windows, state.X + step, starts)
-            if trial is not None and trial.cost(windows, weights) >= cost:
-                trial = None
+                trial = trial if trial.cost(windows, sigma) < cost else None
             damping *= 10
         if trial is None:
             break
-        state, damping = trial, max(damping / 100, 1e-8)
-        std = np.sqrt(np.abs(np.diag(np.linalg.pinv(scaled)))) / size
-        if done > _WEIGHED and np.all(np.abs(step) <= _SETTLED * std):
+        std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(scaled)), 0.0)) / size
+        settled = np.all(np.abs(trial.X - state.X) <= _SETTLED * std)
+        state, damping = trial, max(damping / 100, _LEAST_DAMPED)
+        if settled and done >= _WEIGHED:
             break
-    parts = [_Part.of(own, w, evaluator, state, F)
-             for own, w, F in zip(range(len(windows)), windows, weights, strict=True)]  # fmt: skip
-    return OutputErrorFit(state.X, _covariance(parts), done)
+        if done < _WEIGHED:
+            sigma = _deviations(windows, state)
+    return state.X, _covariance(state.linearized(evaluator, windows, sigma))
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,10 +279,18 @@ class _State:
         """Return measured minus simulated positions, (W, K, n) of each log."""
         return [w.q - q for w, (q, _) in zip(windows, self.motions, strict=True)]
 
-    def cost(self, windows: Sequence[Windows], weights: Sequence[FloatArray]) -> float:
+    def linearized(
+        self, evaluator: Evaluator, windows: Sequence[Windows], sigma: FloatArray
+    ) -> list[_Part]:
+        """Return the equations of each log at this state."""
+        return [
+            _Part.of(w, sigma, motion, sensitivities(self.moved, evaluator, self.X, w, *motion))
+            for w, motion in zip(windows, self.motions, strict=True)
+        ]
+
+    def cost(self, windows: Sequence[Windows], sigma: FloatArray) -> float:
         """Return the sum of the squares of weighted residuals."""
-        parts = zip(weights, self.residuals(windows), strict=True)
-        return float(sum(np.sum(np.einsum("jkl,wlj->wkj", F, r) ** 2) for F, r in parts))
+        return float(sum(np.sum((r / sigma) ** 2) for r in self.residuals(windows)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,26 +310,27 @@ class _Part:
     full: tuple[FloatArray, FloatArray]
 
     @classmethod
-    def of(cls, own: int, w: Windows, evaluator: Evaluator, state: _State, F: FloatArray) -> _Part:
-        p, (q, qd) = len(state.X), state.motions[own]
-        J = sensitivities(state.moved, evaluator, state.X, w, q, qd)
-        whole = np.concatenate([J, (w.q - q)[..., None]], axis=3)
-        whole = np.einsum("jkl,wljc->wkjc", F, whole, optimize=True)
+    def of(
+        cls, w: Windows, sigma: FloatArray, motion: tuple[FloatArray, FloatArray], S: FloatArray
+    ) -> _Part:
+        p = S.shape[3] - w.start.shape[1]
+        whole = np.concatenate([S, (w.q - motion[0])[..., None]], axis=3)
+        whole /= sigma[:, None]
         whole = whole.reshape(len(whole), -1, whole.shape[-1])
         J0 = whole[:, :, p:-1]
-        back = np.linalg.pinv(J0, rcond=1e-2)  # the speed of a joint that sticks has no effect
+        back = np.linalg.pinv(J0, rcond=_NO_EFFECT)
         left = whole - J0 @ (back @ whole)
         return cls(left[:, :, :p], left[:, :, -1], back, (whole[:, :, -1], whole[:, :, :p]))
+
+    def sums(self) -> tuple[FloatArray, FloatArray]:
+        """Return J' J and J' r over the windows."""
+        J = self.J.reshape(-1, self.J.shape[2])
+        return J.T @ J, J.T @ self.r.ravel()
 
     def start_step(self, step: FloatArray) -> FloatArray:
         """Return the best step of the start states (W, 2 n) after a step of X."""
         r, J = self.full
         return np.asarray((self.back @ (r - J @ step)[:, :, None])[:, :, 0])
-
-
-def _sums(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
-    H = sum(np.einsum("wap,waq->pq", p.J, p.J, optimize=True) for p in parts)
-    return np.asarray(H), np.asarray(sum(np.einsum("wap,wa->p", p.J, p.r) for p in parts))
 
 
 def _covariance(parts: Sequence[_Part]) -> FloatArray:
@@ -305,37 +342,13 @@ def _covariance(parts: Sequence[_Part]) -> FloatArray:
     return np.asarray(spread.T @ spread * (len(own) - 1) / len(own))
 
 
-def _weights(windows: Sequence[Windows], state: _State) -> list[FloatArray]:
-    """Return the whitening (n, K, K) of the residuals of each log.
-
-        cov of r_j over time = sigma_j^2 (I + rho_j L),    L of white noise that is integrated twice
-
-    I is noise of the encoder, L that of the torque, and of what the model misses. sigma and rho are
-    those of largest likelihood once a line, which the start state takes, is out of each window.
-    """
-    out = []
-    for w, r in zip(windows, state.residuals(windows), strict=True):
-        K, n = r.shape[1:]
-        steps = np.arange(K)
-        G = np.maximum(steps[:, None] - np.arange(K - 1) - 0.5, 0.0)
-        L = G @ G.T
-        L /= np.trace(L) / K
-        Q, _ = np.linalg.qr(np.stack([np.ones(K), steps], axis=1), mode="complete")
-        U = Q[:, 2:]
-        size, V = np.linalg.eigh(U.T @ L @ U)
-        z = np.einsum("ki,wkj->wij", U @ V, r)
-        square = np.mean(z**2, axis=0)  # (K - 2, n)
-        grid = np.concatenate([[0.0], np.logspace(-6, 8, 71)])
-        scale = 1 + grid[:, None] * np.maximum(size, 0.0)  # (grid, K - 2)
-        variance = np.mean(square[None] / scale[:, :, None], axis=1)  # (grid, n)
-        best = np.argmin(np.log(variance) + np.mean(np.log(scale), axis=1)[:, None], axis=0)
-        count = min(K, 2 + math.ceil(2 * w.t[-1] * w.cutoff))
-        D = np.cos(np.pi / K * np.arange(count)[:, None] * (steps + 0.5))
-        F = [
-            np.linalg.solve(
-                np.linalg.cholesky(variance[b, j] * (D @ (np.eye(K) + grid[b] * L) @ D.T)), D
-            )
-            for j, b in enumerate(best)
-        ]
-        out.append(np.array(F))
-    return out
+def _deviations(windows: Sequence[Windows], state: _State) -> FloatArray:
+    """Return sigma (n,) of the residuals, without the line that a start state takes of a window."""
+    total, count = np.zeros(windows[0].q.shape[2]), 0
+    for r in state.residuals(windows):
+        K = r.shape[1]
+        Q, _ = np.linalg.qr(np.stack([np.ones(K), np.arange(K)], axis=1))
+        left = r - np.einsum("ki,li,wlj->wkj", Q, Q, r, optimize=True)
+        total += np.sum(left**2, axis=(0, 1))
+        count += len(r) * (K - 2)
+    return np.sqrt(np.maximum(total / count, 1e-300))
