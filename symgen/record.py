@@ -50,9 +50,7 @@ def read_record(folder: Path, marker: str) -> dict[str, str] | None:
     record = _listed((folder / marker).read_bytes()) if listing else {}
     if "robot.toml" not in record:
         return None
-    # What CasADi saves differs from version to version, and is not listed.
-    unlisted = [marker, *(path.name for path in folder.glob("*.casadi"))]
-    return record | {name: _sha256(folder / name) for name in unlisted}
+    return record | {marker: _sha256(folder / marker)}
 
 
 def _listed(marker: bytes) -> dict[str, str]:

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -126,3 +127,10 @@ def objects(package: Path) -> tuple[Path, ...]:
         with suppress(OSError):  # another worker was first
             own.rename(folder)
     return tuple(sorted(folder.glob("*.o")))
+
+
+def casadi_functions(package: Path, name: str) -> dict[str, Any]:
+    """The functions of NAME_casadi.py: kernel -> casadi.Function."""
+    content: dict[str, Any] = {"__name__": name}
+    exec((package / f"{name}_casadi.py").read_text(), content)
+    return {kernel: build() for kernel, build in content["FUNCTIONS"].items()}

@@ -31,11 +31,17 @@
  *         if (panda_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  *
- * Standstill: with forgetting below 1, do not call panda_identifier_step while the robot stands.
- * The sign of the noise in qd looks like motion to the Coulomb columns, so X can change while the
- * status is panda_OK. With the momentum model Coulomb friction goes to zero within minutes, and
- * other parameters follow. The energy model does the same if the noise of qd is large. When the
- * robot moves again, call panda_identifier_restart and then panda_identifier_step: X is as it was.
+ * Rest. A joint rests where the mean size of its speed over panda_REST_TIME is at most 3 standard
+ * deviations of the noise of qd: stated by panda_identifier_rest, or estimated from third
+ * differences of qd. Static friction can then take any value between its limits. The identifier
+ * takes the speed of such a joint as 0 and its position as constant. The momentum model leaves out
+ * the joint's equations of windows in which it rested. While all joints rest nothing is learned
+ * and nothing forgotten, the status is panda_NOT_EXCITED, and new windows begin with the next
+ * motion.
+ *
+ * With forgetting below 1 only what the motion excites is forgotten (panda_least_squares.h); all
+ * else stays as it was. The memory should be longer than the period of the motion: what a quarter
+ * of it does not excite is not forgotten. panda_identifier_excited tells what that is.
  *
  * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
  * pieces, from a copy of what has been learned when it began:
@@ -85,6 +91,20 @@ enum {
     panda_IDENTIFIER_ARRAYS = 4
 };
 
+/* Length of the intervals in which joints rest or move, s; they have three samples at least. */
+#define panda_REST_TIME 0.01
+
+/* What is known of the rest of a joint. */
+typedef struct panda_identifier_joint {
+    panda_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
+    panda_real noise;     /* the estimate; 0: there is none yet */
+    panda_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    panda_real latest[2]; /* speeds of the latest two samples */
+    panda_real sum;       /* of the sizes of speeds in the interval */
+    panda_real held;      /* position at rest */
+    int still;           /* nonzero: at rest */
+} panda_identifier_joint;
+
 /* What a model is to the identifier. For each equation of a window,
  *
  *     [w, y] = change of value over the window + integral of rate,    w'X = y.
@@ -122,6 +142,21 @@ typedef struct panda_identifier {
     int pending;     /* how many are still to be taken */
     int status;      /* of the equations looked at last: bits of panda_status */
     size_t refused;  /* equations in a row that were outliers */
+    panda_identifier_joint joint[panda_JOINTS];
+    panda_real interval;  /* time in it, s */
+    panda_real spans[3];  /* lengths of the latest intervals, the newest last */
+    int intervals;       /* since the first sample, up to 3 */
+    int within;          /* samples in it */
+    int seen;            /* nonzero: there was a sample */
+    int resting;         /* nonzero: all joints rest */
+    /* Joints that rested in each open window. */
+    unsigned char rested[panda_IDENTIFIER_BESIDE + 2][panda_JOINTS];
+    panda_real forgetting; /* per sample */
+    /* What the samples of this memory, and of the one before it, took from each variance of X, over
+     * sigma^2. */
+    panda_real gained[panda_PARAMETERS];
+    panda_real gained_before[panda_PARAMETERS];
+    panda_real aged; /* share of this memory that has passed */
     panda_real largest; /* right-hand side of an equation taken */
 } panda_identifier;
 
@@ -143,8 +178,9 @@ size_t panda_identifier_size(size_t window);
 /* Begin with no data.
  *
  * state: at least panda_identifier_size(window) bytes; window: length in samples, at least 1,
- * ignored in mode start; forgetting, in (0, 1]: weight of the past, per sample (1: keep everything;
- * below 1, equations that would teach less than is forgotten are left out: see the status). So
+ * ignored in mode start; forgetting, in (0, 1]: weight of the past, per sample of a motion that
+ * excites all parameters (1: keep everything; below 1, equations that would teach much less than
+ * they replace are left out: see the status). So
  * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
  * window; they must hold several times the equations that X needs.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
@@ -177,15 +213,15 @@ int panda_identifier_step(void *state, const panda_real *q, const panda_real *qd
  * were none so far; otherwise some were not, and what was learned before stays as it is.
  *
  * panda_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
- * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
- * so far, or an equation is not finite: a sample in the window is absurd. Windows that start at the
- * first sample begin anew. Where twice as many windows in a row are outliers as one sample can
- * spoil, it is the robot that has changed, and they are taken.
+ * known as well as it is, predicts, and by more than a thousandth of the largest right-hand side
+ * taken so far, or an equation is not finite: a sample in the window is absurd. Windows that start
+ * at the first sample begin anew. Where twice as many windows in a row are outliers as one sample
+ * can spoil, it is the robot that has changed, and they are taken.
  *
- * panda_NOT_EXCITED: with forgetting, an equation leaves the past a share f of its weight, which is
+ * panda_NOT_EXCITED: with forgetting f, equations leave the past a share f of its weight, which is
  * (1 - f) panda_PARAMETERS less over all directions; one that brings less than a hundredth of that
- * (its leverage, see panda_least_squares.h) would replace what is known by noise. Noise of qd at
- * standstill can pass this test: see Standstill at the top of this file.
+ * (its leverage, see panda_least_squares.h) would replace what is known by noise. Also where all
+ * joints rest, or the joint of an equation.
  *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
@@ -206,6 +242,17 @@ int panda_identifier_run(void *state, size_t N, const panda_real *t, const panda
  * Returns what panda_least_squares_solve returns: 0, or the number of the first parameter that the
  * data do not determine. */
 int panda_identifier_read(const void *state, panda_real *X, panda_real *std);
+
+/* The noise of qd: standard deviations, panda_JOINTS values in rad/s or m/s. 0, or NULL for all
+ * joints: it is estimated, as at first. Returns 0; nonzero (and nothing changed) where a number is
+ * negative or not finite. */
+int panda_identifier_rest(void *state, const panda_real *noise);
+
+/* How far the samples of one to two memories determine each parameter: panda_PARAMETERS values,
+ * from 0, where X and std are older, to 1. It is what these samples took from the variance of X,
+ * over that variance, at most 1. Takes as long as reading std. Returns what panda_identifier_read
+ * returns. */
+int panda_identifier_excited(const void *state, panda_real *out);
 
 /* The least squares inside, to look at or to merge into another. */
 const panda_least_squares *panda_identifier_state(const void *state);

@@ -1,11 +1,16 @@
 #include "panda_least_squares.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Loops over so many numbers at a time become vector instructions at -O2, too: each reads into
  * arrays of its own before it writes, so that nothing can be in the way. */
 #define LANES 4
+
+/* The share of what balances forgetting that a row of B must bring: less is noise. */
+#define LEAST_SHARE 0.01
+#define LONGEST 1000000000 /* rows of a cycle */
 
 /* R(j,j) / ||R(:,j)|| is the sine of the angle between column j of W and the span of the columns
  * before it. On a dependent column rounding leaves a value there: measured, 1e-7 in float and 2e-16
@@ -18,13 +23,6 @@ static panda_real tolerance(void)
     return sizeof(panda_real) == sizeof(float) ? (panda_real)1e-4 : (panda_real)1e-10;
 }
 
-/* sqrt in the precision of the package: the double one is slow on a single-precision FPU. */
-static panda_real square_root(panda_real x)
-{
-    return sizeof(panda_real) == sizeof(float) ? (panda_real)sqrtf((float)x)
-                                              : (panda_real)sqrt((double)x);
-}
-
 static panda_real magnitude(panda_real x)
 {
     return x < 0 ? -x : x;
@@ -34,15 +32,6 @@ static panda_real magnitude(panda_real x)
 static int diagonal(int i)
 {
     return i * panda_PARAMETERS - i * (i - 1) / 2;
-}
-
-/* entry += change, where carry holds what rounding has added to entry too much (Kahan). */
-static void add(panda_real *entry, panda_real *carry, panda_real change)
-{
-    const panda_real part = change - *carry;
-    const panda_real sum = *entry + part;
-    *carry = (sum - *entry) - part;
-    *entry = sum;
 }
 
 /* x'y, of `size` numbers. */
@@ -80,153 +69,89 @@ static void subtract(panda_real *x, const panda_real *y, panda_real factor, int 
     }
 }
 
-/* Turn a row of R, faded, and what is left of an equation by an angle: see rotate. */
-static void turn(panda_real *R, panda_real *carry, panda_real *row, panda_real sine, panda_real half,
-                 panda_real fade, int size)
+/* Turn a row of a triangle and another row by an angle: see rotate. */
+static void turn(panda_real *R, panda_real *row,
+                 panda_real sine, panda_real half, int size)
 {
     int j = 0;
     for (; j + LANES <= size; j += LANES) {
         panda_real old[LANES];
         panda_real below[LANES];
-        panda_real part[LANES];
         panda_real total[LANES];
         for (int l = 0; l < LANES; l++) {
             old[l] = R[j + l];
             below[l] = row[j + l];
-            part[l] = carry[j + l];
         }
         for (int l = 0; l < LANES; l++) {
-            const panda_real above = old[l] - fade * old[l];
-            part[l] = (sine * (below[l] - half * above) - fade * old[l]) - part[l];
-            below[l] = below[l] - sine * (above + half * below[l]);
-            total[l] = old[l] + part[l];
-            part[l] = (total[l] - old[l]) - part[l];
+            total[l] = old[l] + sine * (below[l] - half * old[l]);
+            below[l] = below[l] - sine * (old[l] + half * below[l]);
         }
         for (int l = 0; l < LANES; l++) {
             R[j + l] = total[l];
             row[j + l] = below[l];
-            carry[j + l] = part[l];
         }
     }
     for (; j < size; j++) {
-        const panda_real above = R[j] - fade * R[j];
+        const panda_real above = R[j];
         const panda_real below = row[j];
-        add(R + j, carry + j, sine * (below - half * above) - fade * R[j]);
+        R[j] += sine * (below - half * above);
         row[j] = below - sine * (above + half * below);
     }
 }
 
-/* Rotate the equation row'X = y into [R z], both scaled by 1 - fade on the way, from column first
- * on; row is overwritten. Returns what is left of y, which is orthogonal to all columns.
- *
- * The smaller of the two numbers is divided by the larger, so that no square overflows; a row of R
- * that is still empty (pivot 0) takes the equation over as it is. No branch depends on the data
- * but those two: every row costs the same.
- *
- * Rotation and fading are applied as a change, with half = tan(angle / 2): cosine above + sine
- * below is above + sine (below - half above). A row that comes after many turns R by a small angle
- * only: the change has the row's size, its rounding too, and the compensated sum loses none of it.
- * So rounding errs by a share of each row, as if the row had been measured that much worse; errors
- * of the size of R, which add up over the rows, do not arise. The diagonal goes the same way as the
- * rest of its row, so that columns in proportion stay in proportion.
- */
-static panda_real rotate(panda_least_squares *s, panda_real *row, panda_real y, int first,
-                        panda_real fade)
+/* Turn row i of [R z] and another row [row right]. */
+static void turn_row(panda_least_squares *s, int i, panda_real *row, panda_real *right,
+                     panda_real sine, panda_real half)
 {
+    const int at = diagonal(i);
+    turn(s->R + at, row + i, sine, half,
+        panda_PARAMETERS - i);
+    turn(s->z + i, right, sine, half, 1);
+}
+
+/* Sine and tan(angle / 2) of the rotation that takes `below` into `pivot`, which is not negative.
+ * The smaller of the two is divided by the larger, so that no square overflows. */
+static void angle(panda_real pivot, panda_real below, panda_real *sine, panda_real *half)
+{
+    const panda_real size = magnitude(below);
+    *sine = 0;
+    *half = 0;
+    if (size > pivot) {
+        const panda_real ratio = pivot / size;
+        const panda_real scale = sqrt(1 + ratio * ratio);
+        *sine = (below < 0 ? -1 : 1) / scale;
+        *half = (below < 0 ? -1 : 1) / (scale + ratio);
+    } else if (pivot > 0) {
+        const panda_real ratio = below / pivot;
+        const panda_real scale = sqrt(1 + ratio * ratio);
+        *sine = ratio / scale;
+        *half = ratio / (scale + 1);
+    }
+}
+
+/* Rotate the equation row'X = y into [R z], from column first on; row is overwritten. Returns what
+ * is left of y, which is orthogonal to all columns.
+ *
+ * A row of R that is still empty (pivot 0) takes the equation over as it is. No branch depends on
+ * the data but those of the angle: every row costs the same.
+ *
+ * A rotation is applied as a change, with half = tan(angle / 2): cosine above + sine below is
+ * above + sine (below - half above). A row that comes after many turns R by a small angle only: the
+ * change has the row's size, its rounding too.
+ * So rounding errs by a share of each row, as if the row had been measured that much worse. The
+ * diagonal goes the same way as the rest of its row, so that columns in proportion stay in
+ * proportion.
+ */
+static panda_real rotate(panda_least_squares *s, panda_real *row, panda_real y, int first)
+{
+    panda_real rest = y;
     for (int i = first; i < panda_PARAMETERS; i++) {
-        panda_real *R = s->R + diagonal(i);
-        const panda_real pivot = R[0] - fade * R[0];
-        const panda_real size = magnitude(row[i]);
         panda_real sine = 0;
         panda_real half = 0;
-        if (size > pivot) {
-            const panda_real ratio = pivot / size;
-            const panda_real scale = square_root(1 + ratio * ratio);
-            sine = (row[i] < 0 ? -1 : 1) / scale;
-            half = (row[i] < 0 ? -1 : 1) / (scale + ratio);
-        } else if (pivot > 0) {
-            const panda_real ratio = row[i] / pivot;
-            const panda_real scale = square_root(1 + ratio * ratio);
-            sine = ratio / scale;
-            half = ratio / (scale + 1);
-        }
-        turn(R, s->R_carry + diagonal(i), row + i, sine, half, fade, panda_PARAMETERS - i);
-        const panda_real above = s->z[i] - fade * s->z[i];
-        add(s->z + i, s->z_carry + i, sine * (y - half * above) - fade * s->z[i]);
-        y = y - sine * (above + half * y);
+        angle(s->R[diagonal(i)], row[i], &sine, &half);
+        turn_row(s, i, row, &rest, sine, half);
     }
-    return y;
-}
-
-int panda_least_squares_init(panda_least_squares *s, panda_real forgetting)
-{
-    if (!(forgetting > 0 && forgetting <= 1)) {
-        return 1;
-    }
-    memset(s, 0, sizeof *s);
-    s->forgetting = forgetting;
-    /* 1 - root, without cancellation */
-    s->fade = (1 - forgetting) / (1 + square_root(forgetting));
-    return 0;
-}
-
-int panda_least_squares_update(panda_least_squares *s, const panda_real *row, panda_real y)
-{
-    panda_real work[panda_PARAMETERS];
-    int finite = isfinite(y) ? 1 : 0;
-    for (int i = 0; i < panda_PARAMETERS; i++) {
-        finite = finite && isfinite(row[i]);
-        work[i] = row[i];
-    }
-    if (!finite) {
-        return 1;
-    }
-    const double rest = (double)rotate(s, work, y, 0, s->fade);
-    s->rss = (double)s->forgetting * s->rss + rest * rest;
-    s->count = (double)s->forgetting * s->count + 1.0;
-    return 0;
-}
-
-int panda_least_squares_foresee(const panda_least_squares *s, const panda_real *row, panda_real y,
-                               panda_real *innovation, panda_real *leverage)
-{
-    panda_real u[panda_PARAMETERS]; /* R'u = row, so that row'X = u'z */
-    panda_real predicted = 0;
-    panda_real sum = 0;
-    for (int i = 0; i < panda_PARAMETERS; i++) {
-        if (!(s->R[diagonal(i)] > 0)) {
-            return 1;
-        }
-        u[i] = row[i];
-    }
-    for (int i = 0; i < panda_PARAMETERS; i++) {
-        const panda_real *R = s->R + diagonal(i);
-        u[i] /= R[0];
-        subtract(u + i + 1, R + 1, u[i], panda_PARAMETERS - i - 1);
-        predicted += u[i] * s->z[i];
-        sum += u[i] * u[i];
-    }
-    *innovation = y - predicted;
-    *leverage = sum;
-    return 0;
-}
-
-void panda_least_squares_merge(panda_least_squares *s, const panda_least_squares *other)
-{
-    panda_real row[panda_PARAMETERS];
-    double rss = s->rss + other->rss;
-    const double count = s->count + other->count;
-    /* From the last row up: row i changes rows i.. of s only, so that other may be s. */
-    for (int i = panda_PARAMETERS - 1; i >= 0; i--) {
-        const panda_real *R = other->R + diagonal(i);
-        for (int j = i; j < panda_PARAMETERS; j++) {
-            row[j] = R[j - i];
-        }
-        const double rest = (double)rotate(s, row, other->z[i], i, 0);
-        rss += rest * rest;
-    }
-    s->rss = rss;
-    s->count = count;
+    return rest;
 }
 
 /* Whether column j depends on those before it. */
@@ -245,7 +170,42 @@ static int dependent(const panda_real *R, int j)
         const panda_real part = R[diagonal(i) + j - i] / largest;
         sum += part * part;
     }
-    return !(R[diagonal(j)] > tolerance() * largest * square_root(sum));
+    return !(R[diagonal(j)] > tolerance() * largest * sqrt(sum));
+}
+
+/* 0, or the number of the first parameter that is not determined. */
+static int undetermined(const panda_real *R)
+{
+    for (int j = 0; j < panda_PARAMETERS; j++) {
+        if (dependent(R, j)) {
+            return j + 1;
+        }
+    }
+    return 0;
+}
+
+int panda_least_squares_init(panda_least_squares *s, panda_real forgetting)
+{
+    if (!(forgetting > 0 && forgetting <= 1)) {
+        return 1;
+    }
+    memset(s, 0, sizeof *s);
+    s->forgetting = forgetting;
+    s->kept = 1;
+    if (forgetting < 1) {
+        const panda_real quarter = 1 / (4 * (1 - forgetting));
+        const panda_real most = (panda_real)LONGEST;
+        s->cycle = (long)(quarter < most ? quarter : most);
+        s->cycle = (s->cycle > 2 * panda_PARAMETERS ? s->cycle : 2 * panda_PARAMETERS) +
+                   panda_PARAMETERS;
+        panda_real weight = forgetting;
+        for (long left = s->cycle; left > 0; left /= 2) {
+            s->kept *= left % 2 != 0 ? weight : 1;
+            weight *= weight;
+        }
+        s->kept = s->kept > (panda_real)FLT_MIN ? s->kept : (panda_real)FLT_MIN;
+    }
+    return 0;
 }
 
 /* Solve R(0..last, 0..last) x = x in place. */
@@ -257,11 +217,153 @@ static void back_substitute(const panda_real *R, panda_real *x, int last)
     }
 }
 
+/* Solve R'u = u in place, where u is 0 before entry k. Returns u'u. */
+static panda_real forward_substitute(const panda_real *R, panda_real *u, int k)
+{
+    panda_real sum = 0;
+    for (int i = k; i < panda_PARAMETERS; i++) {
+        const panda_real *row = R + diagonal(i);
+        u[i] /= row[0];
+        subtract(u + i + 1, row + 1, u[i], panda_PARAMETERS - i - 1);
+        sum += u[i] * u[i];
+    }
+    return sum;
+}
+
+/* Forget the share 1 - kept of what is known of b'X, where b is row k of B without its part along
+ * the rows behind it. Leaves b of the length 1 in the metric of R'R as it will be, so that the next
+ * ones lose their part along it, or 0 where it is noise.
+ *
+ * With R'u = b and v = sqrt((1 - kept) / u'u) u, the rotations that turn [sqrt(kept) v] into [1 0],
+ * the last entry first, turn [0; R] into [v'R; R*] with R*'R* = R'R - R'v v'R. They turn z, that is
+ * R X, into R* X. */
+static void forget(panda_least_squares *s, int k)
+{
+    const int size = panda_PARAMETERS - k;
+    const panda_real least = (panda_real)LEAST_SHARE * (1 - s->kept);
+    panda_real *b = s->gathered + diagonal(k);
+    panda_real u[panda_PARAMETERS] = {0};
+    panda_real work[panda_PARAMETERS] = {0};
+    memcpy(u + k, b, (size_t)size * sizeof u[0]);
+    (void)forward_substitute(s->R, u, k);
+    back_substitute(s->R, u, panda_PARAMETERS - 1); /* (R'R)^-1 b */
+    for (int j = k + 1; j < panda_PARAMETERS; j++) {
+        const panda_real *taken = s->gathered + diagonal(j);
+        subtract(b + j - k, taken, product(u + j, taken, panda_PARAMETERS - j), panda_PARAMETERS - j);
+    }
+    memset(u, 0, sizeof u);
+    memcpy(u + k, b, (size_t)size * sizeof u[0]);
+    const panda_real sum = forward_substitute(s->R, u, k);
+    if (!(sum > least)) {
+        memset(b, 0, (size_t)size * sizeof u[0]);
+        return;
+    }
+    const panda_real share = sqrt((1 - s->kept) / sum);
+    const panda_real unit = sqrt(s->kept / sum);
+    panda_real right = 0;
+    panda_real rest = sqrt(s->kept);
+    for (int i = panda_PARAMETERS - 1; i >= 0; i--) {
+        const panda_real v = share * u[i];
+        const panda_real length = sqrt(rest * rest + v * v);
+        turn_row(s, i, work, &right, -v / length, -v / (length + rest));
+        rest = length;
+    }
+    for (int i = 0; i < size; i++) {
+        b[i] *= unit;
+    }
+}
+
+/* Gather a row, which is overwritten, or forget along a row of what has been gathered. */
+static void advance(panda_least_squares *s, panda_real *row)
+{
+    const long left = s->cycle - s->rows;
+    if (left > panda_PARAMETERS) {
+        for (int i = 0; i < panda_PARAMETERS; i++) {
+            panda_real *B = s->gathered + diagonal(i);
+            panda_real sine = 0;
+            panda_real half = 0;
+            angle(B[0], row[i], &sine, &half);
+            for (int j = 0; j < panda_PARAMETERS - i; j++) {
+                const panda_real above = B[j];
+                const panda_real below = row[i + j];
+                B[j] = above + sine * (below - half * above);
+                row[i + j] = below - sine * (above + half * below);
+            }
+        }
+    } else {
+        forget(s, (int)left - 1);
+    }
+    s->rows++;
+    if (s->rows == s->cycle) {
+        s->rows = 0;
+        memset(s->gathered, 0, sizeof s->gathered);
+    }
+}
+
+int panda_least_squares_update(panda_least_squares *s, const panda_real *row, panda_real y)
+{
+    panda_real work[panda_PARAMETERS];
+    int finite = isfinite(y) ? 1 : 0;
+    for (int i = 0; i < panda_PARAMETERS; i++) {
+        finite = finite && isfinite(row[i]);
+        work[i] = row[i];
+    }
+    if (!finite) {
+        return 1;
+    }
+    const panda_real rest = rotate(s, work, y, 0);
+    s->rss *= s->forgetting;
+    s->count *= s->forgetting;
+    s->rss += rest * rest;
+    s->count += 1;
+    if (s->forgetting < 1 && s->determined != 0) {
+        memcpy(work, row, sizeof work);
+        advance(s, work);
+    }
+    s->determined = s->determined != 0 || undetermined(s->R) == 0;
+    return 0;
+}
+
+int panda_least_squares_foresee(const panda_least_squares *s, const panda_real *row, panda_real y,
+                               panda_real *u, panda_real *innovation, panda_real *leverage)
+{
+    panda_real predicted = 0;
+    memcpy(u, row, panda_PARAMETERS * sizeof *u);
+    if (s->determined == 0) {
+        return 1;
+    }
+    *leverage = forward_substitute(s->R, u, 0);
+    for (int i = 0; i < panda_PARAMETERS; i++) {
+        predicted += u[i] * s->z[i];
+    }
+    *innovation = y - predicted;
+    return 0;
+}
+
+void panda_least_squares_merge(panda_least_squares *s, const panda_least_squares *other)
+{
+    panda_real row[panda_PARAMETERS];
+    panda_real rss = other->rss;
+    const panda_real count = other->count;
+    /* From the last row up: row i changes rows i.. of s only, so that other may be s. */
+    for (int i = panda_PARAMETERS - 1; i >= 0; i--) {
+        const panda_real *R = other->R + diagonal(i);
+        for (int j = i; j < panda_PARAMETERS; j++) {
+            row[j] = R[j - i];
+        }
+        const panda_real rest = rotate(s, row, other->z[i], i);
+        rss += rest * rest;
+    }
+    s->rss += rss;
+    s->count += count;
+    s->determined = s->determined != 0 || undetermined(s->R) == 0;
+}
+
 /* Standard deviation of an equation; NAN without a degree of freedom. */
 static panda_real deviation(const panda_least_squares *s)
 {
-    const double freedom = s->count - (double)panda_PARAMETERS;
-    return freedom > 0.0 ? square_root((panda_real)(s->rss / freedom)) : (panda_real)NAN;
+    const panda_real freedom = s->count - (panda_real)panda_PARAMETERS;
+    return freedom > 0 ? sqrt(s->rss / freedom) : (panda_real)NAN;
 }
 
 /* Add the squares of column j of sigma R^-1, rows 0 to j. */
@@ -278,29 +380,48 @@ static void add_squares(const panda_real *R, panda_real sigma, int j, panda_real
     }
 }
 
+/* The squares of the rows of sigma R^-1. */
+static void sum_squares(const panda_real *R, panda_real sigma, panda_real *sum)
+{
+    for (int i = 0; i < panda_PARAMETERS; i++) {
+        sum[i] = 0;
+    }
+    for (int j = 0; j < panda_PARAMETERS; j++) {
+        add_squares(R, sigma, j, sum);
+    }
+}
+
+int panda_least_squares_variances(const panda_least_squares *s, panda_real *out)
+{
+    const int missing = undetermined(s->R);
+    if (missing == 0) {
+        sum_squares(s->R, 1, out);
+    }
+    return missing;
+}
+
+void panda_least_squares_back(const panda_least_squares *s, panda_real *x)
+{
+    back_substitute(s->R, x, panda_PARAMETERS - 1);
+}
+
 int panda_least_squares_solve(const panda_least_squares *s, panda_real *X, panda_real *std,
                              panda_real *rss)
 {
-    for (int j = 0; j < panda_PARAMETERS; j++) {
-        if (dependent(s->R, j)) {
-            return j + 1;
-        }
+    const int missing = undetermined(s->R);
+    if (missing != 0) {
+        return missing;
     }
     memcpy(X, s->z, sizeof s->z);
     back_substitute(s->R, X, panda_PARAMETERS - 1);
     if (rss != NULL) {
-        *rss = (panda_real)s->rss;
+        *rss = s->rss;
     }
     if (std != NULL) {
         const panda_real sigma = deviation(s);
+        sum_squares(s->R, sigma, std);
         for (int i = 0; i < panda_PARAMETERS; i++) {
-            std[i] = 0;
-        }
-        for (int j = 0; j < panda_PARAMETERS; j++) {
-            add_squares(s->R, sigma, j, std);
-        }
-        for (int i = 0; i < panda_PARAMETERS; i++) {
-            std[i] = square_root(std[i]);
+            std[i] = sqrt(std[i]);
         }
     }
     return 0;
@@ -324,7 +445,7 @@ int panda_least_squares_proceed(panda_least_squares_solution *found, int pieces)
             back_substitute(found->R, found->z, panda_PARAMETERS - 1);
             memcpy(found->X, found->z, sizeof found->z);
             for (int i = 0; i < panda_PARAMETERS; i++) {
-                found->std[i] = square_root(found->squares[i]);
+                found->std[i] = sqrt(found->squares[i]);
             }
             found->missing = 0;
         } else if (dependent(found->R, j)) {

@@ -320,6 +320,27 @@ int planar2r_link_drift(const double q[2], const double qd[2], size_t link, cons
 int planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
 
+/* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the
+ * rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J'
+ * J#') tau of a torque that does not accelerate these rows
+ * q: (2,)
+ * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
+ *   planar2r_NO_SUCH_LINK and writes nothing
+ * point: (3,)
+ * select: (6,)
+ * tau: (2,)
+ * X: (4,)
+ * Lambda_out: (6, 6)
+ * inverse_out: (2, 6)
+ * null_out: (2,)
+ */
+int planar2r_operational_space(const double q[2], size_t link, const double point[3], const double
+    select[6], const double tau[2], const double X[4], double Lambda_out[36], double
+    inverse_out[12], double null_out[2]);
+int planar2r_operational_space_batch(size_t N, const double *q, size_t link, const double *point,
+    const double *select, const double *tau, const double *X, double *Lambda_out, double
+    *inverse_out, double *null_out);
+
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
  * XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
  * standard: (20,)

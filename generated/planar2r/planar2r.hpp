@@ -460,6 +460,26 @@ public:
         return a;
     }
 
+    /* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J' J#') tau of a torque that does not accelerate these rows; nonzero, or empty: there is no such link or it has none
+     * Lambda_out: 6, 6
+     * inverse_out: 2, 6
+     * null_out: 2
+     */
+    static int operational_space(input<2> q, std::size_t link, input<3> point, input<6> select, input<2> tau, input<parameters> X, output<36> Lambda_out, output<12> inverse_out, output<2> null_out) noexcept
+    {
+        return planar2r_operational_space(q.data(), link, point.data(), select.data(), tau.data(), X.data(), Lambda_out.data(), inverse_out.data(), null_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 36>, std::array<real, 12>, std::array<real, 2>>> operational_space(input<2> q, std::size_t link, input<3> point, input<6> select, input<2> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 36> Lambda_out;
+        std::array<real, 12> inverse_out;
+        std::array<real, 2> null_out;
+        if (operational_space(q, link, point, select, tau, X, Lambda_out, inverse_out, null_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(Lambda_out, inverse_out, null_out);
+    }
+
     /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2
      * X: 4
      */

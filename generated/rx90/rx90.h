@@ -446,6 +446,27 @@ int rx90_link_drift(const double q[6], const double qd[6], size_t link, const do
 int rx90_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
 
+/* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the
+ * rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J'
+ * J#') tau of a torque that does not accelerate these rows
+ * q: (6,)
+ * link: number of a joint in robot.toml, 1 to 6; with any other the function returns
+ *   rx90_NO_SUCH_LINK and writes nothing
+ * point: (3,)
+ * select: (6,)
+ * tau: (6,)
+ * X: (40,)
+ * Lambda_out: (6, 6)
+ * inverse_out: (6, 6)
+ * null_out: (6,)
+ */
+int rx90_operational_space(const double q[6], size_t link, const double point[3], const double
+    select[6], const double tau[6], const double X[40], double Lambda_out[36], double
+    inverse_out[36], double null_out[6]);
+int rx90_operational_space_batch(size_t N, const double *q, size_t link, const double *point, const
+    double *select, const double *tau, const double *X, double *Lambda_out, double *inverse_out,
+    double *null_out);
+
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
  * IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3,
  * MY3, MZ3, M3, IA3, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5,

@@ -536,6 +536,26 @@ public:
         return a;
     }
 
+    /* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J' J#') tau of a torque that does not accelerate these rows; nonzero, or empty: there is no such link or it has none
+     * Lambda_out: 6, 6
+     * inverse_out: 6, 6
+     * null_out: 6
+     */
+    static int operational_space(input<6> q, std::size_t link, input<3> point, input<6> select, input<6> tau, input<parameters> X, output<36> Lambda_out, output<36> inverse_out, output<6> null_out) noexcept
+    {
+        return rx90_operational_space(q.data(), link, point.data(), select.data(), tau.data(), X.data(), Lambda_out.data(), inverse_out.data(), null_out.data());
+    }
+    [[nodiscard]] static std::optional<std::tuple<std::array<real, 36>, std::array<real, 36>, std::array<real, 6>>> operational_space(input<6> q, std::size_t link, input<3> point, input<6> select, input<6> tau, input<parameters> X) noexcept
+    {
+        std::array<real, 36> Lambda_out;
+        std::array<real, 36> inverse_out;
+        std::array<real, 6> null_out;
+        if (operational_space(q, link, point, select, tau, X, Lambda_out, inverse_out, null_out) != 0) {
+            return std::nullopt;
+        }
+        return std::make_tuple(Lambda_out, inverse_out, null_out);
+    }
+
     /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1, IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3, MY3, MZ3, M3, IA3, XX4, XY4, XZ4, YY4, YZ4, ZZ4, MX4, MY4, MZ4, M4, IA4, XX5, XY5, XZ5, YY5, YZ5, ZZ5, MX5, MY5, MZ5, M5, IA5, XX6, XY6, XZ6, YY6, YZ6, ZZ6, MX6, MY6, MZ6, M6, IA6, FS1, FV1, FS2, FV2, FS3, FV3, FS4, FV4, FS5, FV5, FS6, FV6
      * X: 52
      */

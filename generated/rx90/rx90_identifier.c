@@ -24,12 +24,24 @@
 /* The largest size of q, qd and tau that is no fault of the measurement. */
 #define LARGEST_SAMPLE 1e9
 
-/* An outlier differs from its prediction by so many standard deviations, and by this share of the
- * largest right-hand side: residuals of a model that is not quite right grow with the motion. */
+/* An outlier differs from its prediction by so many standard deviations, which hold what the model
+ * misses, and by this share of the largest right-hand side: integrals over a reversal, where friction
+ * jumps, err by less. */
 #define GATE 10
-#define LEAST_WRONG 0.1
+#define LEAST_WRONG 0.001
 /* The share of the mean leverage, which balances forgetting, that an equation must have. */
 #define LEAST_LEVERAGE 0.01
+
+/* A joint rests up to so many standard deviations of the noise of its speed (the mean size of
+ * normal noise is 0.8), and stays where it is until it has moved as far as that takes it in 1 s. */
+#define REST_LEVEL 3
+#define LEAST_REST 3 /* samples in an interval */
+#define ROOT_STEPS 200 /* enough for the smallest float */
+/* One in ten numbers of normal noise exceeds 1.645 of its standard deviations. The estimate rises
+ * and falls by these factors: it rises nine times as fast as it falls. */
+#define TENTH 1.645
+#define RISE 1.15
+#define FALL 0.9846
 
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
@@ -226,6 +238,7 @@ static void begin_window(rx90_identifier *s, int place)
 {
     const size_t bytes = s->width * sizeof(rx90_real);
     s->newest = place;
+    memset(s->rested[place], 0, sizeof s->rested[place]);
     s->carry = s->mode == rx90_WINDOW_SLIDING ? 1 - s->carry : 0;
     memset(array(s, (size_t)(AT_WINDOW + place)), 0, bytes);
     memset(array(s, (size_t)(AT_CARRY + s->carry)), 0, bytes);
@@ -249,28 +262,30 @@ static void rebase(rx90_identifier *s)
     }
 }
 
-/* What is wrong with an equation, if anything: the innovation test and the excitation test. */
-static int judged(rx90_identifier *s, const rx90_real *row, rx90_real y)
+/* What is wrong with an equation, if anything: the innovation test and the excitation test. u and
+ * leverage as of rx90_least_squares_foresee, leverage 0 while X is not determined. */
+static int judged(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_real *u,
+                  rx90_real *leverage)
 {
     const rx90_least_squares *past = &s->least_squares;
     const size_t patience = 2u * (size_t)s->equations * (size_t)s->places;
-    const double freedom = past->count - (double)rx90_PARAMETERS;
+    const rx90_real freedom = past->count - (rx90_real)rx90_PARAMETERS;
     const rx90_real least =
         (rx90_real)LEAST_LEVERAGE * (rx90_real)rx90_PARAMETERS * (1 - past->forgetting);
     const rx90_real size = y < 0 ? -y : y;
     rx90_real innovation = 0;
-    rx90_real leverage = 0;
+    *leverage = 0;
     if (!all_finite(row, rx90_PARAMETERS + 1u)) {
         return rx90_OUTLIER;
     }
-    const int open = rx90_least_squares_foresee(past, row, y, &innovation, &leverage);
+    const int open = rx90_least_squares_foresee(past, row, y, u, &innovation, leverage);
     const rx90_real wrong = innovation < 0 ? -innovation : innovation;
-    if (open == 0 && leverage < least) {
+    if (open == 0 && *leverage < least) {
         return rx90_NOT_EXCITED;
     }
-    if (open == 0 && freedom > 0.0 && wrong > (rx90_real)LEAST_WRONG * s->largest) {
-        const double gate = GATE * sqrt(past->rss / freedom * (1.0 + (double)leverage));
-        if ((double)wrong > gate) {
+    if (open == 0 && freedom > 0 && wrong > (rx90_real)LEAST_WRONG * s->largest) {
+        const rx90_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
+        if (wrong > gate) {
             s->refused++;
             if (s->refused <= patience) {
                 return rx90_OUTLIER;
@@ -283,6 +298,31 @@ static int judged(rx90_identifier *s, const rx90_real *row, rx90_real y)
     return rx90_OK;
 }
 
+/* A sample more: after a memory of them, what it gained becomes that of the last one. */
+static void age(rx90_identifier *s)
+{
+    s->aged += 1 - s->forgetting;
+    if (s->aged >= 1) {
+        memcpy(s->gained_before, s->gained, sizeof s->gained);
+        memset(s->gained, 0, sizeof s->gained);
+        s->aged = 0;
+    }
+}
+
+/* Learn an equation: it takes g_i^2 / (1 + leverage) from each variance, g = (R'R)^-1 row. */
+static void learn(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_real *u,
+                  rx90_real leverage)
+{
+    rx90_least_squares *past = &s->least_squares;
+    if (leverage > 0) {
+        rx90_least_squares_back(past, u);
+        for (int i = 0; i < rx90_PARAMETERS; i++) {
+            s->gained[i] += u[i] * u[i] / (1 + leverage);
+        }
+    }
+    (void)rx90_least_squares_update(past, row, y);
+}
+
 /* Take in the next equation of the window that has closed. */
 static void take_row(rx90_identifier *s)
 {
@@ -292,15 +332,20 @@ static void take_row(rx90_identifier *s)
     const rx90_real *sum =
         array(s, (size_t)(s->mode == rx90_WINDOW_START ? AT_TOTAL : AT_WINDOW + s->last));
     rx90_real row[rx90_PARAMETERS + 1];
+    rx90_real u[rx90_PARAMETERS];
+    rx90_real leverage = 0;
     for (size_t i = 0; i <= rx90_PARAMETERS; i++) {
         row[i] = sum[i < rx90_INERTIAL     ? e * rx90_INERTIAL + i
                      : i < rx90_PARAMETERS ? equations * rx90_INERTIAL + e * FRICTION +
                                                  (i - rx90_INERTIAL)
                                            : equations * rx90_PARAMETERS + e];
     }
-    const int status = judged(s, row, row[rx90_PARAMETERS]);
+    const int alone = s->equations == rx90_JOINTS && rx90_JOINTS > 1; /* the equation of a joint */
+    const int status = alone && s->rested[s->last][e] != 0
+                           ? rx90_NOT_EXCITED
+                           : judged(s, row, row[rx90_PARAMETERS], u, &leverage);
     if (status == rx90_OK) {
-        (void)rx90_least_squares_update(&s->least_squares, row, row[rx90_PARAMETERS]);
+        learn(s, row, row[rx90_PARAMETERS], u, leverage);
     }
     s->status |= status;
     s->pending--;
@@ -321,6 +366,115 @@ static void close_window(rx90_identifier *s)
         s->pending = s->equations;
     }
     s->whole = 1;
+}
+
+/* A joint rested in the open windows. */
+static void mark(rx90_identifier *s, int joint)
+{
+    s->rested[s->place][joint] = 1;
+    if (s->mode == rx90_WINDOW_SLIDING) {
+        s->rested[place_before(s, s->place)][joint] = 1;
+    }
+}
+
+static rx90_real median(rx90_real a, rx90_real b, rx90_real c)
+{
+    const rx90_real low = a < b ? a : b;
+    const rx90_real high = a < b ? b : a;
+    return c < low ? low : c > high ? high : c;
+}
+
+/* Weights of four speeds for their third difference, the sum of whose squares is 1, at the ends of
+ * three intervals. */
+static void difference(const rx90_real *spans, rx90_real *weight)
+{
+    const rx90_real at[4] = {0, spans[0], spans[0] + spans[1], spans[0] + spans[1] + spans[2]};
+    rx90_real sum = 0;
+    for (int i = 0; i < 4; i++) {
+        weight[i] = 1;
+        for (int j = 0; j < 4; j++) {
+            weight[i] *= j != i ? spans[1] / (at[i] - at[j]) : 1;
+        }
+        sum += weight[i] * weight[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        weight[i] /= sqrt(sum);
+    }
+}
+
+/* Estimate the noise of a speed, at the end of an interval: from third differences over intervals,
+ * in which motion is small and in which noise counts that is filtered at the interval's length. */
+static void estimate_noise(rx90_identifier_joint *x, rx90_real qd, const rx90_real *weight)
+{
+    const rx90_real d = weight[0] * x->past[0] + weight[1] * x->past[1] +
+                        weight[2] * x->past[2] + weight[3] * qd;
+    const rx90_real found = (d < 0 ? -d : d) / (rx90_real)TENTH;
+    if (x->noise > 0) {
+        x->noise *= found > x->noise ? (rx90_real)RISE : (rx90_real)FALL;
+    } else {
+        x->noise = found;
+    }
+    x->noise = x->noise > (rx90_real)FLT_MIN ? x->noise : 0;
+}
+
+/* Find which joints rest, at a sample; rx90_REST_TIME is the length of an interval. A single sample
+ * that is absurd does not end a rest: the median of three samples counts. */
+static void find_rest(rx90_identifier *s, const rx90_real *q, const rx90_real *qd, rx90_real dt)
+{
+    const int total = s->mode == rx90_WINDOW_START && s->equations > 1;
+    int still = 0;
+    int left = 0; /* nonzero: a rest has ended that the windows from the start hold */
+    s->interval += s->seen != 0 ? dt : 0;
+    s->within++;
+    const int ends = s->within >= LEAST_REST && s->interval >= (rx90_real)rx90_REST_TIME;
+    rx90_real weight[4];
+    if (ends) {
+        s->spans[0] = s->spans[1];
+        s->spans[1] = s->spans[2];
+        s->spans[2] = s->interval;
+        if (s->intervals == 3) {
+            difference(s->spans, weight);
+        }
+    }
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        rx90_identifier_joint *x = s->joint + j;
+        const rx90_real speed =
+            s->seen != 0 ? median(x->latest[0], x->latest[1], qd[j]) : qd[j];
+        x->sum += speed < 0 ? -speed : speed;
+        x->latest[0] = s->seen != 0 ? x->latest[1] : qd[j];
+        x->latest[1] = qd[j];
+        if (ends) {
+            const rx90_real noise = x->stated > 0 ? x->stated : x->noise;
+            const int slow = x->sum <= REST_LEVEL * noise * (rx90_real)s->within;
+            const rx90_real away = q[j] < x->held ? x->held - q[j] : q[j] - x->held;
+            if (slow && (x->still == 0 || away > REST_LEVEL * noise)) {
+                x->held = q[j];
+            }
+            if (slow && s->pending > 0) {
+                s->rested[s->last][j] = 1; /* the rest began before this interval ended */
+            }
+            left = left || (total && slow == 0 && x->still != 0);
+            x->still = slow;
+            x->sum = 0;
+            if (s->intervals == 3) {
+                estimate_noise(x, qd[j], weight);
+            }
+            x->past[0] = x->past[1];
+            x->past[1] = x->past[2];
+            x->past[2] = qd[j];
+        }
+        still += x->still;
+    }
+    if (ends) {
+        s->intervals += s->intervals < 3;
+        s->interval = 0;
+        s->within = 0;
+    }
+    s->seen = 1;
+    if ((s->resting == 0 && still == rx90_JOINTS) || left) {
+        rebase(s);
+    }
+    s->resting = still == rx90_JOINTS;
 }
 
 /* Look at the oldest sample, whose weights are known in all intervals that it has a part in: from
@@ -346,6 +500,11 @@ static void absorb(rx90_identifier *s)
     size_t left = s->left;
     int place = s->place;
     s->columns(x, x + rx90_JOINTS, x + 2 * rx90_JOINTS, value, rate);
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        if (s->joint[j].still != 0) {
+            mark(s, j);
+        }
+    }
     if (s->begun == 0 && !sliding) {
         add_to_window(s, place, value, -1);
     }
@@ -386,6 +545,32 @@ static void absorb(rx90_identifier *s)
         s->place = place_after(s, s->place);
         s->left = s->length;
     }
+}
+
+/* x^exponent, for x in (0, 1]; at least FLT_MIN, of which nothing is left. */
+static rx90_real power(rx90_real x, size_t exponent)
+{
+    rx90_real out = 1;
+    rx90_real square = x;
+    for (size_t left = exponent; left > 0; left /= 2) {
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
+    }
+    return out > (rx90_real)FLT_MIN ? out : (rx90_real)FLT_MIN;
+}
+
+/* x^(1 / degree), for x in (0, 1], by Newton's method from above. */
+static rx90_real root(rx90_real x, int degree)
+{
+    rx90_real y = 1 - (1 - x) / (rx90_real)degree;
+    for (int i = 0; i < ROOT_STEPS && degree > 1; i++) {
+        rx90_real below = 1;
+        for (int k = 1; k < degree; k++) {
+            below *= y;
+        }
+        y -= (y * below - x) / ((rx90_real)degree * below);
+    }
+    return y;
 }
 
 size_t rx90_identifier_size(size_t window)
@@ -435,10 +620,10 @@ int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
     const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
     s->rows = (int)rows;
     rebase(s);
+    s->forgetting = forgetting;
     /* Per equation: so many come every `length` samples. */
-    const double share = pow((double)forgetting, (double)s->length / (double)equations);
-    const double least = (double)FLT_MIN; /* nothing is left of the past */
-    return rx90_least_squares_init(&s->least_squares, (rx90_real)(share > least ? share : least));
+    return rx90_least_squares_init(&s->least_squares,
+        power(root(forgetting, equations), s->length));
 }
 
 int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
@@ -446,13 +631,22 @@ int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
 {
     rx90_identifier *s = (rx90_identifier *)state;
     if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
-        (s->samples > 0 && !(dt > 0 && isfinite(dt)))) {
+        (s->seen != 0 && !(dt > 0 && isfinite(dt)))) {
         return rx90_NOT_FINITE;
     }
+    age(s);
+    find_rest(s, q, qd, dt);
+    if (s->resting != 0) {
+        s->status = rx90_NOT_EXCITED;
+        return rx90_OK;
+    }
     /* Over the oldest sample, which nobody needs any more. */
-    memcpy(s->sample[s->next], q, rx90_JOINTS * sizeof *q);
-    memcpy(s->sample[s->next] + rx90_JOINTS, qd, rx90_JOINTS * sizeof *qd);
-    memcpy(s->sample[s->next] + 2 * rx90_JOINTS, tau, rx90_JOINTS * sizeof *tau);
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        const rx90_identifier_joint *x = s->joint + j;
+        s->sample[s->next][j] = x->still != 0 ? x->held : q[j];
+        s->sample[s->next][rx90_JOINTS + j] = x->still != 0 ? 0 : qd[j];
+        s->sample[s->next][2 * rx90_JOINTS + j] = tau[j];
+    }
     memset(s->weight[s->next], 0, sizeof s->weight[0]);
     memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
     s->steps[NODES - 2] = dt;
@@ -470,7 +664,7 @@ int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
             take_row(s);
         }
         if (s->mode == rx90_WINDOW_START && (s->status & rx90_OUTLIER) != 0) {
-            rx90_identifier_restart(state); /* every later window would hold the outlier, too */
+            rebase(s); /* every later window would hold the outlier, too */
         }
     }
     return rx90_OK;
@@ -486,6 +680,40 @@ void rx90_identifier_restart(void *state)
     rx90_identifier *s = (rx90_identifier *)state;
     rebase(s);
     s->next = 0;
+    s->seen = 0;
+    s->interval = 0;
+    s->intervals = 0;
+    s->within = 0;
+    s->resting = 0;
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        s->joint[j].sum = 0;
+        s->joint[j].still = 0;
+    }
+}
+
+int rx90_identifier_rest(void *state, const rx90_real *noise)
+{
+    rx90_identifier *s = (rx90_identifier *)state;
+    for (int j = 0; noise != NULL && j < rx90_JOINTS; j++) {
+        if (!(noise[j] >= 0 && noise[j] <= (rx90_real)LARGEST_SAMPLE)) {
+            return rx90_NOT_FINITE;
+        }
+    }
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        s->joint[j].stated = noise != NULL ? noise[j] : 0;
+    }
+    return rx90_OK;
+}
+
+int rx90_identifier_excited(const void *state, rx90_real *out)
+{
+    const rx90_identifier *s = (const rx90_identifier *)state;
+    const int missing = rx90_least_squares_variances(&s->least_squares, out);
+    for (int i = 0; missing == 0 && i < rx90_PARAMETERS; i++) {
+        const rx90_real share = (s->gained[i] + s->gained_before[i]) / out[i];
+        out[i] = share < 1 ? share : 1;
+    }
+    return missing;
 }
 
 int rx90_identifier_run(void *state, size_t N, const rx90_real *t, const rx90_real *q,

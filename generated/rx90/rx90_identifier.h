@@ -31,11 +31,17 @@
  *         if (rx90_identifier_read(&memory, X, std) == 0) { ... X is determined ... }
  *     }
  *
- * Standstill: with forgetting below 1, do not call rx90_identifier_step while the robot stands.
- * The sign of the noise in qd looks like motion to the Coulomb columns, so X can change while the
- * status is rx90_OK. With the momentum model Coulomb friction goes to zero within minutes, and
- * other parameters follow. The energy model does the same if the noise of qd is large. When the
- * robot moves again, call rx90_identifier_restart and then rx90_identifier_step: X is as it was.
+ * Rest. A joint rests where the mean size of its speed over rx90_REST_TIME is at most 3 standard
+ * deviations of the noise of qd: stated by rx90_identifier_rest, or estimated from third
+ * differences of qd. Static friction can then take any value between its limits. The identifier
+ * takes the speed of such a joint as 0 and its position as constant. The momentum model leaves out
+ * the joint's equations of windows in which it rested. While all joints rest nothing is learned
+ * and nothing forgotten, the status is rx90_NOT_EXCITED, and new windows begin with the next
+ * motion.
+ *
+ * With forgetting below 1 only what the motion excites is forgotten (rx90_least_squares.h); all
+ * else stays as it was. The memory should be longer than the period of the motion: what a quarter
+ * of it does not excite is not forgotten. rx90_identifier_excited tells what that is.
  *
  * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
  * pieces, from a copy of what has been learned when it began:
@@ -85,6 +91,20 @@ enum {
     rx90_IDENTIFIER_ARRAYS = 4
 };
 
+/* Length of the intervals in which joints rest or move, s; they have three samples at least. */
+#define rx90_REST_TIME 0.01
+
+/* What is known of the rest of a joint. */
+typedef struct rx90_identifier_joint {
+    rx90_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
+    rx90_real noise;     /* the estimate; 0: there is none yet */
+    rx90_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    rx90_real latest[2]; /* speeds of the latest two samples */
+    rx90_real sum;       /* of the sizes of speeds in the interval */
+    rx90_real held;      /* position at rest */
+    int still;           /* nonzero: at rest */
+} rx90_identifier_joint;
+
 /* What a model is to the identifier. For each equation of a window,
  *
  *     [w, y] = change of value over the window + integral of rate,    w'X = y.
@@ -122,6 +142,21 @@ typedef struct rx90_identifier {
     int pending;     /* how many are still to be taken */
     int status;      /* of the equations looked at last: bits of rx90_status */
     size_t refused;  /* equations in a row that were outliers */
+    rx90_identifier_joint joint[rx90_JOINTS];
+    rx90_real interval;  /* time in it, s */
+    rx90_real spans[3];  /* lengths of the latest intervals, the newest last */
+    int intervals;       /* since the first sample, up to 3 */
+    int within;          /* samples in it */
+    int seen;            /* nonzero: there was a sample */
+    int resting;         /* nonzero: all joints rest */
+    /* Joints that rested in each open window. */
+    unsigned char rested[rx90_IDENTIFIER_BESIDE + 2][rx90_JOINTS];
+    rx90_real forgetting; /* per sample */
+    /* What the samples of this memory, and of the one before it, took from each variance of X, over
+     * sigma^2. */
+    rx90_real gained[rx90_PARAMETERS];
+    rx90_real gained_before[rx90_PARAMETERS];
+    rx90_real aged; /* share of this memory that has passed */
     rx90_real largest; /* right-hand side of an equation taken */
 } rx90_identifier;
 
@@ -143,8 +178,9 @@ size_t rx90_identifier_size(size_t window);
 /* Begin with no data.
  *
  * state: at least rx90_identifier_size(window) bytes; window: length in samples, at least 1,
- * ignored in mode start; forgetting, in (0, 1]: weight of the past, per sample (1: keep everything;
- * below 1, equations that would teach less than is forgotten are left out: see the status). So
+ * ignored in mode start; forgetting, in (0, 1]: weight of the past, per sample of a motion that
+ * excites all parameters (1: keep everything; below 1, equations that would teach much less than
+ * they replace are left out: see the status). So
  * 1 / (1 - forgetting) samples are remembered, whatever the mode, the window and the equations of a
  * window; they must hold several times the equations that X needs.
  * Returns 0; nonzero (and the memory untouched) when an argument is out of range, the memory too
@@ -177,15 +213,15 @@ int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
  * were none so far; otherwise some were not, and what was learned before stays as it is.
  *
  * rx90_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
- * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
- * so far, or an equation is not finite: a sample in the window is absurd. Windows that start at the
- * first sample begin anew. Where twice as many windows in a row are outliers as one sample can
- * spoil, it is the robot that has changed, and they are taken.
+ * known as well as it is, predicts, and by more than a thousandth of the largest right-hand side
+ * taken so far, or an equation is not finite: a sample in the window is absurd. Windows that start
+ * at the first sample begin anew. Where twice as many windows in a row are outliers as one sample
+ * can spoil, it is the robot that has changed, and they are taken.
  *
- * rx90_NOT_EXCITED: with forgetting, an equation leaves the past a share f of its weight, which is
+ * rx90_NOT_EXCITED: with forgetting f, equations leave the past a share f of its weight, which is
  * (1 - f) rx90_PARAMETERS less over all directions; one that brings less than a hundredth of that
- * (its leverage, see rx90_least_squares.h) would replace what is known by noise. Noise of qd at
- * standstill can pass this test: see Standstill at the top of this file.
+ * (its leverage, see rx90_least_squares.h) would replace what is known by noise. Also where all
+ * joints rest, or the joint of an equation.
  *
  * Before X is determined nothing can be compared, and every equation is taken.
  */
@@ -206,6 +242,17 @@ int rx90_identifier_run(void *state, size_t N, const rx90_real *t, const rx90_re
  * Returns what rx90_least_squares_solve returns: 0, or the number of the first parameter that the
  * data do not determine. */
 int rx90_identifier_read(const void *state, rx90_real *X, rx90_real *std);
+
+/* The noise of qd: standard deviations, rx90_JOINTS values in rad/s or m/s. 0, or NULL for all
+ * joints: it is estimated, as at first. Returns 0; nonzero (and nothing changed) where a number is
+ * negative or not finite. */
+int rx90_identifier_rest(void *state, const rx90_real *noise);
+
+/* How far the samples of one to two memories determine each parameter: rx90_PARAMETERS values,
+ * from 0, where X and std are older, to 1. It is what these samples took from the variance of X,
+ * over that variance, at most 1. Takes as long as reading std. Returns what rx90_identifier_read
+ * returns. */
+int rx90_identifier_excited(const void *state, rx90_real *out);
 
 /* The least squares inside, to look at or to merge into another. */
 const rx90_least_squares *rx90_identifier_state(const void *state);

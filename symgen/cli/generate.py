@@ -25,6 +25,11 @@ _DERIVING = 0.6
     "--prefix",
     help="Prefix of file and function names; default the robot's name (float: with an f).",
 )
+@click.option(
+    "--parameters",
+    type=PATH,
+    help="Values for NAME_values.h, FMU and MEX: URDF, TOML or a result of identify.",
+)
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
 @click.option("--tex", is_flag=True, help="Add the model as a LaTeX document.")
 def generate(
@@ -33,6 +38,7 @@ def generate(
     dtype: str,
     kernels: str | None,
     prefix: str | None,
+    parameters: Path | None,
     standard: bool,
     **options: Any,
 ) -> None:
@@ -44,6 +50,7 @@ def generate(
     from symgen.codegen.package import default_prefix
     from symgen.codegen.recipes import ALL, STANDARD
     from symgen.files import check_replaceable
+    from symgen.identification.parameters import read_values
 
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
@@ -54,7 +61,10 @@ def generate(
     say(f"deriving {source.name}")
     with meter("deriving") as advance:
         model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
-        tree = symgen.generate(model, dtype=dtype, kernels=named, prefix=prefix, **options)
+        values = None if parameters is None else read_values(parameters, model)
+        tree = symgen.generate(
+            model, dtype=dtype, kernels=named, prefix=prefix, values=values, **options
+        )
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")

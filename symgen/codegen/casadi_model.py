@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
-from pathlib import Path
 from typing import Any
 
 from symgen.codegen.kernels import LINK, Kernel
@@ -57,22 +55,9 @@ def casadi_function(model: Model, kernel: Kernel, *, flat: bool = False) -> Any:
         out = [casadi.if_else(guard > 0, array, casadi.SX.nan(*array.shape)) for array in out]
     names = [output.name for output in kernel.outputs]
     return casadi.Function(
-        function_name(model.robot.name, kernel.name),
+        re.sub("_+", "_", f"{model.robot.name}_{kernel.name}").strip("_"),  # as CasADi accepts
         list(inputs.values()),
         out,
         list(inputs),
         [f"{name}_out" if name in inputs else name for name in names],
     )
-
-
-def function_name(robot: str, kernel: str) -> str:
-    """Return a name that CasADi accepts, without double or trailing underscores."""
-    return re.sub("_+", "_", f"{robot}_{kernel}").strip("_")
-
-
-def serialized(function: Any) -> bytes:
-    """Return the content of a .casadi file, for `casadi.Function.load`."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "function.casadi"
-        function.save(str(path))
-        return path.read_bytes()

@@ -16,7 +16,6 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -102,7 +101,7 @@ class Derivations:
 
     def package(self, write: Callable[[], Mapping[str, bytes]]) -> Mapping[str, bytes]:
         """Return the cached files of the robot's package with all kernels, or write and cache."""
-        return self._files(f"package-{version('casadi')}", write)
+        return self._files("package", write)
 
     def _files(self, name: str, write: Callable[[], Mapping[str, bytes]]) -> Mapping[str, bytes]:
         files = self.have(name, lambda: tuple((k, x.decode("latin-1")) for k, x in write().items()))

@@ -23,10 +23,12 @@ from symgen import names
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
+from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
+from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
     DIGITS,
     POINTS,
@@ -51,6 +53,8 @@ _LINE = 100  # line length of a header
 _SINCOS = "math.h"
 #: The C runtime: least squares, and the online identifier.
 _RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
+#: Limits of [limits] that C has as constants.
+_LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: Steps of the search for possible parameters.
 _STEPS = {"double": 40, "float": 25}
 #: Parameters that are above zero in every robot, beside those of links.
@@ -87,6 +91,7 @@ def generate(
     kernels: tuple[str, ...] | None = None,
     tex: bool = False,
     prefix: str | None = None,
+    values: Values | None = None,
 ) -> SourceTree:
     """Generate a package of C, CasADi, FMU and MEX from a model.
 
@@ -99,6 +104,7 @@ def generate(
         tex: whether to add the model as a LaTeX document, with the formulas of the kernels.
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
+        values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.
@@ -110,7 +116,9 @@ def generate(
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
-    return _Writer(model, target, dtype, chosen, tex, name, added).tree()
+    if values is not None:
+        values.require(model.base)
+    return _Writer(model, target, dtype, chosen, tex, name, added, values).tree()
 
 
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
@@ -215,6 +223,7 @@ class _Writer:
     tex: bool
     name: str
     backends: tuple[str, ...]
+    values: Values | None = None
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
@@ -222,11 +231,8 @@ class _Writer:
         if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
-            from symgen.codegen.casadi_model import casadi_function, serialized
-
-            for kernel in self.kernels:
-                function = casadi_function(self.model, kernel)
-                files[f"{self.name}_{kernel.name}.casadi"] = serialized(function)
+            source = casadi_source(self.name, self.model, self.kernels)
+            files[f"{self.name}_casadi.py"] = source.encode()
             if self.controlled:
                 program = example.optimal_control(self.name, self.model)
                 files[f"example/{self.name}_optimal_control.py"] = program.encode()
@@ -237,9 +243,7 @@ class _Writer:
             files[f"{self.name}.tex"] = document.encode()
         files["README.md"] = self.readme().encode()
         digests = {
-            path: hashlib.sha256(content).hexdigest()
-            for path, content in sorted(files.items())
-            if not path.endswith(".casadi")
+            path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())
         }
         manifest = self.manifest(verified) | {"digests": digests}
         files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()
@@ -331,7 +335,10 @@ class _Writer:
             for k, p in enumerate(base.standard)
         ]
         rows = [
-            [(p.index, 1.0), *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms)]
+            [
+                (p.index, 1.0),
+                *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms),
+            ]
             for p in base.parameters
         ]
         begin = list(accumulate(map(len, rows), initial=0))
@@ -342,7 +349,8 @@ class _Writer:
             "links": links,
             "kinds": _wrapped(", ".join(kinds), _LINE - 6),
             "begin": _wrapped(", ".join(map(str, begin)), _LINE - 6),
-            "terms": [(k, repr(c)) for row in rows for k, c in row],
+            "places": _wrapped(", ".join(str(k) for row in rows for k, _ in row), _LINE - 6),
+            "factors": [repr(c) for row in rows for _, c in row],
         }
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
@@ -351,6 +359,19 @@ class _Writer:
         sources = [path for path in out if path.endswith(".c")]
         if frames := self.frames():
             out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
+        limits = {key: getattr(self.model.robot.limits, key, None) for key in _LIMITS}
+        if any(value is not None for value in limits.values()):
+            out[f"{self.name}_limits.h"] = self.render("limits.h", limits=limits)
+        if self.values is not None:
+            base, robot = self.model.base, self.model.robot
+            out[f"{self.name}_values.h"] = values_header(
+                self.name,
+                robot.name,
+                self.values,
+                [(b.name, b.expression, b.unit) for b in base.parameters],
+                digest=model_digest(robot_key(robot)),
+                standard=[p.name for p in base.standard],
+            )
         out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
         headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
         out[f"{self.name}_check.c"] = self.render(
@@ -371,7 +392,7 @@ class _Writer:
             "CMakeLists.txt", sources=sources, headers=" ".join(headers)
         )
         out[f"{self.name}.pc.in"] = self.render("package.pc.in")
-        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out))
+        package = Package(self.name, self.model, self.dtype, self.kernels, dict(out), self.values)
         for target in self.backends:
             out |= BACKENDS[target].files(package)
         return out
@@ -492,12 +513,14 @@ class _Writer:
                 "kernels": [k.name for k in self.kernels],
                 "prefix": self.name,
                 **({"tex": True} if self.tex else {}),
+                **({"values": vars(self.values)} if self.values is not None else {}),
             },
             "joints": robot.n,
             "joint_numbers": robot.numbers,
             **({"joint_names": robot.joint_names} if any(robot.joint_names) else {}),
             **({"frames": [_frame_entry(f) for f in robot.frames]} if robot.frames else {}),
             "standard_parameters": len(base.standard),
+            "standard_names": [p.name for p in base.standard],
             "base_parameters": [
                 {"name": b.name, "expression": b.expression, "unit": b.unit}
                 for b in base.parameters

@@ -20,6 +20,7 @@ from symgen.symbolic import (
     energy,
     forward,
     friction,
+    operational,
     passive,
     placement,
     regressor,
@@ -185,6 +186,13 @@ def _forward_dynamics(name: str, s: Subject) -> Kernel | None:
     return _of_plant(doc, "q qd tau", "qdd n", forward.forward_dynamics)(name, s)
 
 
+def _effects(name: str, s: Subject) -> Kernel | None:
+    doc = "torque of the declared effects; with friction and the rigid body it is inverse_dynamics"
+    inputs = "q qd qdd"
+    kernel = _of_plant(doc, inputs, "tau n", dynamics.effect_torques)
+    return kernel(name, s) if s.robot.effects else None
+
+
 def _base_parameters(name: str, s: Subject) -> Kernel | None:
     order = ", ".join(p.name for p in s.base.standard)
     doc = f"X from the standard parameters, in this order: {order}"
@@ -308,6 +316,7 @@ RECIPES: dict[str, Recipe] = {
         "tau n",
         dynamics.joint_friction,
     ),
+    "effects": _effects,
     "inverse_dynamics_derivatives": _of_plant(
         "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
         "q qd qdd",
@@ -345,6 +354,13 @@ RECIPES: dict[str, Recipe] = {
         "a 6",
         lambda s: placement.link_drift_tape(s.robot),
     ),
+    "operational_space": _of_tape(
+        "operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 "
+        "of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the "
+        "part (I - J' J#') tau of a torque that does not accelerate these rows",
+        "Lambda_out 6 6; inverse_out n 6; null_out n",
+        lambda s: operational.operational_space_tape(s.robot, s.base),
+    ),
     "base_parameters": _base_parameters,
     "add_body": _of_tape(
         "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
@@ -369,7 +385,7 @@ RECIPES: dict[str, Recipe] = {
     ),
 }
 #: Kernels that only robots with friction or effects have.
-FRICTION = ("friction_power", "friction_torque")
+FRICTION = ("friction_power", "friction_torque", "effects")
 #: Kernels of standard parameters, written only on request.
 STANDARD = ("standard_energy_regressor", "standard_torque_regressor")
 ALL = tuple(name for name in RECIPES if name not in STANDARD)

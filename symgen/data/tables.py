@@ -48,6 +48,10 @@ from symgen.errors import SymgenError, located, plain
 BATCH = 1 << 15  # rows to read at once
 _LOOKED_AT = 1000  # columns to search for a bad cell
 _SHOWN, _BLOCKS = 1 << 14, 8  # rows that show the units of a file, in blocks over the file
+#: What a time column may hold.
+_TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
+#: Characters that may separate the columns of a table that was read as one column.
+_MARKS = ",;|: "
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
 _LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
@@ -278,8 +282,8 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
             tried.append(str(error))
     else:
-        what = _bad_cell(path, form, {name: names.index(name) for name in used}) or tried[0]
-        refuse(what, form.accepted)
+        bad = _bad_cell(path, form, {name: names.index(name) for name in used})
+        refuse(*(bad or (tried[0], form.accepted)))
     if (form.separator, point) != (",", "."):
         with_commas = " and decimals have commas" if point == "," else ""
         form_note = f"{path.name}: columns are separated by {form.shown}{with_commas}"
@@ -300,8 +304,8 @@ def _time_type(cells: Sequence[str]) -> Any:
     return pa.int64() if _LONG.fullmatch(first) else pa.float64()
 
 
-def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> str | None:
-    """Find the first row of a refused CSV that is too short, too long, or contains text.
+def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> tuple[str, str] | None:
+    """Return what is wrong in the first refused row of a CSV, and what is accepted.
 
     The CSV reader works in blocks on several threads and does not report the row.
     """
@@ -309,7 +313,7 @@ def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> str | Non
     sample = -1
     for sample, row in enumerate(form.rows(path)):
         if len(row) != len(form.header):
-            return form.uneven(sample, len(row))
+            return form.uneven(sample, len(row)), form.accepted
         for name, place in looked.items():
             cell = row[place].strip()
             number = cell.replace(",", ".") if form.separator != "," else cell
@@ -318,8 +322,9 @@ def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> str | Non
             except ValueError:
                 own = form.header[place]
                 shown = name if own == name else f"{own} ({name})"
-                return f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
-    return "has a header and no samples" if sample < 0 else None
+                what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
+                return what, _TIMES if name == "t" else form.accepted
+    return ("has a header and no samples", form.accepted) if sample < 0 else None
 
 
 def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
@@ -456,7 +461,11 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
                 for own, name in zip(stored, names, strict=True)
                 if own and name != "t" and NUMBERED.fullmatch(name) is None
             ]
-            if role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
+            single = stored[0] if len(stored) == 1 else ""
+            marks = [mark for mark in _MARKS if single.count(mark) > 1]
+            if marks:
+                how = f"--separator '{marks[0]}'"
+            elif role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
                 how = f'--columns "t={plain(others[0])}"'
             refuse(f"there is no column {role} among {listed(stored)}", how)
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):

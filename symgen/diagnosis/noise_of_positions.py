@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,18 +36,30 @@ _LEVEL = math.erfc(3 / math.sqrt(2))  # two-sided probability of 3 standard devi
 _MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, even if it is significant
 
 
-def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
-    """Return for each effect whether noise of q can explain it, or biases its coefficients.
+class Shown(NamedTuple):
+    """What the instruments say about an effect.
 
-    This is so if the instruments do not show the effect by 3 standard deviations, or if they differ
-    from least squares by 3 standard deviations and by 5 % of a coefficient. There is no test for
-    given parameters, for logs with too few samples, or if not all coefficients are determined.
+    Attributes:
+        evidence: log of the likelihood ratio of the effect against none, nats.
+        biased: whether noise of q biases its coefficients.
+    """
 
-    baseline: the declared model and its training logs.
-    effects: all effects that were found.
+    evidence: float = math.inf
+    biased: bool = False
+
+
+def shown_by_instruments(baseline: Baseline, effects: Sequence[Score]) -> list[Shown]:
+    """Return for each effect what the instruments say about it.
+
+    A coefficient is biased if instruments and least squares differ by 3 standard deviations and by
+    5 % of the coefficient. There is no test for given parameters, for logs with too few samples, or
+    if not all coefficients are determined.
+
+    Args:
+        baseline: the model as it is declared, and its training logs.
         effects: all that were found.
     """
-    unknown = [False] * len(effects)
+    unknown = [Shown()] * len(effects)
     if baseline.given or not effects:
         return unknown
     pairs = [halves(log) for log in baseline.base.logs]
@@ -62,11 +75,12 @@ def may_be_noise(baseline: Baseline, effects: Sequence[Score]) -> list[bool]:
     whole, *parts = ((W * weight / norms).reshape(system.y.size, -1) for W in (system.W, *own))
     y = (system.y * weight[:, :, 0]).ravel()
     rows = _Rows(system, whole, (parts[0], parts[1]), y, system.X * norms)
-    out, at = [], baseline.base.W.shape[2]
+    out: list[Shown] = []
+    at = baseline.base.W.shape[2]
     for s in effects:
         columns = np.arange(at, at + s.candidate.size)
         at += len(columns)
-        out.append(not s.candidate.measured and rows.doubts(columns))
+        out.append(Shown() if s.candidate.measured else rows.shown(columns))
     return out
 
 
@@ -103,8 +117,8 @@ class _Rows:
     y: FloatArray
     X: FloatArray
 
-    def doubts(self, own: FloatArray) -> bool:
-        """Return whether the instruments contradict some columns, given by their indices."""
+    def shown(self, own: FloatArray) -> Shown:
+        """Return what the instruments say about the columns with these indices."""
         from scipy.special import chdtri
 
         rest, theta = np.setdiff1d(np.arange(self.whole.shape[1]), own), self.X[own]
@@ -124,7 +138,7 @@ class _Rows:
         bias = np.linalg.solve(slope, m)
         differ = self._squares(m, scores - least.T @ slope.T) > limit
         material = bool((np.abs(bias) > _MATERIAL * np.abs(theta)).any())
-        return self._squares(shown, scores) < limit or (differ and material)
+        return Shown(self._squares(shown, scores) / 2, differ and material)
 
     def _squares(self, m: FloatArray, scores: FloatArray) -> float:
         """Return m' C^-1 m, with the long-run covariance C of the sums of `scores` (K n, k)."""

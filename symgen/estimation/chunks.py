@@ -104,7 +104,7 @@ class ChunkData:
             about = *motion, self.windows, self.rows.step
             _, rows = SIDES[model.name]
             W = rows(evaluator, *about)
-            features = None if known is None else known.over_windows(model.name, *about)[:, None]
+            features = None if known is None else known.over_windows(model.name, *about)
         found = equated(sides, W)
         return found if features is None else with_features(found, features, a["end"])
 

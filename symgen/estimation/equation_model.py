@@ -79,11 +79,10 @@ class EquationModel:
             found = torque_equations(evaluator, log, at)
             if known is None:
                 return found
-            n = 1 if log.mask is None else len(found)
-            return with_features(found, known.in_band(log.modelled, n), log.compared_t)
+            return with_features(found, known.in_band(log.modelled), log.compared_t)
         found = window_equations(evaluator, log, self.name, self.window)
         if known is None:
             return found
         w = place_windows(log, self.window)
         rows = known.over_windows(self.name, *log.nodes(w.stride), w, log.step)
-        return with_features(found, rows[:, None], log.t[w.spans(len(log.t))[1]])
+        return with_features(found, rows, log.t[w.spans(len(log.t))[1]])

@@ -2,10 +2,14 @@
 
 What no effect of a model explains is a function of positions and speeds that nobody knows, the same
 one whenever the robot comes by. It is taken as random: a sum of waves with random directions and
-lengths in the state, their coefficients independent and of one size (random Fourier features,
-Rahimi and Recht 2007).
+lengths in the state, their coefficients independent (random Fourier features, Rahimi and Recht
+2007), of a variance that falls with the frequency of the wave.
 
-    m(q, qd) = sum over waves k of a_k cos(d_k'x) + b_k sin(d_k'x),    x = (state - middle) / spread
+    m_j(q, qd) = sum over waves k of (a_k cos(d_k'x) + b_k sin(d_k'x)) s_k,
+    x = (state - middle) / spread
+
+One half of them is smooth, s_k = 1, and depends on all joints. The other half is friction,
+s_k = sign qd_j: it depends on the own position and speed of the joint, and jumps where it turns.
 
 Equations of torque see it through the comparison band, those of windows its integral.
 """
@@ -25,8 +29,8 @@ from symgen.estimation.system import Equations, Model
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks
 
-#: Waves, with a cosine and a sine each; and their seed.
-WAVES, SEED = 32, 1988
+#: Waves, with a cosine and a sine each, those of them that are friction, and their seed.
+WAVES, RUBS, SEED = 32, 16, 1988
 #: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.
 _SLOW, _FAST = 0.5, 2 * np.pi
 
@@ -46,20 +50,27 @@ class Features:
     size: tuple[float, ...]
 
     def __call__(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Return the functions at states (K, n), (K, 2 WAVES), whose squares sum to 1."""
-        directions, _ = _drawn(len(self.size))
-        angle = (np.hstack([q, qd]) - self.middle) * self.scale @ directions
-        return np.asarray(np.hstack([np.cos(angle), np.sin(angle)]) / np.sqrt(WAVES))
+        """Return the functions at states (K, n), (K, n, 2 WAVES): the sum of squares is 1."""
+        whole, own, sizes, _ = _drawn(len(self.size))
+        x = (np.hstack([q, qd]) - self.middle) * self.scale
+        smooth = np.repeat((x @ whole)[:, None], len(self.size), axis=1)
+        rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), own)
+        sign = np.repeat(np.sign(qd)[:, :, None], rubs.shape[2], axis=2)
+        jumps = np.concatenate([np.ones_like(smooth), sign], axis=2)
+        angle = np.concatenate([smooth, rubs], axis=2)
+        jumps *= sizes
+        return np.asarray(np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2))
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Return the power of the functions, each a torque in a direction of its own."""
-        _, torques = _drawn(len(self.size))
-        return self(q, qd) * (qd * self.size @ torques)
+        """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
+        *_, torques = _drawn(len(self.size))
+        found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
+        return np.asarray(found[:, None])
 
     def over_windows(
         self, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
     ) -> FloatArray:
-        """Return the integrals over the windows of a log, (K, 2 WAVES).
+        """Return the integrals over the windows of a log, (K, n or 1, 2 WAVES).
 
         Args:
             model: energy or momentum.
@@ -74,30 +85,33 @@ class Features:
         ])  # fmt: skip
 
     def in_band(
-        self, modelled: Callable[[Model], Iterator[tuple[slice, FloatArray]]], n: int = 1
+        self, modelled: Callable[[Model], Iterator[tuple[slice, FloatArray]]]
     ) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
 
         Args:
             modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
-            n: how often: once for each joint where a mask weighs what is filtered.
         """
-
-        def values(q: FloatArray, qd: FloatArray, _: FloatArray) -> FloatArray:
-            return np.repeat(self(q, qd)[:, None], n, axis=1)
-
-        return np.concatenate([x for _, x in modelled(values)])
+        return np.concatenate([x for _, x in modelled(lambda q, qd, _: self(q, qd))])
 
 
 @cache
-def _drawn(n: int) -> tuple[FloatArray, FloatArray]:
-    """Return the waves of n joints, (2 n, WAVES), and directions of torque, (n, 2 WAVES)."""
+def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return what is drawn for n joints.
+
+    Returns:
+        Smooth waves, (2 n, WAVES - RUBS); those of friction, (2, RUBS); the sizes of all, (WAVES),
+        whose squares sum to 1; and directions of torque, (n, 2 WAVES).
+    """
     rng = np.random.default_rng(SEED)
-    directions = rng.normal(size=(2 * n, WAVES))
-    lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), WAVES))
-    directions *= lengths / np.linalg.norm(directions, axis=0)
-    torques = rng.normal(size=(n, 2 * WAVES))
-    return directions, torques
+    ways = [rng.normal(size=(2 * n, WAVES - RUBS)), rng.normal(size=(2, RUBS))]
+    sizes = []
+    for d in ways:
+        lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), d.shape[1]))
+        d *= lengths / np.linalg.norm(d, axis=0)
+        size = lengths**-0.5  # laws are rather long than short
+        sizes.append(size / np.linalg.norm(size) / np.sqrt(len(ways)))
+    return ways[0], ways[1], np.concatenate(sizes), rng.normal(size=(n, 2 * WAVES))
 
 
 def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:
@@ -122,12 +136,12 @@ def with_features(
 
     Args:
         equations: joint by joint, those of masked rows left out.
-        rows: (K, joints or 1, m) of all rows.
+        rows: (K, equations, m) of all rows.
         t: (K,) their times.
     """
     out = []
     for j, e in enumerate(equations):
-        own = rows[:, min(j, rows.shape[1] - 1)]
+        own = rows[:, j]
         if len(e.t) < len(t):
             own = own[np.searchsorted(t, e.t)]
         out.append(replace(e, features=own if e.rest is None else own * e.scale[:, None]))

@@ -46,6 +46,7 @@ _NEAR = 8  # number of most probable causes that are tried again beside each set
 _MOST = 3  # sets of columns of physics without a name, for each joint
 _TURNED = 12  # largest number of joints whose signs are tried in sets
 _ROUNDS, _FAR = 4, 0.5  # of the Gauss-Newton method; largest change of gravity by one, relative
+_DEPENDENT = 1e-10  # eigenvalue over the largest: a combination without torque
 _WILD = 0.1  # of a joint's torque: error above which other gravity axes are tried
 _MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
 _LOUD = 5.0  # times the residual elsewhere, in an event
@@ -465,7 +466,8 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         axes = [sign * size * e for e in np.eye(3) for sign in (1.0, -1.0)]
         starts = [own, min(axes, key=field.left)]
     best = min(map(field.turned, starts), key=field.left)
-    best = best if best @ own >= 0 else -best  # the free weights fit both signs equally
+    if math.acos(float(np.clip(abs(best @ own) / size**2, 0.0, 1.0))) > TILT or best @ own < 0:
+        best = min(best, -best, key=partial(_tied, scene))  # the free weights fit both equally
 
     def model(g: FloatArray) -> FloatArray:
         return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
@@ -560,6 +562,31 @@ def _fields(scene: Scene) -> FloatArray:
     found = [scene.rows.held(partial(weights, axis)) for axis in np.eye(3)]
     kept = np.any(found, axis=(0, 1, 2))
     return np.stack([x[:, :, kept] for x in found])
+
+
+def _tied(scene: Scene, g: FloatArray) -> float:
+    """Return the sum of the log residuals of the joints for links whose weight is their own.
+
+    The columns are those of the inertial parameters of the links under gravity g, of rotor inertias
+    and of friction. Their rank is that of the motion, so a basis of them is fitted.
+    """
+    rows, n = scene.rows, scene.n
+    joints = rows.evaluator.model.robot.joints
+    size = len(names.LINK)
+    every = np.eye(len(joints) * size).reshape(len(joints), size, len(joints), size)
+    units = every[[k for k, joint in enumerate(joints) if joint.sigma != 2]]
+    units = units.reshape(-1, len(joints), size)
+
+    def columns(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        links = rows.variation.regressor((q, qd, qdd), units, g)
+        return np.concatenate([links, np.eye(n) * qdd[:, :, None]], axis=2)
+
+    inertial = rows.evaluator.model.inertial
+    W = np.concatenate([rows.along(columns, smooth=True), rows.W[:, :, inertial:]], axis=2)
+    W = W / np.maximum(np.sqrt(np.mean(W**2, axis=(0, 1))), 1e-300)
+    found, basis = np.linalg.eigh(np.einsum("knp,knq->pq", W, W, optimize=True))
+    W = W @ basis[:, found > _DEPENDENT * found[-1]]
+    return float(np.sum(np.log(scene.fitted(scene.blocks(W, rows.weight))[1])))
 
 
 class _Field:

@@ -179,11 +179,18 @@ class Scene:
 
     @property
     def worst(self) -> float:
-        """Largest torque error on a fold, with fits to the other folds; 0.0 without torque."""
-        y, count = (self.rows.y * self.rows.weight) ** 2, self.score.squares.shape[1]
-        size = [float(y[self.rows.fold == f].sum()) for f in range(count)]
+        """Largest torque error on a fold, with fits to the other folds; 0.0 without torque.
+
+            max over folds of RMS(error of the fold) / RMS(torque of all folds)
+
+        Where a motion needs little torque, a small error is a large part of it, but no worse.
+        """
+        rows, torque = self.rows.weight**2, (self.rows.y * self.rows.weight) ** 2
         left = self.score.squares.sum(axis=0)
-        return max(math.sqrt(a / b) if b else 0.0 for a, b in zip(left, size, strict=True))
+        of_fold = np.array([rows[self.rows.fold == f].sum() for f in range(len(left))])
+        mean = float(torque.sum() / max(rows.sum(), 1e-300))
+        worst = np.max(left / np.maximum(of_fold, 1.0), initial=0.0)
+        return math.sqrt(worst / mean) if mean else 0.0
 
     @cached_property
     def model(self) -> FloatArray:

@@ -304,7 +304,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     """Yield physics of one joint that a model may lack.
 
     It depends on the joint's friction, load, position and inertia, on the motion of other joints,
-    or on any smooth function of positions and speeds.
+    or on any function of positions and speeds. This function may jump where the joint turns back.
     """
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
@@ -328,7 +328,7 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     known = features_of(scene.rows.logs, scene.rows.evaluator.model.robot.sigma)
     waves = scene.rows.along(lambda q, qd, _: known(q, qd))
     for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(2 * WAVES)):
-        yield Shape(_PHYSICS, (j,), {j: waves}, size=float(size))
+        yield Shape(_PHYSICS, (j,), {j: waves[:, j]}, size=float(size))
 
 
 #: Shapes that are tried beside a model.

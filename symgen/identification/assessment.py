@@ -468,7 +468,8 @@ def prediction_use(
         faults: of the logs that matter and could not be mended.
         robot: for the names of joints.
         suspects: what was seen in the logs and left; the reason, where the torque is unexplained.
-        worst: torque error on the fold of motion where it is largest, of fits to the others.
+        worst: torque error on the fold of motion where it is largest, of fits to the others, as a
+            part of the torque of all motion.
     """
     reasons = list(faults)
     where = " in motion" if held.rest.any() else ""

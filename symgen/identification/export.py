@@ -13,12 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen import names
+from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
+from symgen.codegen.values import Values
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.values import FloatArray
-from symgen.files import rendered
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, read_parameters, same_frames
 from symgen.identification.physical import LinkParameters, link_parameters
@@ -68,32 +69,15 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
         *(f"{key}: {value}" for key, value in estimate.provenance),
     ]
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
-    return rendered(
-        "c/values.h",
-        name=prefix or estimate.robot,
-        robot=estimate.robot,
+    std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
+    values = Values(tuple(p.value for p in estimate.parameters), std, (), tuple(facts))
+    return codegen_values.values_header(
+        prefix or estimate.robot,
+        estimate.robot,
+        values,
+        [(p.name, p.expression, p.unit) for p in estimate.parameters],
         digest=model_digest(robot) if re.fullmatch("[0-9a-f]{64}", robot) else None,
-        facts=[_comment(fact) for fact in facts],
-        parameters=[
-            {
-                "name": p.name,
-                "value": repr(p.value),
-                "formula": _comment(
-                    p.name if p.expression == p.name else f"{p.name} = {p.expression}"
-                ),
-                "unit": p.unit,
-                "std": f"{p.std:.3g}" if math.isfinite(p.std) else "unknown",
-            }
-            for p in estimate.parameters
-        ],
     )
-
-
-def _comment(text: str) -> str:
-    """Return a text as one line that is safe inside a C comment."""
-    line = "".join(c if c.isprintable() else " " for c in text)
-    # no end or begin of a comment, and no trigraph
-    return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,8 +81,8 @@ from symgen.schemas import as_json
 
 #: Samples, of all training and of all validation logs, that are looked at in memory; stretches.
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
-#: Samples from which logs are read chunk by chunk, and bytes under which no file has so many.
-LONG, _LIGHT = 250_000, 4 << 20
+#: Samples above which logs are read chunk by chunk.
+LONG = 250_000
 #: A log has so many windows and samples, at least.
 _WINDOWS, _FEWEST = 2.0, 20
 #: Of a fit, what adds up over chunks; and the kinds of logs.
@@ -101,8 +101,6 @@ def is_long(sources: Sequence[Source], plain: bool) -> bool:
     paths = [Path(s) for s in sources if isinstance(s, (str, Path))]
     known = [p for p in paths if p.suffix.lower() in COUNTED and p.is_file()]
     if not plain or not known or len(known) < len(sources):
-        return False
-    if sum(p.stat().st_size for p in known) < _LIGHT:
         return False
     return sum(COUNTED[p.suffix.lower()](p) for p in known) > LONG
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from symgen import names
 from symgen.codegen.model import Model
+from symgen.codegen.values import Values, named_values
 from symgen.errors import ParameterError, SymgenError, told_by
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
@@ -81,6 +82,21 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     """
     values = {name: value for name, (value, _) in read_named(Path(path), model).items()}
     return base_values(values, model, str(path))
+
+
+def read_values(path: str | Path, model: Model) -> Values:
+    """Read the parameters of a model for a package: X, and standard parameters if the file has all.
+
+    Args:
+        path: a path as for `read_parameters`.
+        model: model of the robot.
+
+    Raises:
+        ParameterError: as `read_parameters`.
+    """
+    named = read_named(Path(path), model)
+    X = base_values({name: value for name, (value, _) in named.items()}, model, str(path))
+    return named_values(X.tolist(), named, model.base, f"From {Path(path).name}.")
 
 
 def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:

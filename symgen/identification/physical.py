@@ -456,6 +456,8 @@ def _closest_bodies(
         target: (n,) where the latter is drawn to, by very little.
         start: (m,) where all links are bodies.
     """
+    from scipy.linalg import null_space
+
     inverse = np.linalg.inv(np.tensordot(centres, _BASIS, 1))  # (L, 4, 4)
     pull = np.einsum("lab,kba->lk", inverse, _BASIS)
     rows = onto[links]  # (L, 10, m)
@@ -483,12 +485,11 @@ def _closest_bodies(
         beside = signs @ y + floors - drawn
         g = np.einsum("lkm,lk->m", rows, slope) + _FAINTEST * signs.T @ beside
         H = np.einsum("lkm,lki,lin->mn", rows, bend, rows) + _FAINTEST * signs.T @ signs
+        # Along the active signs nothing moves, however badly the matrix is conditioned.
         A = signs[active]
-        zero = np.zeros((len(A), len(A)))
-        step, *_ = np.linalg.lstsq(
-            np.block([[H, -A.T], [A, zero]]), np.concatenate([-g, np.zeros(len(A))]), rcond=None
-        )
-        d, multipliers = step[: len(y)], step[len(y) :]
+        Z = null_space(A) if len(A) else np.eye(len(y))
+        d = Z @ np.linalg.lstsq(Z.T @ H @ Z, -Z.T @ g, rcond=None)[0]
+        multipliers = np.linalg.lstsq(A.T, g + H @ d, rcond=None)[0]
         falls = signs @ d
         room = np.where(~active & (falls < 0), -(signs @ y + floors) / np.minimum(falls, -1e-300),
                         np.inf)  # fmt: skip

@@ -38,6 +38,7 @@ LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
 #: Limits with one entry for each movable joint.
 OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 #: Columns of `Robot.table`.
+_SHOWN = 30  # characters of a name in the table of joints, which is wide
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
@@ -299,7 +300,7 @@ class Robot:
         return [
             (
                 str(j.number),
-                j.name,
+                expressions.shortened(j.name, _SHOWN),
                 str(j.sigma),
                 str(j.antecedent),
                 *(_short(getattr(j, key)) for key in LENGTHS),

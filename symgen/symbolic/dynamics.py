@@ -167,6 +167,17 @@ def joint_friction(p: Plant) -> ByJoint:
     return {j: p.tape.name(f"T{j}", torque.get(j, sp.S.Zero)) for j in p.numbers}
 
 
+def effect_torques(p: Plant) -> ByJoint:
+    """Return the torque of the declared effects, by joint; those of the load at this motion."""
+    none = dict.fromkeys(p.numbers, sp.S.Zero)
+    columns = [(p.value(n), column) for n, column in effect_columns(p.robot, p.tape).items()]
+    if p.robot.loaded:
+        load = loads(p, rigid_torques(p, by_joint(p.robot, variables(p.robot).qdd)))
+        columns += load_columns(p, load)
+    torque = combined([(sp.S.One, none), *columns])
+    return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
+
+
 def gravity_torque(p: Plant) -> ByJoint:
     """Return the torque that holds the arm at rest."""
     return _body_torques(p.still(), {})

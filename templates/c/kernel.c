@@ -32,13 +32,24 @@ static {{ "int" if last and k.guarded else "void" }} part_{{ loop.index }}({{ k.
 }
 
 {% endfor %}
+{% if k.links and k.guarded %}
+static int of_link({{ k.parameters }})
+{
+{{ work("    ") }}}
+
+{% endif %}
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
 {% if k.links %}
     int status = {{ name }}_NO_SUCH_LINK;
     if ((link >= 1u) && (link <= {{ k.links }}u)) {
+{% if k.guarded %}
+        status = of_link({{ k.names }});
+    }
+{% else %}
 {{ work("        ") }}        status = {{ name }}_OK;
     }
+{% endif %}
     return status;
 {% else %}
 {{ work("    ") }}{% endif %}

@@ -1,4 +1,4 @@
-/* {{ robot }}: identified base parameters X, apart from the structure of the model in {{ name }}.h.
+/* {{ robot }}: values of the base parameters X, apart from the structure of the model in {{ name }}.h.
  *
 {% for line in facts %}
  * {{ line }}
@@ -30,5 +30,14 @@ static const {{ name }}_real {{ name }}_values[{{ name }}_PARAMETERS] = {
     ({{ name }}_real){{ p.value }}{{ "" if loop.last else "," }} /* {{ p.formula }} [{{ p.unit }}], std {{ p.std }} */
 {% endfor %}
 };
+{% if standard %}
+
+/* The standard parameters that give them, in the order of standard_names in manifest.json. */
+static const {{ name }}_real {{ name }}_standard_values[{{ standard|length }}] = {
+{% for own, value in standard %}
+    ({{ name }}_real){{ value }}{{ "" if loop.last else "," }} /* {{ own }} */
+{% endfor %}
+};
+{% endif %}
 
 #endif

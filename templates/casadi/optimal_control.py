@@ -1,4 +1,4 @@
-"""{{ name }}: an optimal motion by direct collocation, over .casadi files of this package.
+"""{{ name }}: an optimal motion by direct collocation, over the functions of {{ name }}_casadi.py.
 
     minimise the integral of |tau|^2,    tau = M(q) qdd + h(q, qd),    |tau| <= LIMIT,
 
@@ -35,10 +35,13 @@ G = [4.905, 0.0, -8.4957]  # m/s2, in frame 0: a base that leans by 30 degrees
 {% endif %}
 
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import {{ name }}_casadi  # noqa: E402
+
+
 def kernel(name):
-    """Load a function of the package."""
-    package = Path(__file__).resolve().parents[1]
-    return ca.Function.load(str(package / f"{{ name }}_{name}.casadi"))
+    """Return a function of the package."""
+    return {{ name }}_casadi.FUNCTIONS[name]()
 
 
 inverse_dynamics = kernel("inverse_dynamics")

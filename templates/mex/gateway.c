@@ -3,12 +3,18 @@
  * The kernels and their arrays are those of {{ name }}.h; matrices come out as matrices, frames as
  * (4, 4, links). One sample: vectors. N samples: inputs (N, n), and the samples are the first index of
  * vectors that come out, the last of matrices. X is one vector for all; a changed X comes out as a new one.
+{% if known %}
+ * {{ name }}_mex('values') returns the X of {{ name }}_values.h as a column.
+{% endif %}
  */
 #include <string.h>
 
 #include "mex.h"
 
 #include "{{ name }}.h"
+{% if known %}
+#include "{{ name }}_values.h"
+{% endif %}
 
 typedef struct {
     const char *name;
@@ -134,15 +140,34 @@ static void store(const {{ name }}_real *from, const size_t *shape, size_t sampl
     }
 }
 
+{% if known %}
+/* Whether the values of the parameters are asked for. */
+static int asks_values(int nrhs, const mxArray *prhs[])
+{
+    char word[8] = "";
+    return nrhs == 1 && mxIsChar(prhs[0]) && mxGetString(prhs[0], word, sizeof word) == 0
+           && strcmp(word, "values") == 0;
+}
+
+{% endif %}
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
     {{ name }}_real in[{{ inputs }}][{{ widest }}];
     {{ name }}_real out[{{ outputs }}][{{ largest }}];
     const double *from[{{ inputs }}];
     size_t rows[{{ inputs }}];
+    size_t samples = 1;
+{% if known %}
+    if (asks_values(nrhs, prhs)) {
+        plhs[0] = mxCreateDoubleMatrix({{ parameters }}, 1, mxREAL);
+        for (size_t i = 0; i < {{ parameters }}; ++i) {
+            mxGetPr(plhs[0])[i] = (double){{ name }}_values[i];
+        }
+        return;
+    }
+{% endif %}
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];
-    size_t samples = 1;
     if ((size_t)nrhs != k->inputs + 1 || (nlhs > 1 && (size_t)nlhs > k->outputs)) {
         mexErrMsgIdAndTxt("{{ name }}:arguments", "%s; accepted: %d inputs, at most %d outputs", k->name,
             (int)k->inputs, (int)k->outputs);

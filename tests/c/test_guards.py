@@ -8,11 +8,10 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import casadi
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from packages import STRICT, c_files, run
+from packages import STRICT, c_files, casadi_functions, run
 
 import symgen
 from symgen.cli import cli
@@ -116,12 +115,14 @@ def test_an_array_that_is_too_short_does_not_compile_strictly(tmp_path) -> None:
         assert (done.returncode == 0) == built, done.stderr
 
 
-def test_casadi_files_hold_true_matrices(tmp_path) -> None:
+def test_casadi_functions_return_true_matrices(tmp_path) -> None:
     folder = package(tmp_path / "plane")
+    functions = casadi_functions(folder, "plane")
     evaluator = symgen.load(symgen.derive(symgen.read_robot(folder), KERNELS), backend="casadi")
     q = [0.3, -0.8]
     for kernel, shape in (("jacobian", (6, 2)), ("frames", (8, 4)), ("gravity_torque", (2, 1))):
-        function = casadi.Function.load(str(folder / f"plane_{kernel}.casadi"))
+        function = functions[kernel]
+        assert function.name() == f"plane_casadi_{kernel}"
         assert function.size_out(0) == shape
         inputs = [q, np.arange(1.0, 1 + function.size_in(1)[0])] if function.n_in() == 2 else [q]
         expected = np.reshape(evaluator[kernel](*inputs), shape)
@@ -225,8 +226,7 @@ def test_python_names_the_links_that_there_are(link) -> None:
 
 def test_a_casadi_function_of_a_link_that_the_robot_has_not_is_nan(tmp_path) -> None:
     folder = package(tmp_path / "plane", kernels=OF_LINKS, target="casadi")
-    for kernel in OF_LINKS:
-        function = casadi.Function.load(str(folder / f"plane_{kernel}.casadi"))
+    for kernel, function in casadi_functions(folder, "plane").items():
         for link, known in ((0, False), (1, True), (2, True), (3, False), (1.5, False)):
             inputs = [
                 link if function.name_in(i) == "link" else np.ones(function.size_in(i))
@@ -271,3 +271,24 @@ def test_find_package_knows_the_version(tmp_path) -> None:
         ]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
         assert (done.returncode == 0) == found, done.stderr
+
+
+@needs_cc
+@pytest.mark.parametrize("dtype", ["double", "float"])
+def test_limits_of_the_robot_file_are_constants(dtype, tmp_path) -> None:
+    limits = "\n[limits]\nposition = [[-1.5, 2.25], [-0.5, 0.125]]\ntorque = [30.0, 7.5]\n"
+    model = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5) + limits), ("friction",))
+    folder = tmp_path / "plane"
+    symgen.write_package(symgen.generate(model, target="c", dtype=dtype, prefix="plane"), folder)
+    (tmp_path / "main.c").write_text(
+        '#include "plane_limits.h"\n#include <stdio.h>\nint main(void) {\n'
+        'for (int j = 0; j < plane_JOINTS; j++) printf("%g %g %g ", '
+        "(double)plane_POSITION_LIMITS[j][0], (double)plane_POSITION_LIMITS[j][1], "
+        "(double)plane_TORQUE_LIMITS[j]);\nreturn 0; }\n"
+    )
+    run(["gcc", *STRICT, f"-I{folder}", "main.c", "-o", "main"], tmp_path)
+    assert run([tmp_path / "main"], tmp_path).split() == "-1.5 2.25 30 -0.5 0.125 7.5".split()
+    text = (folder / "plane_limits.h").read_text()
+    assert "VELOCITY" not in text
+    free = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), ("friction",))
+    assert "plane_limits.h" not in symgen.generate(free, target="c", prefix="plane").files

@@ -10,8 +10,8 @@ import pytest
 
 import symgen
 from symgen.codegen.verification import physical_parameters
-from symgen.names import LINK
 from symgen.identification.physical import nearest_consistent, pseudo_inertia
+from symgen.names import LINK
 
 KERNELS = (
     "energy_regressor", "friction_power", "momentum_regressor", "friction_torque",
@@ -72,7 +72,7 @@ def test_the_nearest_possible_parameters_are_those_of_the_conic_solver(name) -> 
 
 @pytest.mark.parametrize("name", NAMES[:2])
 def test_possible_parameters_stay(name) -> None:
-    model, identifier, X = learned(name)
+    model, _, X = learned(name)
     evaluator = symgen.load(model, backend="c")
     clean = symgen.Identifier(evaluator, window=40, model="momentum")
     t = np.arange(3000) / 500

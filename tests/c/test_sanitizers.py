@@ -171,13 +171,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             const int missing = NAME_identifier_read(state, X, byte(&in) & 1 ? std : NULL);
             require(missing == NAME_identifier_read(before, kept, NULL));
             require(memcmp(X, kept, sizeof X) == 0);
+            require(NAME_identifier_excited(state, X) == missing);
+            (void)numbers(&in, q, N);
+            require(NAME_identifier_rest(state, q) == NAME_identifier_rest(before, q));
             break;
         }
         case 6: {
             const int finite = numbers(&in, row, P);
             NAME_least_squares copy = other;
-            NAME_real innovation = 7, leverage = 7;
-            if (NAME_least_squares_foresee(&other, row, 1, &innovation, &leverage) != 0) {
+            NAME_real innovation = 7, leverage = 7, u[P];
+            if (NAME_least_squares_foresee(&other, row, 1, u, &innovation, &leverage) != 0) {
                 require(innovation == 7 && leverage == 7);
             }
             require(memcmp(&copy, &other, sizeof copy) == 0);

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -198,3 +200,105 @@ def test_a_value_that_is_no_number_is_refused(estimate) -> None:
     bad = replace(estimate, parameters=(replace(first, value=float("nan")), *rest))
     with pytest.raises(symgen.ParameterError, match="not finite"):
         symgen.values_header(bad)
+
+
+URDF = """<robot name="pair">
+  <link name="base"/>
+  <joint name="lift" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="50" velocity="3"/>
+    <dynamics damping="0.7" friction="0.3"/></joint>
+  <link name="upper"><inertial><origin xyz="0.2 0.01 0.03"/><mass value="3"/>
+    <inertia ixx="0.02" iyy="0.05" izz="0.06" ixy="0.001" ixz="0" iyz="0"/></inertial></link>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="20" velocity="3"/></joint>
+  <link name="lower"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>
+"""
+
+#: Prints X of the header, X from its standard parameters, and the torque of the first.
+OWN = """
+#include <stdio.h>
+#include "pair_values.h"
+int main(void)
+{
+    double X[pair_PARAMETERS], tau[2];
+    const double q[2] = {0.3, -0.7}, qd[2] = {0.5, -1.0}, qdd[2] = {2.0, 1.0};
+    pair_base_parameters(pair_standard_values, X);
+    pair_inverse_dynamics(q, qd, qdd, pair_values, tau);
+    for (int i = 0; i < pair_PARAMETERS; i++) printf("%.17g %.17g ", pair_values[i], X[i]);
+    printf("\\n%.17g %.17g\\n", tau[0], tau[1]);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory) -> Path:
+    """A package with the inertias of the robot file itself."""
+    folder = tmp_path_factory.mktemp("own")
+    (folder / "pair.urdf").write_text(URDF)
+    command = [sys.executable, "-m", "symgen", "generate", "pair.urdf", "--parameters", "pair.urdf"]
+    subprocess.run([*command, "--into", "pair"], cwd=folder, check=True, capture_output=True)
+    return folder / "pair"
+
+
+@pytest.mark.skipif(CC is None, reason="no C compiler (cc) on this machine")
+def test_a_robot_files_own_inertias_become_the_values(own, tmp_path) -> None:
+    import pinocchio
+
+    (tmp_path / "main.c").write_text(OWN)
+    sources = [own / f"pair_{kernel}.c" for kernel in ("inverse_dynamics", "base_parameters")]
+    command = ["cc", "-std=c99", f"-I{own}", "main.c", *map(str, sources), "-lm", "-o", "main"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
+    X, tau = (np.array(list(map(float, line.split()))) for line in done.stdout.splitlines())
+    np.testing.assert_allclose(X[::2], X[1::2], rtol=1e-12, atol=1e-15)
+    model = pinocchio.buildModelFromXML(URDF)
+    v = np.array([0.5, -1.0])
+    q, qdd = np.array([0.3, -0.7]), np.array([2.0, 1.0])
+    expected = pinocchio.rnea(model, model.createData(), q, v, qdd)
+    expected += [0.3 * np.sign(v[0]) + 0.7 * v[0], 0.0]
+    np.testing.assert_allclose(tau, expected, rtol=1e-12)
+    standard = json.loads((own / "manifest.json").read_text())["standard_names"]
+    header = " ".join((own / "pair.h").read_text().replace("*", " ").split())
+    assert f"in this order: {', '.join(standard)} " in header
+
+
+def test_check_reads_the_values_from_the_manifest(own) -> None:
+    (checked,) = symgen.check(own)
+    assert checked.differences == ()
+    header = own / "pair_values.h"
+    text = header.read_text()
+    header.write_text(text.replace("3", "4", 1))
+    assert any("pair_values.h" in line for line in symgen.check(own)[0].differences)
+    header.write_text(text)
+
+
+def test_the_values_are_the_start_values_of_the_fmu(own) -> None:
+    values = json.loads((own / "manifest.json").read_text())["options"]["values"]
+    text = (own / "fmu" / "modelDescription.xml").read_text()
+    names = [p["name"] for p in json.loads((own / "manifest.json").read_text())["base_parameters"]]
+    for name, x in zip(names, values["X"], strict=True):
+        found = re.search(rf'ScalarVariable name="{name}".*?start="([^"]*)"', text, re.DOTALL)
+        assert found is not None
+        assert float(found[1]) == x
+    assert "not of yours" not in text
+
+
+def test_octave_returns_the_values(own, tmp_path) -> None:
+    if any(shutil.which(tool) is None for tool in ("octave", "mkoctfile")):
+        pytest.skip("octave or mkoctfile is not on this machine")
+    call = f"addpath('{own / 'mex'}'); pair_build(); printf('%.17g ', pair_mex('values'));"
+    command = ["octave", "--no-gui", "--norc", "--quiet", "--eval", call]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    values = json.loads((own / "manifest.json").read_text())["options"]["values"]
+    assert list(map(float, done.stdout.split())) == values["X"]
+
+
+def test_values_of_another_number_are_refused(model) -> None:
+    from symgen.codegen.values import Values
+
+    with pytest.raises(symgen.PackageError, match="accepted: "):
+        symgen.generate(model, target="c", values=Values((1.0,), (None,)))

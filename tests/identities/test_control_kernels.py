@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache, cached_property
 
 import mpmath
@@ -16,7 +17,7 @@ from support import parsed, robot_of, sampled
 
 import symgen
 from symgen.codegen.kernels import regrouped
-from symgen.codegen.verification import evaluate
+from symgen.codegen.verification import evaluate, physical_parameters
 
 # From 100 on, some joints follow others; prismatic and fixed joints and trees are among all.
 SEEDS = [*sampled(range(24), 3), *sampled(range(100, 116), 2)]
@@ -359,8 +360,6 @@ def test_derivatives_hold_effects_of_the_load_smooth_friction_and_couplings() ->
         ("inverse_dynamics", "forward_dynamics", "slotine_li_torque",
          "inverse_dynamics_derivatives", "forward_dynamics_derivatives"),
     )  # fmt: skip
-    from symgen.codegen.verification import physical_parameters
-
     X = np.array(physical_parameters(model, random.Random(3)))
     X[[i for i, p in enumerate(model.base.parameters) if not p.inertial]] *= 0.2
     made = Case.__new__(Case)
@@ -441,3 +440,59 @@ def test_kernels_over_standard_parameters_come_on_request_alone() -> None:
     names = {k.name for k in symgen.derive(symgen.read_robot("planar2r"), "all").kernels}
     assert "slotine_li_regressor" in names
     assert not any(name.startswith("standard_") for name in names)
+
+
+@pytest.mark.parametrize("backend", ["c", "casadi"])
+@pytest.mark.parametrize(("name", "link"), [("rx90", 6), ("panda", 5), ("twin", 7)])
+def test_operational_space_is_that_of_khatib(name, link, backend) -> None:
+    """Of chosen rows of the Jacobian; the torque in the null space accelerates none of them."""
+    model = symgen.derive(name, ("operational_space", "link_jacobian", "mass_matrix"))
+    evaluator = symgen.load(model, backend=backend)
+    X = np.array(physical_parameters(model, random.Random(1)))
+    rng, n = np.random.default_rng(5), model.robot.n
+    for chosen in ([0, 1, 2], [0, 2, 4], [1, 2]):
+        q, point, tau = rng.uniform(-1, 1, n), rng.uniform(-0.2, 0.2, 3), rng.normal(size=n)
+        select = np.isin(np.arange(6), chosen).astype(float)
+        Lambda, inverse, null = evaluator["operational_space"](q, link, point, select, tau, X)
+        J = evaluator["link_jacobian"](q, link, point)[chosen]
+        mobility = np.linalg.inv(evaluator["mass_matrix"](q, X[: model.inertial]))
+        expected = np.linalg.inv(J @ mobility @ J.T)
+        scale = np.abs(expected).max()
+        np.testing.assert_allclose(Lambda[np.ix_(chosen, chosen)], expected, atol=1e-11 * scale)
+        consistent = mobility @ J.T @ expected
+        np.testing.assert_allclose(inverse[:, chosen], consistent, atol=1e-10)
+        others = np.setdiff1d(np.arange(6), chosen)
+        assert not inverse[:, others].any()
+        assert not Lambda[others].any()
+        np.testing.assert_allclose(null, tau - J.T @ (consistent.T @ tau), atol=1e-10)
+        np.testing.assert_allclose(J @ mobility @ null, 0, atol=1e-10)
+
+
+def test_operational_space_of_rows_that_depend_on_each_other_says_so() -> None:
+    model = symgen.derive("planar2r", ("operational_space",))
+    evaluator = symgen.load(model, backend="c")
+    X = np.array(physical_parameters(model, random.Random(1)))
+    q, tau = np.array([0.1, 0.7]), np.ones(2)
+    evaluator["operational_space"](q, 2, np.zeros(3), np.array([1.0, 0, 0, 0, 0, 0]), tau, X)
+    with pytest.raises(symgen.SymgenError):  # z never moves
+        evaluator["operational_space"](q, 2, np.zeros(3), np.array([1.0, 0, 1, 0, 0, 0]), tau, X)
+
+
+@pytest.mark.parametrize("backend", ["c", "casadi"])
+def test_effects_are_what_inverse_dynamics_has_beside_friction_and_the_rigid_body(backend) -> None:
+    robot = symgen.parse_robot(LOADED)
+    bare = replace(robot, effects=())
+    model = symgen.derive(robot, ("effects", "friction", "inverse_dynamics"))
+    evaluator = symgen.load(model, backend=backend)
+    rigid = symgen.load(symgen.derive(bare, ("inverse_dynamics",)), backend=backend)
+    rng = np.random.default_rng(3)
+    q, qd, qdd = rng.uniform(-1, 1, (3, robot.n))
+    X = rng.uniform(0.1, 1, len(model.base.parameters))
+    own = dict(zip(model.base.names, X, strict=True))
+    plain = [own[name] for name in rigid.model.base.names]
+    expected = evaluator["inverse_dynamics"](q, qd, qdd, X) - rigid["inverse_dynamics"](
+        q, qd, qdd, plain
+    )
+    assert np.abs(expected).max() > 1e-3
+    np.testing.assert_allclose(evaluator["effects"](q, qd, qdd, X), expected, atol=1e-12)
+    assert "effects" not in [k.name for k in symgen.derive(bare, "all").kernels]

@@ -215,6 +215,15 @@ def test_rounded_digits_leave_axes_at_multiples_of_15_degrees(rpy, axis):
     assert robot.joint(3).alpha == 0
 
 
+@pytest.mark.parametrize(("after", "axis"), [("0 0 0.4", "0 0 1"), ("0 0 -0.3", "0 0 -1")])
+def test_axes_that_coincide_need_no_angle_and_no_length_beside_those_of_a_chain(after, axis):
+    turn = joint("b", ends=("a", "b"), origin=f'xyz="{after}"', axis=axis)
+    robot = import_urdf(urdf(joint("a", ends=("base", "a")), turn, links=("base", "a", "b"))).robot
+    second = robot.joint(2)
+    assert (second.gamma, second.b, second.d) == (0, 0, 0)
+    assert second.theta == 0
+
+
 def test_movable_joints_keep_the_order_of_the_document_and_fixed_ones_come_last():
     text = urdf(
         joint("second", ends=("a", "b")),

@@ -16,7 +16,7 @@ DOORS = {
     # An effect that was found becomes an exact declaration.
     "sympy": ("robot", "symbolic", "codegen", "report/content/demo", "diagnosis/extend"),
     "jinja2": ("files",),
-    "casadi": ("codegen/casadi_model", "experiment/search", "runtime/confined"),
+    "casadi": ("codegen/casadi_model", "experiment/search"),
     "cffi": ("runtime/build",),
     "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),

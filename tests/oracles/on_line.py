@@ -14,15 +14,16 @@ def folded(W, y, forgetting=1.0):
     """R (diagonal >= 0), z = Q'y, rss and count of rows, with forgetting in what they excite.
 
     From the information matrix A, in long double: rows are added. Once they determine X, `gather`
-    rows are gathered, and the next p rows take from A, each along one row b of the triangle of these,
-    without its part along those before it in the metric of A^-1 (in which they had the length 1 when
-    they were taken),
+    rows are gathered, and the next p rows take from A, each along one row b of the triangle of
+    these, without its part along those before it in the metric of A^-1 (in which they had the
+    length 1 when they were taken),
 
         (1 - forgetting^(gather + p)) / (b' A^-1 b) b b'.
     """
     p = W.shape[1]
     gather = max(2 * p, int(1 / (4 * (1 - forgetting)))) if forgetting < 1 else len(y)
     R, rss, count, A, k = np.zeros((p + 1, p + 1)), 0.0, 0.0, None, 0
+    rows, taken = np.zeros((p, p)), []
     for w, right in zip(W, y, strict=True):
         if A is None:
             R = np.linalg.qr(np.r_[R[:p], [np.r_[w, right]]], mode="r")
@@ -38,8 +39,8 @@ def folded(W, y, forgetting=1.0):
             A, b = A + np.outer(w, w), b + w * right
             at = k % (gather + p)
             if at < gather:
-                rows = np.r_[rows[:p], [w]] if at else np.array([w])
-                rows = np.linalg.qr(np.r_[rows, np.zeros((p, p))].astype(float), mode="r")[:p]
+                rows = np.zeros((p, p)) if at == 0 else rows
+                rows = np.linalg.qr(np.r_[rows, [w.astype(float)]], mode="r")
             else:
                 d = rows[p - 1 - (at - gather)].astype(np.longdouble)
                 taken = taken if at > gather else []

@@ -180,7 +180,14 @@ UNSURE = {
     "a unit that the option makes wrong": (
         moving(), {"unit": {"q": "deg", "qd": "rad/s"}}, ["looks like", "--unit q"],
     ),
-    "no such separator": (moving(), {"separator": "|"}, ["no column t", "t,q1,qd1,tau1"]),
+    "no such separator": (
+        moving(), {"separator": "|"}, ["no column t", "t,q1,qd1,tau1", "--separator ','"],
+    ),
+    "bars between columns": (moving().replace(",", "|"), {}, ["t|q1|qd1|tau1", "--separator '|'"]),
+    "a date of another form": (
+        moving().replace("\n0,", "\n24.11.2026 13:00:00,"), {},
+        ["column t", "'24.11.2026 13:00:00'", "seconds, or dates such as 2026-"],
+    ),
 }  # fmt: skip
 
 

@@ -53,7 +53,7 @@ linear = { B = "N m/rad", A = "N m" }
 nonlinear = { w = 0.5, c = 0.2 }
 """
 
-# Digests of all files, .casadi among them, of the estimate from a seeded log, and of the robot.
+# Digests of all files, of the estimate from a seeded log, and of the robot.
 DIGESTS = """
 import hashlib, json, sys
 import numpy as np
@@ -88,7 +88,7 @@ def test_bytes_and_estimates_are_the_same_across_hash_seeds_and_processes():
     ]
     assert [a.returncode for a in answers] == [0, 0], answers[0].stderr
     first, second = (a.stdout for a in answers)
-    assert '"rich_energy.casadi"' in first
+    assert '"rich_casadi.py"' in first
     assert '"rich.tex"' in first
     assert first == second
 

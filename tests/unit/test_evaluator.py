@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -130,7 +132,9 @@ def test_a_saved_casadi_file_loads_in_casadi_and_agrees(name, tmp_path):
     evaluator = loaded(name, "casadi")
     tree = symgen.generate(evaluator.model, target="casadi")
     symgen.write_package(tree, tmp_path / name)
-    files = sorted((tmp_path / name).glob("*.casadi"))
+    command = [sys.executable, f"{name}_casadi.py", "--save", "saved"]
+    subprocess.run(command, cwd=tmp_path / name, check=True)
+    files = sorted((tmp_path / name / "saved").glob("*.casadi"))
     assert [f.stem for f in files] == sorted(f"{name}_{k}" for k in kernels(evaluator))
     for file in files:
         function = casadi.Function.load(str(file))

@@ -1,19 +1,19 @@
 """The on-line identifier at rest, with one joint alone, under drift, with NaN and with outliers.
 
-    python tests/workflow/identifier_study.py [--samples 10000000] [--cases rest alone drift nan outliers]
+    python tests/workflow/identifier_study.py [--samples 10000000] [--cases rest alone ...]
 
-A planar arm with gravity and friction is excited for 60 s at 1 kHz, with noise of encoders, speeds and
-torques. Then, for so many samples:
+A planar arm with gravity and friction is excited for 60 s at 1 kHz, with noise of encoders, speeds
+and torques. Then, for so many samples:
 
     rest       all joints stand, under static friction and torques that wander within it
     alone      joint 1 moves, joint 2 stands
     drift      the viscous friction of joint 2 doubles linearly over the whole case
     nan        one sample in a thousand is NaN (the identifier refuses it)
-    outliers   one sample in ten thousand has a torque a thousand times too large, or a speed of 1e3
+    outliers   one sample in ten thousand has a torque 1000 times too large, or a speed of 1e3
 
 by model and precision. The table has, over readings after each hundredth of the case: the largest
-relative change of X and of std (rest alone), the largest error of X in std, the share of errors above
-3 std, the error of the gravity torque at the end, and what is excited at the end.
+relative change of X and of std (rest), the largest error of X in std, the share of errors above 3
+std, the error of the gravity torque at the end, and what is excited at the end.
 """
 
 from __future__ import annotations
@@ -78,7 +78,8 @@ def plant() -> tuple[Any, np.ndarray]:
         path = Path(folder) / "pair.toml"
         path.write_text(ROBOT)
         evaluator = symgen.load(symgen.derive(str(path), KERNELS), backend="c")
-    links = {"ZZ1": 0.5, "MX1": 1.2, "MY1": 0.1, "M1": 5.0, "ZZ2": 0.2, "MX2": 0.7, "MY2": -0.1, "M2": 3.0,
+    links = {"ZZ1": 0.5, "MX1": 1.2, "MY1": 0.1, "M1": 5.0,
+             "ZZ2": 0.2, "MX2": 0.7, "MY2": -0.1, "M2": 3.0,
              "FS1": 1.5, "FV1": 0.8, "FS2": 0.9, "FV2": 0.4}  # fmt: skip
     standard = [links.get(p.name, 0.0) for p in evaluator.model.base.standard]
     from symgen.codegen.kernels import regrouped
@@ -204,7 +205,9 @@ def studied(case: str, model: str, dtype: str, samples: int) -> Row:
     online, rng = Online(model, dtype), np.random.default_rng(88000 + CASES.index(case))
 
     def feed(parts: Sequence[np.ndarray]) -> None:
-        q, qd, tau = (x + s * rng.standard_normal(x.shape) for x, s in zip(parts, NOISE.values(), strict=True))
+        q, qd, tau = (
+            x + s * rng.standard_normal(x.shape) for x, s in zip(parts, NOISE.values(), strict=True)
+        )
         if case in ("nan", "outliers"):
             hit = rng.random(len(q)) < (1e-3 if case == "nan" else 1e-4)
             which = rng.integers(2, size=len(q))
@@ -241,7 +244,9 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=10_000_000)
     parser.add_argument("--cases", nargs="+", default=CASES, choices=CASES)
     asked = parser.parse_args()
-    table = Table(title=f"{asked.samples:,} samples, window {WINDOW}, forgetting {FORGETTING}", box=None)
+    table = Table(
+        title=f"{asked.samples:,} samples, window {WINDOW}, forgetting {FORGETTING}", box=None
+    )
     for head in ("case", "model", "precision", "change of X", "of std", "worst error / std",
                  "above 3 std", "gravity torque off", "excited"):  # fmt: skip
         table.add_column(head)

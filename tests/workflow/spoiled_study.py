@@ -64,7 +64,8 @@ RIGHT = {
 }  # fmt: skip
 #: Reasons that name no cause.
 OPEN = (
-    "unexplained|cause unknown|overfit|does not carry|hardly|determine|std above|too little|rests?"
+    "unexplained|cause unknown|depends on the motion|overfit|"
+    "does not carry|hardly|determine|std above|too little|rests?"
 )
 
 

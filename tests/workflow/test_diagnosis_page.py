@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -315,6 +316,27 @@ def test_hostile_names_add_no_element() -> None:
     plain = Page(diagnosis_page(harmless, moved()))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
+
+
+#: What HTML, plotly and LaTeX read as more than a name.
+NAMES = (
+    "a \"quoted\" 'joint' <b>bold</b> & $x_1$ </script><img src=x onerror=alert(1)>",
+    "$\\frac{1}{2}$ 肩_😀_שלום %{x} {y} %{meta[0]} " + "long_name_without_any_break_" * 5,
+)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
+def test_names_of_joints_and_logs_are_shown_as_they_are(tmp_path: Path) -> None:
+    planar = symgen.read_robot("planar2r")
+    joints = [replace(j, name=name) for j, name in zip(planar.joints, NAMES, strict=True)]
+    found = replace(synthetic(NAMES[0]), extended=replace(planar, joints=tuple(joints)))
+    html = diagnosis_page(found, moved(NAMES[0]))
+    assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
+    seen = visit(html, tmp_path)
+    assert seen.console == ()
+    assert seen.requests == ()
+    for name in ("<b>bold</b> & $x_1$", "שלום %{x} {y}"):
+        assert name in unescape(re.sub("<[^>]*>", "", seen.dom)), name
 
 
 def test_sparse_diagnosis_has_a_page() -> None:

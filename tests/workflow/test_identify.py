@@ -250,8 +250,8 @@ class TestRealLogs:
         prediction = next(use for use in estimate.uses if use.name == "prediction")
         assert prediction.reasons == estimate.reasons
         # its wrist is coupled, which this robot file does not say
-        (reason,) = [r for r in estimate.reasons if "is unexplained at joint" in r]
-        joints = [int(j) for j in re.findall(r"(\d) \(", reason)]
+        (reason,) = [r for r in estimate.reasons if "of single joints is unexplained" in r]
+        joints = [int(j) for j in re.findall(r"joint (\d) ", reason)]
         assert joints == [5, 6]
 
 

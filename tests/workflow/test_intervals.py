@@ -22,7 +22,7 @@ except ImportError as missing:
 from workflow import interval_study
 
 FIGURES = Path(__file__).with_name("interval_figures.json")
-RUNS, SEED = 30, 64_000
+RUNS, SEED = 60, 64_100
 #: Goals: with noise of instruments alone, 92 to 98 of 100 intervals hold the truth; with a misfit
 #: 90 and more, and they are at most twice as long as the shortest of which as many do.
 LOW, HIGH, MISFIT, LONGER = 0.92, 0.98, 0.90, 2.0
@@ -34,7 +34,7 @@ def _figures() -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_the_study() -> None:
-    """Takes about two minutes on two cores."""
+    """Takes about six minutes on two cores."""
     rows = interval_study.study(RUNS, SEED, 2)
     print(json.dumps(interval_study.summary(rows), indent=1))
     FIGURES.write_text(interval_study.text(rows, RUNS, SEED), "utf-8")

@@ -246,7 +246,6 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
     path, packed = tmp_path / "long.npz", tmp_path / "packed.npz"
     np.savez(path, t=columns["t"], **arrays)
     np.savez_compressed(packed, t=columns["t"], **arrays)
-    monkeypatch.setattr("symgen.identification.out_of_core._LIGHT", 0)
     memory = symgen.identify(robot(), path, model="momentum")
     monkeypatch.setattr("symgen.identification.out_of_core.LONG", 3000)
     read, rows = [], StoredArray.__getitem__
@@ -262,6 +261,12 @@ def test_long_logs_for_least_squares_are_read_chunk_by_chunk(
     assert is_long([path], True)
     assert not is_long([path], False)
     assert not is_long([packed], True)
+    short = tmp_path / "short.csv"
+    short.write_text("t,q1,q2,tau1,tau2\n", "utf-8")
+    assert not is_long([path, short], True)
+    monkeypatch.setattr("symgen.identification.out_of_core.LONG", 4000)
+    assert not is_long([path], True)
+    assert is_long([path, path], True)
     huber = symgen.identify(robot(), path, model="momentum", method="huber")
     assert huber.method == "huber"
     same(

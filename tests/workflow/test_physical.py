@@ -100,6 +100,22 @@ def test_a_robot_that_exists_is_found_possible(seed: int) -> None:
     assert max(abs(own[name] - value) for name, value in truth.items()) < 1e-4
 
 
+@pytest.mark.parametrize("seed", [3, 5])
+def test_the_nearest_robot_with_the_links_of_a_file_has_bodies(seed: int) -> None:
+    """An estimate that no robot can have, and the file's links as the prior, as export does it."""
+    arm = random_arm(seed, max_joints=4)
+    model = symgen.derive(robot_of(arm, friction=("coulomb", "viscous")))
+    links, _ = random_parameters(arm, seed)
+    file = {f"{k}{number}": float(x) for number, row in enumerate(links, 1)
+            for k, x in zip(names.LINK, row, strict=True)}  # fmt: skip
+    truth = {p.name: 0.0 if p.prefix == "IA" else 1.0 for p in model.base.standard} | file
+    X = np.array(regrouped(model.base, [truth[p.name] for p in model.base.standard], {}))
+    std = 0.3 * np.abs(X) + 0.01
+    off = X + std * np.random.default_rng(seed).standard_normal(len(X))
+    found = symgen.link_parameters(model, off, prior=file, nearest=np.diag(std**2))
+    require_bodies(found, model)
+
+
 def test_trees_couplings_payload_and_named_lengths() -> None:
     model = symgen.derive(symgen.parse_robot(EVERYTHING))
     X = np.array(physical_parameters(model, random.Random(5)))

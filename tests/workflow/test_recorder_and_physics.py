@@ -1,4 +1,4 @@
-"""Torques that are late or cut off, beside physics that the robot file lacks: both are named."""
+"""Faults of the recorder, beside physics that the robot file lacks: both are named."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from support import sampled
 
 pytest.importorskip("pinocchio")
 
+from oracles.hidden.engines import PinocchioEngine
 from support_diagnose import log_of
 from workflow.test_diagnose_kinds import (
     ARM,
@@ -17,6 +18,7 @@ from workflow.test_diagnose_kinds import (
     named,
     on,
     recorded,
+    turned,
     value,
 )
 
@@ -89,6 +91,55 @@ def test_a_cut_torque_and_friction_are_both_named(which: str) -> None:
     own = next(p for e in answer.effects for p in e.parameters if p.name == f"FS{k + 1}")
     assert abs(own.value - ARM.coulomb[k]) < 3 * own.std
     assert answer.after.total < 1.3 * answer.floor.total
+
+
+def lacking(share: float) -> Edit:
+    """Torques that lack a share of what the links weigh."""
+    links = PinocchioEngine(ARM)
+    return lambda log: (
+        log | {"tau": log["tau"] - share * links.torque(log["q"], 0 * log["q"], 0 * log["q"])}
+    )
+
+
+def moved(log: Log) -> Log:
+    """A position that steps while the robot moves."""
+    q = log["q"].copy()
+    q[:, 1] += 0.2 * (log["t"] > 5)
+    return log | {"q": q}
+
+
+def dead(log: Log) -> Log:
+    """A torque that keeps one value for the last part of a log."""
+    tau, t = log["tau"].copy(), log["t"]
+    at = t > 0.45 * t[-1]
+    tau[at, 2] = tau[at, 2][0]
+    return log | {"tau": tau}
+
+
+def reversed_in_time(log: Log) -> Log:
+    return log | {"q": log["q"][::-1], "qd": -log["qd"][::-1], "tau": log["tau"][::-1]}
+
+
+#: What only a new record mends, by its kind, and the joints.
+LASTING: dict[str, tuple[tuple[int, ...], Edit]] = {
+    "sign": ((2,), turned(1)),
+    "time": ((), reversed_in_time),
+    "step": ((2,), moved),
+    "stuck": ((3,), dead),
+    "weightless": ((), lacking(1.0)),
+    "upside down": ((), lacking(2.0)),
+}
+
+
+@pytest.mark.parametrize("kind", sampled(LASTING, 1, always=["weightless"]))
+def test_no_fault_ends_the_search(kind: str) -> None:
+    joints, edit = LASTING[kind]
+    answer = diagnosed(SPRUNG, 51, believed=ARM, edit=edit)
+    assert named(answer) == [("gravity_spring", (2,))]
+    assert value(answer, "K2") == pytest.approx(25, rel=0.05)
+    assert (kind, joints) in {(r.name, r.joints) for r in answer.rejected}
+    assert answer.verdict == "bad-measurement"
+    assert answer.after.total < 0.1 * answer.before.total or kind == "time"
 
 
 def identified(edit: Edit) -> symgen.Estimate:

@@ -320,6 +320,16 @@ def test_line_grid_draws_level_and_names_each_series_once() -> None:
     ]
 
 
+@pytest.mark.parametrize("columns", [1, 3])
+def test_panels_side_by_side_keep_their_width_on_a_narrow_page(columns: int) -> None:
+    t = np.linspace(0, 1, 50)
+    panels = [plots.Panel(f"q{k}", t, {"measured": t}, "q, rad") for k in range(3)]
+    section = Section("H", figure=lambda: plots.line_grid(panels, title="demo", columns=columns))
+    html = pages.page(Content("T", (), (section,)))
+    (width,) = re.findall(r'class="plot grid".*min-width: (\d+)px', html)
+    assert 200 <= int(width) / columns <= 320  # a phone shows a panel whole
+
+
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     # names that would act, were they not harmless

@@ -132,7 +132,7 @@ def test_a_wrong_channel_is_mended(what: str) -> None:
     assert d.verdict == ("bad-measurement" if d.effects else "consistent")
 
 
-#: What is wrong, what it is called, and the joints: nothing is said of physics.
+#: What is wrong, what it is called, and the joints.
 RECORDED_AGAIN = {
     "dead torque": ("tau", "stuck", (2,), lambda t, x: _column(x, 1, 0 * t + 1.0)),
     "torque of other sign": ("tau", "sign", (2,), lambda _, x: _column(x, 1, -x[:, 1])),
@@ -151,7 +151,9 @@ def test_a_wrong_channel_is_named(what: str) -> None:
     else:
         changed = {key: change(log["t"], log[key])}
     d = checked(s, log_of(s, **changed), validation=log_of(s, "validation"))
-    assert (d.verdict, d.effects, d.after) == ("bad-measurement", (), d.before)
+    assert (d.verdict, d.effects) == ("bad-measurement", ())
+    # A joint without any torque leaves nothing to identify; the others are corrected.
+    assert d.after == d.before if name == "stuck" else d.after.total < 0.004
     assert (name, joints) in told(d)
     assert any("train.csv" in line or key in line for line in d.advice)
 

@@ -122,4 +122,4 @@ def test_an_error_that_depends_on_the_motion_is_a_doubt() -> None:
     true = truth.error(np.array([p["value"] for p in found["parameters"]]))
     assert true > 1.5 * found["torque_residual"]["validation"]["relative"]
     assert found["verdict"] == "doubtful"
-    assert any("the error depends on the motion" in reason for reason in found["reasons"])
+    assert any("error depends on the motion" in reason for reason in found["reasons"])

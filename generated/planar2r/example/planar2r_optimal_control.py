@@ -1,4 +1,4 @@
-"""planar2r: an optimal motion by direct collocation, over .casadi files of this package.
+"""planar2r: an optimal motion by direct collocation, over the functions of planar2r_casadi.py.
 
     minimise the integral of |tau|^2,    tau = M(q) qdd + h(q, qd),    |tau| <= LIMIT,
 
@@ -30,10 +30,13 @@ X = [
 ]
 
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import planar2r_casadi  # noqa: E402
+
+
 def kernel(name):
-    """Load a function of the package."""
-    package = Path(__file__).resolve().parents[1]
-    return ca.Function.load(str(package / f"planar2r_{name}.casadi"))
+    """Return a function of the package."""
+    return planar2r_casadi.FUNCTIONS[name]()
 
 
 inverse_dynamics = kernel("inverse_dynamics")

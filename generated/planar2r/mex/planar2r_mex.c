@@ -18,7 +18,7 @@ typedef struct {
         size_t width;
         int shared; /* nonzero: one for all samples */
         int links;  /* of a link's number: how many there are; otherwise 0 */
-    } input[5];
+    } input[6];
     size_t outputs;
     size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
@@ -48,6 +48,7 @@ static const kernel kernels[] = {
     { "mass_matrix_factor", 2, { { "q", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 2, { { 2, 2, 0 }, { 2, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, }, 1, { { 6, 2, 0 }, } },
     { "link_drift", 4, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "operational_space", 6, { { "q", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, { "select", 6, 0, 0 }, { "tau", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 3, { { 6, 6, 0 }, { 2, 6, 0 }, { 2, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 20, 1, 0 }, }, 1, { { 4, 0, 0 }, } },
     { "add_body", 5, { { "X", 4, 1, 0 }, { "link", 1, 1, 2 }, { "mass", 1, 1, 0 }, { "com", 3, 1, 0 }, { "inertia", 6, 1, 0 }, }, 1, { { 4, 0, 0 }, } },
 };
@@ -55,7 +56,7 @@ static const kernel kernels[] = {
 enum { KERNELS = sizeof kernels / sizeof kernels[0] };
 
 /* Call a kernel. Returns 0; nonzero: the mass matrix is not positive definite. */
-static int call(size_t index, planar2r_real in[][20], planar2r_real out[][32])
+static int call(size_t index, planar2r_real in[][20], planar2r_real out[][36])
 {
     switch (index) {
     case 0:
@@ -125,9 +126,11 @@ static int call(size_t index, planar2r_real in[][20], planar2r_real out[][32])
     case 23:
         return planar2r_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
     case 24:
+        return planar2r_operational_space(in[0], (size_t)in[1][0], in[2], in[3], in[4], in[5], out[0], out[1], out[2]);
+    case 25:
         planar2r_base_parameters(in[0], out[0]);
         break;
-    case 25:
+    case 26:
         (void)memcpy(out[0], in[0], 4 * sizeof in[0][0]);
         return planar2r_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
     default:
@@ -144,7 +147,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
+    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, operational_space, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -221,13 +224,13 @@ static void store(const planar2r_real *from, const size_t *shape, size_t sample,
 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
-    planar2r_real in[5][20];
-    planar2r_real out[5][32];
-    const double *from[5];
-    size_t rows[5];
+    planar2r_real in[6][20];
+    planar2r_real out[5][36];
+    const double *from[6];
+    size_t rows[6];
+    size_t samples = 1;
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];
-    size_t samples = 1;
     if ((size_t)nrhs != k->inputs + 1 || (nlhs > 1 && (size_t)nlhs > k->outputs)) {
         mexErrMsgIdAndTxt("planar2r:arguments", "%s; accepted: %d inputs, at most %d outputs", k->name,
             (int)k->inputs, (int)k->outputs);

@@ -1,4 +1,4 @@
-"""puma560: an optimal motion by direct collocation, over .casadi files of this package.
+"""puma560: an optimal motion by direct collocation, over the functions of puma560_casadi.py.
 
     minimise the integral of |tau|^2,    tau = M(q) qdd + h(q, qd),    |tau| <= LIMIT,
 
@@ -35,10 +35,13 @@ X = [
 ]
 
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import puma560_casadi  # noqa: E402
+
+
 def kernel(name):
-    """Load a function of the package."""
-    package = Path(__file__).resolve().parents[1]
-    return ca.Function.load(str(package / f"puma560_{name}.casadi"))
+    """Return a function of the package."""
+    return puma560_casadi.FUNCTIONS[name]()
 
 
 inverse_dynamics = kernel("inverse_dynamics")

@@ -1,4 +1,4 @@
-"""rx90: an optimal motion by direct collocation, over .casadi files of this package.
+"""rx90: an optimal motion by direct collocation, over the functions of rx90_casadi.py.
 
     minimise the integral of |tau|^2,    tau = M(q) qdd + h(q, qd),    |tau| <= LIMIT,
 
@@ -35,10 +35,13 @@ X = [
 ]
 
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import rx90_casadi  # noqa: E402
+
+
 def kernel(name):
-    """Load a function of the package."""
-    package = Path(__file__).resolve().parents[1]
-    return ca.Function.load(str(package / f"rx90_{name}.casadi"))
+    """Return a function of the package."""
+    return rx90_casadi.FUNCTIONS[name]()
 
 
 inverse_dynamics = kernel("inverse_dynamics")

@@ -18,7 +18,7 @@ typedef struct {
         size_t width;
         int shared; /* nonzero: one for all samples */
         int links;  /* of a link's number: how many there are; otherwise 0 */
-    } input[5];
+    } input[6];
     size_t outputs;
     size_t shape[5][3]; /* 0 for an index that an array does not have */
 } kernel;
@@ -50,6 +50,7 @@ static const kernel kernels[] = {
     { "mass_matrix_factor", 2, { { "q", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 6, 0 }, { 6, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 6, 0 }, } },
     { "link_drift", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 0, 0 }, } },
+    { "operational_space", 6, { { "q", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, { "select", 6, 0, 0 }, { "tau", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 78, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
     { "add_body", 5, { { "X", 52, 1, 0 }, { "link", 1, 1, 6 }, { "mass", 1, 1, 0 }, { "com", 3, 1, 0 }, { "inertia", 6, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
 };
@@ -133,9 +134,11 @@ static int call(size_t index, rx90_real in[][78], rx90_real out[][312])
     case 25:
         return rx90_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
     case 26:
+        return rx90_operational_space(in[0], (size_t)in[1][0], in[2], in[3], in[4], in[5], out[0], out[1], out[2]);
+    case 27:
         rx90_base_parameters(in[0], out[0]);
         break;
-    case 27:
+    case 28:
         (void)memcpy(out[0], in[0], 52 * sizeof in[0][0]);
         return rx90_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
     default:
@@ -152,7 +155,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("rx90:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
+    mexErrMsgIdAndTxt("rx90:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, operational_space, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -229,13 +232,13 @@ static void store(const rx90_real *from, const size_t *shape, size_t sample, siz
 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
-    rx90_real in[5][78];
+    rx90_real in[6][78];
     rx90_real out[5][312];
-    const double *from[5];
-    size_t rows[5];
+    const double *from[6];
+    size_t rows[6];
+    size_t samples = 1;
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];
-    size_t samples = 1;
     if ((size_t)nrhs != k->inputs + 1 || (nlhs > 1 && (size_t)nlhs > k->outputs)) {
         mexErrMsgIdAndTxt("rx90:arguments", "%s; accepted: %d inputs, at most %d outputs", k->name,
             (int)k->inputs, (int)k->outputs);

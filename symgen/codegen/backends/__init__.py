@@ -8,6 +8,7 @@ from typing import Protocol
 
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
+from symgen.codegen.values import Values
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class Package:
         dtype: "double" or "float".
         kernels: kernels of the package.
         files: path -> text of every file of the C package.
+        values: values of the parameters, if they are known.
     """
 
     name: str
@@ -27,6 +29,7 @@ class Package:
     dtype: str
     kernels: Sequence[Kernel]
     files: Mapping[str, str]
+    values: Values | None = None
 
 
 class Backend(Protocol):

@@ -39,7 +39,9 @@ def _described(kernel: Kernel) -> dict[str, Any]:
         "name": kernel.name,
         "doc": kernel.doc,
         "fallible": kernel.fallible,
-        "reason": "there is no such link" if kernel.links else "it has none",
+        "reason": " or ".join(
+            ["there is no such link"] * bool(kernel.links) + ["it has none"] * bool(kernel.guards)
+        ),
         "outputs": [
             {"name": o.name, "size": o.size, "shape": ", ".join(map(str, o.shape))} for o in outputs
         ],

@@ -32,7 +32,11 @@ _BASE["N"] = (1, 1, -2, 0)
 def files(package: Package) -> dict[str, str]:
     """Return the files of the folder fmu/: description, C sources and CMake."""
     name, model = package.name, package.model
-    starts = [round(x, 6) for x in physical_parameters(model, random.Random(SEED))]
+    starts = (
+        [round(x, 6) for x in physical_parameters(model, random.Random(SEED))]
+        if package.values is None
+        else list(package.values.X)
+    )
     dry = list(_dry(model))
     variables = _variables(model, starts, bool(dry))
     sources = [f"{name}_forward_dynamics.c", f"{name}.h"]
@@ -40,6 +44,7 @@ def files(package: Package) -> dict[str, str]:
     states = 2 * model.robot.n
     data: dict[str, Any] = {
         "name": name,
+        "known": package.values is not None,
         "dry": dry,
         "starts": [*map(repr, starts), repr(STEP), *([repr(WIDTH)] if dry else [])],
         "variables": variables,

@@ -18,6 +18,8 @@ def files(package: Package) -> dict[str, str]:
     data: dict[str, Any] = {
         "name": name,
         "kernels": kernels,
+        "parameters": parameters,
+        "known": package.values is not None,
         "inputs": max(len(k["inputs"]) for k in kernels),
         "outputs": max(len(k["shapes"]) for k in kernels),
         "widest": max(size for k in kernels for _, size, *_ in k["inputs"]),

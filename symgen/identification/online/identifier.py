@@ -192,8 +192,9 @@ class Identifier:
         self._require(self._call("_excited", self._state, X))
         if self._call("_project", self._state, begin, X):
             raise IdentificationError(
-                "no robot has these standard parameters: a pseudo-inertia is not positive definite, "
-                "or a friction or rotor inertia not above 0; accepted: those of a possible robot"
+                "no robot has these standard parameters: a pseudo-inertia is not positive "
+                "definite, or a friction or rotor inertia not above 0; accepted: those of a "
+                "possible robot"
             )
         return X
 

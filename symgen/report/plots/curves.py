@@ -18,6 +18,7 @@ from symgen.data.raw import FloatArray
 from symgen.estimation.values import Trace, Whiteness
 from symgen.identification.assessment import KNOWN
 from symgen.identification.estimate import Estimate
+from symgen.robot.expressions import shortened
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -30,6 +31,7 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
 COURSES = 8  # parameters whose convergence is drawn at first
+_LEGEND = 40  # characters of a name in a legend: a phone has no room for more
 POINTS = 1800  # that a curve is drawn with at most: three for two pixels of a wide page
 
 _UNITS = {"energy": "J"}
@@ -89,8 +91,9 @@ class Panel:
 
 
 def plain(text: str) -> str:
-    """Return `text` escaped, so that plotly shows it literally and finds no tag in it."""
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    """Return `text` escaped, so that plotly shows it literally: no tag, formula or template."""
+    tags = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return tags.replace("$", "&#36;").replace("%{", "%&#123;")
 
 
 def parameters(estimate: Estimate) -> Figure:
@@ -308,7 +311,7 @@ def line_grid(
     choose_log(figure, [log for log in logs if log is not None], owners)
     styled(figure, plain(title), height)
     # panels side by side need their room on a phone, too
-    meta = {"min_width": 240 * columns if columns > 1 else 0, "grid": columns > 1}
+    meta = {"min_width": 240 * columns, "grid": True}
     return figure.update_layout(margin={"t": figure.layout.margin.t + 26 * titled}, meta=meta)
 
 
@@ -404,7 +407,7 @@ def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **optio
     else:
         told = {**dict(zip("xy", thin(x, y), strict=True)), "line": line}
     mode = "markers" if "size" in line else "lines"
-    return go.Scatter(name=plain(name), mode=mode, **told, **options)
+    return go.Scatter(name=plain(shortened(name, _LEGEND)), mode=mode, **told, **options)
 
 
 def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:

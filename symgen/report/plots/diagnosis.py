@@ -19,6 +19,7 @@ from symgen.report.plots.curves import (
     add_menu,
     empty,
     line_grid,
+    plain,
     styled,
 )
 
@@ -34,7 +35,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
     The axis begins at zero; a button makes it logarithmic.
     """
-    labels = [*(diagnosis.extended.labels[number] for number in diagnosis.joints), "all"]
+    labels = [*(plain(diagnosis.extended.labels[number]) for number in diagnosis.joints), "all"]
     figure, seen = empty(), []
     for name, gap, colour, hatch in (
         ("before", diagnosis.before, ORANGE, "/"),

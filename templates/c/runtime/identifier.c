@@ -24,10 +24,11 @@
 /* The largest size of q, qd and tau that is no fault of the measurement. */
 #define LARGEST_SAMPLE 1e9
 
-/* An outlier differs from its prediction by so many standard deviations, and by this share of the
- * largest right-hand side: residuals of a model that is not quite right grow with the motion. */
+/* An outlier differs from its prediction by so many standard deviations, which hold what the model
+ * misses, and by this share of the largest right-hand side: integrals over a reversal, where friction
+ * jumps, err by less. */
 #define GATE 10
-#define LEAST_WRONG 0.1
+#define LEAST_WRONG 0.001
 /* The share of the mean leverage, which balances forgetting, that an equation must have. */
 #define LEAST_LEVERAGE 0.01
 
@@ -551,9 +552,10 @@ static void absorb(NAME_identifier *s)
 static NAME_real power(NAME_real x, size_t exponent)
 {
     NAME_real out = 1;
+    NAME_real square = x;
     for (size_t left = exponent; left > 0; left /= 2) {
-        out *= left % 2 != 0 ? x : 1;
-        x *= x;
+        out *= left % 2 != 0 ? square : 1;
+        square *= square;
     }
     return out > (NAME_real)FLT_MIN ? out : (NAME_real)FLT_MIN;
 }

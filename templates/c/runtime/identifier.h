@@ -32,16 +32,16 @@
  *     }
  *
  * Rest. A joint rests where the mean size of its speed over NAME_REST_TIME is at most 3 standard
- * deviations of the noise of qd: stated by NAME_identifier_rest, or estimated from third differences
- * of qd. Static friction can then take any value between its limits. The identifier takes the speed
- * of such a joint as 0 and its position as constant. The momentum model leaves out the joint's
- * equations of windows in which it rested. While all joints rest nothing is learned and nothing
- * forgotten, the status is NAME_NOT_EXCITED, and new windows begin with the next motion.
+ * deviations of the noise of qd: stated by NAME_identifier_rest, or estimated from third
+ * differences of qd. Static friction can then take any value between its limits. The identifier
+ * takes the speed of such a joint as 0 and its position as constant. The momentum model leaves out
+ * the joint's equations of windows in which it rested. While all joints rest nothing is learned
+ * and nothing forgotten, the status is NAME_NOT_EXCITED, and new windows begin with the next
+ * motion.
  *
- * With forgetting below 1 only what the motion excites is forgotten (NAME_least_squares.h); all else
- * stays as it was. The memory should be longer than the period of the motion: what a quarter of it
- * does not excite is not forgotten.
- * NAME_identifier_excited tells what that is.
+ * With forgetting below 1 only what the motion excites is forgotten (NAME_least_squares.h); all
+ * else stays as it was. The memory should be longer than the period of the motion: what a quarter
+ * of it does not excite is not forgotten. NAME_identifier_excited tells what that is.
  *
  * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
  * pieces, from a copy of what has been learned when it began:
@@ -223,10 +223,10 @@ int NAME_identifier_step(void *state, const NAME_real *q, const NAME_real *qd,
  * were none so far; otherwise some were not, and what was learned before stays as it is.
  *
  * NAME_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
- * known as well as it is, predicts, and by more than a tenth of the largest right-hand side taken
- * so far, or an equation is not finite: a sample in the window is absurd. Windows that start at the
- * first sample begin anew. Where twice as many windows in a row are outliers as one sample can
- * spoil, it is the robot that has changed, and they are taken.
+ * known as well as it is, predicts, and by more than a thousandth of the largest right-hand side
+ * taken so far, or an equation is not finite: a sample in the window is absurd. Windows that start
+ * at the first sample begin anew. Where twice as many windows in a row are outliers as one sample
+ * can spoil, it is the robot that has changed, and they are taken.
  *
  * NAME_NOT_EXCITED: with forgetting f, equations leave the past a share f of its weight, which is
  * (1 - f) NAME_PARAMETERS less over all directions; one that brings less than a hundredth of that
@@ -259,9 +259,10 @@ int NAME_identifier_read(const void *state, NAME_real *X, NAME_real *std);
  * negative or not finite. */
 int NAME_identifier_rest(void *state, const NAME_real *noise);
 
-/* How far the samples of one to two memories determine each parameter: NAME_PARAMETERS values, from
- * 0, where X and std are older, to 1. It is what these samples took from the variance of X, over that
- * variance, at most 1. Takes as long as reading std. Returns what NAME_identifier_read returns. */
+/* How far the samples of one to two memories determine each parameter: NAME_PARAMETERS values,
+ * from 0, where X and std are older, to 1. It is what these samples took from the variance of X,
+ * over that variance, at most 1. Takes as long as reading std. Returns what NAME_identifier_read
+ * returns. */
 int NAME_identifier_excited(const void *state, NAME_real *out);
 
 /* The least squares inside, to look at or to merge into another. */

@@ -10,7 +10,9 @@
 #define HALVINGS 40 /* of a step */
 #define SHORTER 0.7 /* of the part of a step that is possible */
 
-enum { IN_LINK = 0, POSITIVE = 1, FREE = 2 };
+#define IN_LINK 0
+#define POSITIVE 1
+#define FREE 2
 
 /* Place of XX of each link, and what the other parameters are. */
 static const int FIRST[LINKS] = {{ "{" }}{{ links|join(", ") }}{{ "}" }};
@@ -26,16 +28,18 @@ static const int BEGIN[NAME_PARAMETERS + 1] = {
     {{ line }}
 {% endfor %}
 };
-static const struct {
-    int place;
-    NAME_real factor;
-} TERM[] = {
-{% for place, factor in terms %}
-    {{ "{" }}{{ place }}, (NAME_real){{ factor }}{{ "}" }}{{ "" if loop.last else "," }}
+static const int PLACE[] = {
+{% for line in places %}
+    {{ line }}
+{% endfor %}
+};
+static const NAME_real FACTOR[] = {
+{% for factor in factors %}
+    (NAME_real){{ factor }}{{ "" if loop.last else "," }}
 {% endfor %}
 };
 
-static int diagonal(int i)
+static int row_begin(int i)
 {
     return i * NAME_PARAMETERS - i * (i - 1) / 2;
 }
@@ -46,7 +50,7 @@ static void combine(const NAME_real *s, NAME_real *X)
     for (int i = 0; i < NAME_PARAMETERS; i++) {
         X[i] = 0;
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            X[i] += TERM[k].factor * s[TERM[k].place];
+            X[i] += FACTOR[k] * s[PLACE[k]];
         }
     }
 }
@@ -59,7 +63,7 @@ static void spread(const NAME_real *x, NAME_real *s)
     }
     for (int i = 0; i < NAME_PARAMETERS; i++) {
         for (int k = BEGIN[i]; k < BEGIN[i + 1]; k++) {
-            s[TERM[k].place] += TERM[k].factor * x[i];
+            s[PLACE[k]] += FACTOR[k] * x[i];
         }
     }
 }
@@ -70,7 +74,7 @@ static void times_factor(const NAME_real *R, const NAME_real *x, NAME_real *out)
     for (int i = 0; i < NAME_PARAMETERS; i++) {
         NAME_real sum = 0;
         for (int j = i; j < NAME_PARAMETERS; j++) {
-            sum += R[diagonal(i) + j - i] * x[j];
+            sum += R[row_begin(i) + j - i] * x[j];
         }
         out[i] = sum;
     }
@@ -170,7 +174,7 @@ static void soften(const NAME_real *s, const NAME_real *s0, NAME_real *y)
 {
     NAME_real P[16];
     NAME_real Y[16];
-    NAME_real Z[16];
+    NAME_real Z[16] = {0};
     for (int i = 0; i < NAME_STANDARD; i++) {
         const NAME_real size = KIND[i] == POSITIVE ? s[i] : reach(s0[i]);
         y[i] *= KIND[i] == IN_LINK ? 1 : size * size;
@@ -189,7 +193,7 @@ static void slope(const NAME_real *s, const NAME_real *s0, NAME_real *out)
 {
     NAME_real P[16];
     NAME_real L[16];
-    NAME_real Z[16];
+    NAME_real Z[16] = {0};
     for (int i = 0; i < NAME_STANDARD; i++) {
         out[i] = KIND[i] == POSITIVE ? s[i] * s[i] / s0[i] - s[i] : s[i] - s0[i];
     }
@@ -225,7 +229,7 @@ static void slope(const NAME_real *s, const NAME_real *s0, NAME_real *out)
 static int solve(NAME_real *K, NAME_real *f)
 {
     for (int j = 0; j < NAME_PARAMETERS; j++) {
-        NAME_real *row = K + diagonal(j);
+        NAME_real *row = K + row_begin(j);
         if (!(row[0] > 0)) {
             return 1;
         }
@@ -234,7 +238,7 @@ static int solve(NAME_real *K, NAME_real *f)
             row[i] /= root;
         }
         for (int i = j + 1; i < NAME_PARAMETERS; i++) {
-            NAME_real *below = K + diagonal(i);
+            NAME_real *below = K + row_begin(i);
             for (int k = i; k < NAME_PARAMETERS; k++) {
                 below[k - i] -= row[i - j] * row[k - j];
             }
@@ -245,7 +249,7 @@ static int solve(NAME_real *K, NAME_real *f)
         }
     }
     for (int j = NAME_PARAMETERS - 1; j >= 0; j--) {
-        const NAME_real *row = K + diagonal(j);
+        const NAME_real *row = K + row_begin(j);
         for (int i = j + 1; i < NAME_PARAMETERS; i++) {
             f[j] -= row[i - j] * f[i];
         }
@@ -277,16 +281,16 @@ static int newton(const NAME_real *R, const NAME_real *wanted, const NAME_real *
     times_factor(R, x, f);
     for (int j = 0; j < NAME_PARAMETERS; j++) {
         memset(v, 0, sizeof v);
-        memcpy(v + j, R + diagonal(j), (size_t)(NAME_PARAMETERS - j) * sizeof v[0]);
+        memcpy(v + j, R + row_begin(j), sizeof v - (size_t)j * sizeof v[0]);
         spread(v, step);
         soften(s, s0, step);
         combine(step, x);
         for (int i = j; i < NAME_PARAMETERS; i++) {
             NAME_real sum = i == j ? mu : 0;
             for (int k = i; k < NAME_PARAMETERS; k++) {
-                sum += R[diagonal(i) + k - i] * x[k];
+                sum += R[row_begin(i) + k - i] * x[k];
             }
-            K[diagonal(j) + i - j] = sum;
+            K[row_begin(j) + i - j] = sum;
         }
     }
     if (solve(K, f) != 0) {
@@ -295,7 +299,7 @@ static int newton(const NAME_real *R, const NAME_real *wanted, const NAME_real *
     memset(v, 0, sizeof v);
     for (int i = 0; i < NAME_PARAMETERS; i++) { /* R'f */
         for (int j = i; j < NAME_PARAMETERS; j++) {
-            v[j] += R[diagonal(i) + j - i] * f[i];
+            v[j] += R[row_begin(i) + j - i] * f[i];
         }
     }
     spread(v, step);

@@ -1,0 +1,103 @@
+"""Print kernels as NAME_casadi.py: straight-line CasADi code, the same bytes every time."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import sympy as sp
+
+from symgen.codegen.c_printer import Printer, literal
+from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.model import Model
+from symgen.files import rendered
+
+_WIDTH = 96
+#: What the text calls itself: no step may hide it.
+_TAKEN = frozenset({"ca", *keyword.kwlist})
+
+
+def casadi_source(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
+    """Return NAME_casadi.py: a function for each kernel that builds a casadi.Function.
+
+    Arrays are columns and matrices of the shapes in NAME.h; 4x4 frames are stacked. An output is
+    NaN if a guard is not positive: the mass matrix is not positive definite, or the robot has no
+    such link.
+
+    Args:
+        name: prefix of the package.
+        model: the derived model; its robot has the values of the named lengths.
+        kernels: kernels of the package.
+    """
+    return rendered(
+        "casadi/kernels.py",
+        name=name,
+        robot=model.robot.name,
+        kernels=[_described(name, model, kernel) for kernel in kernels],
+    )
+
+
+def function_name(name: str, kernel: str) -> str:
+    """Return the name of a casadi.Function, which CasADi accepts: no double underscores."""
+    return re.sub("_+", "_", f"{name}_casadi_{kernel}").strip("_")
+
+
+class _Printer(Printer):
+    """Writes the body of a kernel in Python."""
+
+    def __init__(self, kernel: Kernel, model: Model) -> None:
+        super().__init__(kernel, {}, model.robot.values(), "double")
+        given = {name for name, _ in kernel.tape.inputs}
+        for symbol, word in self.word.items():
+            if word in _TAKEN:
+                self.word[symbol] = f"{word}__"
+        assert not given & _TAKEN
+
+    def lines(self) -> Iterator[str]:
+        """Yield the statements between the inputs and the outputs."""
+        tape = self.tape
+        for name, symbols in tape.inputs:
+            if name == LINK:
+                yield from (f"{self.word[s]} = link == {i}" for i, s in enumerate(symbols, 1))
+        for symbol, value in tape.constants:
+            yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
+        for symbol, expr in tape.steps:
+            yield f"{self.word[symbol]} = {self.expression(expr)}"
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        return f"ca.{name}({self.expression(argument)})"
+
+
+def _described(name: str, model: Model, kernel: Kernel) -> dict[str, Any]:
+    printer = _Printer(kernel, model)
+    inputs = [(a.name, 1 if a.link or a.name in SCALARS else a.size) for a in kernel.inputs]
+    read = {a for a, _ in inputs}
+    outputs = []
+    for output, entries in kernel.split(kernel.tape.outputs):
+        written = f"{output.name}_out" if output.name in read else output.name
+        text = ", ".join(printer.expression(e) for e in entries)
+        width = output.shape[-1] if len(output.shape) > 1 and output.size else 0
+        outputs.append(
+            {
+                "name": written,
+                "entries": textwrap.wrap(text, _WIDTH - 8),
+                "width": width,
+                "rows": output.size // width if width else 0,
+                "empty": not output.size,
+            }
+        )
+    guards = [printer.expression(e) for e in kernel.tape.outputs[kernel.size :]]
+    if kernel.links:
+        guards.append(f"(link >= 1) * (link <= {kernel.links}) * (link == ca.floor(link))")
+    return {
+        "name": kernel.name,
+        "doc": textwrap.wrap(kernel.doc.replace("\\", "/").replace('"""', "'''"), _WIDTH - 8),
+        "function": function_name(name, kernel.name),
+        "inputs": inputs,
+        "outputs": outputs,
+        "guards": guards,
+        "lines": list(printer.lines()),
+    }

@@ -1,0 +1,119 @@
+"""Values of the parameters in a package: NAME_values.h, and start values of its other targets."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from symgen.errors import PackageError
+from symgen.files import rendered
+from symgen.symbolic.base_parameters import BaseParameters
+
+
+@dataclass(frozen=True)
+class Values:
+    """Values of the parameters of a robot.
+
+    Attributes:
+        X: base parameters (p,).
+        std: their standard deviations, None where unknown.
+        standard: standard parameters in the order of the model, or () if they are unknown.
+        facts: what they are, one line each.
+    """
+
+    X: tuple[float, ...]
+    std: tuple[float | None, ...]
+    standard: tuple[float, ...] = ()
+    facts: tuple[str, ...] = ()
+
+    def require(self, base: BaseParameters) -> None:
+        """Refuse values that do not belong to a model.
+
+        Raises:
+            PackageError: another number of values, or one that is not finite.
+        """
+        p, s = len(base.parameters), len(base.standard)
+        finite = all(map(math.isfinite, (*self.X, *self.standard)))
+        if (len(self.X), len(self.std)) != (p, p) or len(self.standard) not in (0, s) or not finite:
+            raise PackageError(
+                f"values of {len(self.X)} base and {len(self.standard)} standard parameters; "
+                f"accepted: {p} finite numbers, and none or {s}"
+            )
+
+
+def values_header(
+    name: str,
+    robot: str,
+    values: Values,
+    parameters: Sequence[tuple[str, str, str]],
+    *,
+    digest: str | None = None,
+    standard: Sequence[str] = (),
+) -> str:
+    """Return NAME_values.h: X as `static const NAME_real NAME_values[]`.
+
+    It includes NAME.h, and compiles only with a package of these parameters in this order, and of
+    this digest if there is one.
+
+    Args:
+        name: prefix of the package.
+        robot: name of the robot.
+        values: the values.
+        parameters: name, expression and unit of each base parameter.
+        digest: `model_digest` of the robot file.
+        standard: names of the standard parameters, if their values are known.
+    """
+    return rendered(
+        "c/values.h",
+        name=name,
+        robot=robot,
+        digest=digest,
+        facts=[_comment(fact) for fact in values.facts],
+        parameters=[
+            {
+                "name": own,
+                "value": repr(x),
+                "formula": _comment(own if expression == own else f"{own} = {expression}"),
+                "unit": unit,
+                "std": "unknown" if std is None else f"{std:.3g}",
+            }
+            for (own, expression, unit), x, std in zip(
+                parameters, values.X, values.std, strict=True
+            )
+        ],
+        standard=[(own, repr(x)) for own, x in zip(standard, values.standard, strict=False)],
+    )
+
+
+def named_values(
+    X: Sequence[float],
+    given: Mapping[str, tuple[float, float | None]],
+    base: BaseParameters,
+    source: str,
+) -> Values:
+    """Return values from a table of parameters.
+
+    Args:
+        X: base parameters (p,), as regrouped from the table.
+        given: name -> value and standard deviation, of base or standard parameters.
+        base: the base parameters of the model.
+        source: what the table is, for the header.
+    """
+    std = [given.get(name, (0.0, None))[1] for name in base.names]
+    names = [p.name for p in base.standard]
+    known = all(name in given for name in names)
+    return Values(
+        tuple(map(float, X)),
+        tuple(None if s is None or not math.isfinite(s) else float(s) for s in std),
+        tuple(float(given[name][0]) for name in names) if known else (),
+        (source,),
+    )
+
+
+def _comment(text: str) -> str:
+    """Return a text as one line that is safe inside a C comment."""
+    line = "".join(c if c.isprintable() else " " for c in text)
+    # no end or begin of a comment, and no trigraph
+    return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")
