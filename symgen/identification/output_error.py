@@ -43,7 +43,7 @@ from symgen.runtime.plant import KERNELS, Plant, plant
 #: Of the model that is refined.
 NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
 #: Folds of windows, each simulated by a fit to the others.
-FOLDS = 2
+FOLDS = 5
 #: What a position error may grow by on folds.
 _LARGER = 1.02
 _TOLERANCE = 1e-5  # of a step of the integrator
@@ -100,10 +100,10 @@ def refine(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> 
         ParameterError: the robot with X cannot be simulated, or the logs are too short.
     """
     windows = consecutive_windows(logs)
-    if len(windows) < 2 * FOLDS:
+    if len(windows) < FOLDS:
         raise ParameterError(
             f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
-            f"{2 * FOLDS} or more"
+            f"{FOLDS} or more"
         )
     t = np.array([0.0, *HORIZONS])
     starting, moved, squares = play(PlantMover.of(evaluator, X), windows, t), [], np.zeros(2)
