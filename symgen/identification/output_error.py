@@ -38,7 +38,7 @@ from symgen.estimation.playback import (
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.integrator import integrate
-from symgen.runtime.plant import KERNELS, Plant, plant
+from symgen.runtime.plant import KERNELS, Mask, Plant, plant
 
 #: Of the model that is refined.
 NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
@@ -52,6 +52,8 @@ _ROUNDS = 12
 _WEIGHED = 3  # rounds after which sigma stays
 #: Part of the standard deviation below which a step counts as none.
 _SETTLED = 0.02
+#: Part of the squares of a window, and of a step of its start state, at which the search ends.
+_GAIN, _SHORT = 1e-3, 1e-2
 _DAMPING, _LEAST_DAMPED, _MOST_DAMPED = 1e-4, 1e-8, 1e4
 #: Singular value of dq/dx0, of the largest, below which a start state has no effect: the speed of a
 #: joint that sticks.
@@ -113,7 +115,9 @@ def refine(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> 
         kept = [w for k, w in enumerate(windows) if k % FOLDS != fold]
         own = _fit(evaluator, _cut(kept), X)[0]
         left = _cut(windows[fold::FOLDS])
-        squares += [_free_square(evaluator, left, x, sigma) for x in (X, own)]
+        measured = [w.start for w in left]
+        begins = [measured, *(_settled(evaluator, left, x, sigma, measured).starts for x in (X, own))]
+        squares += [_free_square(evaluator, left, x, sigma, begins) for x in (X, own)]
         moved.append(play(PlantMover.of(evaluator, own), windows[fold::FOLDS], t))
     after = np.empty_like(starting)
     order = [k for fold in range(FOLDS) for k in range(fold, len(windows), FOLDS)]
@@ -125,11 +129,60 @@ def refine(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> 
 
 
 def _free_square(
-    evaluator: Evaluator, windows: Sequence[Windows], X: FloatArray, sigma: FloatArray
+    evaluator: Evaluator,
+    windows: Sequence[Windows],
+    X: FloatArray,
+    sigma: FloatArray,
+    begins: Sequence[Sequence[FloatArray]],
 ) -> float:
-    """Return the sum of the squares of residuals over sigma, with the best start states."""
-    state = _State.of(evaluator, windows, X, [w.start for w in windows])
-    return float(sum(np.sum(p.r**2) for p in state.linearized(evaluator, windows, sigma)))
+    """Return the sum of the squares of residuals over sigma, with the best start states.
+
+    Searched from several begins, the least of each window: a stop or a reversal in a window makes
+    more than one minimum.
+    """
+    costs = [
+        _squares(_settled(evaluator, windows, X, sigma, list(starts)), windows, sigma)
+        for starts in begins
+    ]
+    return float(np.minimum.reduce(costs).sum())
+
+
+def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
+    """Return the sum of the squares of weighted residuals of each window."""
+    return np.concatenate(
+        [np.sum((r / sigma) ** 2, axis=(1, 2)) for r in state.residuals(windows)]
+    )
+
+
+def _settled(
+    evaluator: Evaluator,
+    windows: Sequence[Windows],
+    X: FloatArray,
+    sigma: FloatArray,
+    starts: list[FloatArray],
+) -> _State:
+    """Return the state with X fixed after steps of the start states, each window on its own."""
+    state = _State.of(evaluator, windows, X, starts)
+    part = [np.ones(len(s)) for s in starts]
+    none = np.zeros(len(X))
+    for _ in range(_ROUNDS):
+        steps = [p.start_step(none) for p in state.linearized(evaluator, windows, sigma)]
+        before = _by_log(_squares(state, windows, sigma), windows)
+        tried = [s + a[:, None] * d for s, a, d in zip(state.starts, part, steps, strict=True)]
+        trial = _State.of(evaluator, windows, X, tried)
+        after = _by_log(_squares(trial, windows, sigma), windows)
+        good = [a < b for a, b in zip(after, before, strict=True)]
+        part = [np.where(g, np.minimum(1.0, 2 * a), a / 4) for g, a in zip(good, part, strict=True)]
+        state = state.with_windows(trial, good)
+        gain = [np.where(g, 1 - a / b, 0) for g, a, b in zip(good, after, before, strict=True)]
+        if all(np.all((x < _GAIN) & (g | (a < _SHORT)))
+               for x, g, a in zip(gain, good, part, strict=True)):  # fmt: skip
+            break
+    return state
+
+
+def _by_log(x: FloatArray, windows: Sequence[Windows]) -> list[FloatArray]:
+    return np.split(x, np.cumsum([len(w.start) for w in windows])[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,8 +308,9 @@ def _fit(
     evaluator: Evaluator, windows: Sequence[Windows], X: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return X (p,) of the least cost and its covariance (p, p), from X to begin with."""
-    state = _State.of(evaluator, windows, X, [w.start for w in windows])
-    sigma, damping = _deviations(windows, state), _DAMPING
+    starts = [w.start for w in windows]
+    sigma = _deviations(windows, _State.of(evaluator, windows, X, starts))
+    state, damping = _settled(evaluator, windows, X, sigma, starts), _DAMPING
     for done in range(_ROUNDS):
         parts = state.linearized(evaluator, windows, sigma)
         H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
@@ -298,6 +352,16 @@ class _State:
         moved = plant(evaluator, X)
         motions = [_simulate(moved, w, s) for w, s in zip(windows, starts, strict=True)]
         return cls(X, starts, moved, motions)
+
+    def with_windows(self, other: _State, which: Sequence[Mask]) -> _State:
+        """Return this state with the windows of another, of the same X, where `which` is true."""
+        starts, motions = [], []
+        for k, rows in enumerate(which):
+            wide = rows[:, None, None]
+            starts.append(np.where(rows[:, None], other.starts[k], self.starts[k]))
+            (q, qd), (new_q, new_qd) = self.motions[k], other.motions[k]
+            motions.append((np.where(wide, new_q, q), np.where(wide, new_qd, qd)))
+        return _State(self.X, starts, self.moved, motions)
 
     def residuals(self, windows: Sequence[Windows]) -> list[FloatArray]:
         """Return measured minus simulated positions, (W, K, n) of each log."""
