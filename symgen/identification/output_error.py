@@ -116,7 +116,10 @@ def refine(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> 
         own = _fit(evaluator, _cut(kept), X)[0]
         left = _cut(windows[fold::FOLDS])
         measured = [w.start for w in left]
-        begins = [measured, *(_settled(evaluator, left, x, sigma, measured).starts for x in (X, own))]
+        begins = [
+            measured,
+            *(_settled(evaluator, left, x, sigma, measured).starts for x in (X, own)),
+        ]
         squares += [_free_square(evaluator, left, x, sigma, begins) for x in (X, own)]
         moved.append(play(PlantMover.of(evaluator, own), windows[fold::FOLDS], t))
     after = np.empty_like(starting)
@@ -149,9 +152,7 @@ def _free_square(
 
 def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
     """Return the sum of the squares of weighted residuals of each window."""
-    return np.concatenate(
-        [np.sum((r / sigma) ** 2, axis=(1, 2)) for r in state.residuals(windows)]
-    )
+    return np.concatenate([np.sum((r / sigma) ** 2, axis=(1, 2)) for r in state.residuals(windows)])
 
 
 def _settled(
