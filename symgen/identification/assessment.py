@@ -204,7 +204,7 @@ def assess(
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = found.solution, ""
-    if method.name not in UNBIASED and chosen.columns is None:
+    if not (method.refined or method.name in UNBIASED) and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std

@@ -17,7 +17,7 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError, ParameterError
-from symgen.estimation.equation_model import NEEDED, EquationModel
+from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -28,7 +28,9 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.playback import read_gains
 from symgen.estimation.predictive_score import LEAST
+from symgen.estimation.torque_error import percent
 from symgen.faults.logs import open_logs
+from symgen.identification import output_error
 from symgen.identification.assessment import (
     Outcome,
     Trials,
@@ -56,7 +58,8 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
 
-AUTO = "auto"
+AUTO, SIMULATION = "auto", "simulation"
+_NOT_REFINED = "not refined by simulation"
 MODELS = (AUTO, *NEEDED, STATIC)
 _FEWEST = 10  # samples held out
 
@@ -71,6 +74,7 @@ def identify(
     window: float = 0.2,
     cutoff: float | None = None,
     fit: Fit | None = None,
+    refine: str | None = None,
     controller: str | Path | None = None,
     reading: Reading | None = None,
     workers: Workers | None = None,
@@ -99,6 +103,9 @@ def identify(
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
         fit: prior, weights of logs, commanded motions, forgetting.
+        refine: "simulation" refines the solution by output error: the parameters whose simulated
+            positions are nearest to the measured ones, if they simulate held-out folds better
+            (`symgen.identification.output_error`). None for the solution itself.
         controller: TOML with [controller] kp and kd, (n,) each: held-out motion is simulated with
             this feedback to the measured motion too.
         reading: columns, span and masks of the logs.
@@ -114,6 +121,10 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    if refine not in (None, SIMULATION) or (refine and model == STATIC):
+        raise IdentificationError(
+            f"refine {refine!r} with model {model}; accepted: {SIMULATION}, and no model {STATIC}"
+        )
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
     asked = fit or Fit()
@@ -128,7 +139,7 @@ def identify(
             return identify_poses(source, (sources, given), by, asked, reading, progress)
         models = _equation_models(source, model, window, by)
         data: AbstractContextManager[LogsInMemory | ChunkedLogs]
-        whole = _whole(source, by, asked)
+        whole = _whole(source, by, asked, refine)
         if workers is not None or is_long([*sources, *given], not whole):
             if whole:
                 raise IdentificationError(
@@ -148,9 +159,13 @@ def identify(
             chosen = choose_model(run, models, by, shares, motions, progress)
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
+            by, found = _possible(opened, chosen, by, found)
+            if refine:
+                progress("refining by simulation")
+                by, found = _refined(chosen, by, found)
             progress("judging")
             trials = Trials(values_of_file(robot, opened.evaluator.model), gains)
-            return assess(chosen, *_possible(opened, chosen, by, found), trials)
+            return assess(chosen, by, found, trials)
 
 
 def _possible(
@@ -187,6 +202,38 @@ def _possible(
     return bounded, replace(other, notes=(*other.notes, *notes))
 
 
+def _refined(chosen: ChosenModel, by: Method, found: Outcome) -> tuple[Method, Outcome]:
+    """Return the parameters of output error if they simulate held-out folds better.
+
+    Otherwise the solution stays, and a note says why.
+    """
+    run, before = chosen.run, found.solution
+    if chosen.columns is not None:
+        reason = "the logs do not determine all parameters"
+        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {reason}"))
+    evaluator = load(derive(run.evaluator.model.robot, (*output_error.NEEDED, *JUDGING)))
+    try:
+        refined = output_error.refine(evaluator, run.train, before.X)
+    except ParameterError as error:
+        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {error}"))
+    old, new = (errors[-1] for errors in refined.errors)
+    told = (
+        f"position error after {new.seconds:g} s on held-out folds of the training logs: "
+        f"{percent(old.position_error)} with {by.label}, {percent(new.position_error)} refined"
+    )
+    if not refined.better:
+        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {told}"))
+    solution = replace(
+        before, X=refined.X, noise=refined.covariance, misfit=np.zeros_like(refined.covariance)
+    )
+    own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
+    fits = run.torques(refined.X)
+    better = outcome(solution, chosen.model, (own, held), fits, found.repairs, found.notes)
+    return replace(by, refined=True), replace(
+        better, notes=(*found.notes, f"refined by simulation: {told}"), provenance=found.provenance
+    )
+
+
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
@@ -199,7 +246,7 @@ def _equation_models(
     return tuple(EquationModel(name, window) for name in tried)
 
 
-def _whole(robot: Robot, method: Method, asked: Fit) -> str:
+def _whole(robot: Robot, method: Method, asked: Fit, refine: str | None) -> str:
     """Return the option that needs all samples in memory, or ''."""
     needed = {
         "weights": asked.weights,
@@ -208,6 +255,7 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
         "effects on samples": robot.on_logs,
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
+        f"refine {refine}": refine,
     }
     return next((name for name, value in needed.items() if value), "")
 
