@@ -216,10 +216,10 @@ def _refined(chosen: ChosenModel, by: Method, found: Outcome) -> tuple[Method, O
         refined = output_error.refine(evaluator, run.train, before.X)
     except ParameterError as error:
         return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {error}"))
-    old, new = (errors[-1] for errors in refined.errors)
+    old, new = refined.residuals
     told = (
-        f"position error after {new.seconds:g} s on held-out folds of the training logs: "
-        f"{percent(old.position_error)} with {by.label}, {percent(new.position_error)} refined"
+        "RMS of measured minus simulated positions on held-out windows of the training logs: "
+        f"{old:.3g} with {by.label}, {new:.3g} refined"
     )
     if not refined.better:
         return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {told}"))
