@@ -28,13 +28,9 @@ from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.playback import (
     HORIZONS,
-    Horizon,
-    PlantMover,
     Window,
     at_nodes,
     consecutive_windows,
-    play,
-    position_errors,
 )
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import shifted
@@ -82,14 +78,19 @@ class Refinement:
     after: FloatArray
 
     @property
-    def better(self) -> bool:
-        """Whether the squares are smaller by more than they scatter from window to window.
+    def p_value(self) -> float:
+        """Probability of squares that are so much smaller where there is no difference.
 
-        A one-sided paired t test at 5 %.
+        Of a one-sided paired t test: what counts is how they scatter from window to window.
         """
         from scipy.stats import ttest_rel
 
-        return bool(ttest_rel(self.before, self.after, alternative="greater").pvalue < _LEVEL)
+        return float(ttest_rel(self.before, self.after, alternative="greater").pvalue)
+
+    @property
+    def better(self) -> bool:
+        """Whether held-out windows are nearer to the refined motion than by chance."""
+        return self.p_value < _LEVEL
 
     @property
     def residuals(self) -> tuple[float, float]:
@@ -126,20 +127,23 @@ def refine(
     whole, given = _cut(windows), np.append(X, 0.0) if late else X
     first, state, sigma = _fit(evaluator, whole, given)
     parts = state.linearized(evaluator, whole, sigma)
-    begins = [first.starts, state.starts]
-    before = _best(evaluator, whole, given, sigma, begins)
+    # A stop or a reversal in a window makes more than one minimum: searched from two begins.
+    before = np.minimum(
+        _squares(first, whole, sigma), _best(evaluator, whole, given, sigma, state.starts)
+    )
     own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
     H, g = (np.array(x) for x in zip(*own, strict=True))
     after = np.empty_like(before)
     for fold in range(FOLDS):
         left = np.arange(len(before)) % FOLDS == fold
         step = np.linalg.lstsq(H[~left].sum(axis=0), g[~left].sum(axis=0), rcond=None)[0]
-        rows = _by_log(left, whole)
+        rows = [np.asarray(x, dtype=bool) for x in _by_log(left, whole)]
         cut = [w.where(r) for w, r in zip(whole, rows, strict=True)]
-        begun = [[s[r] for s, r in zip(b, rows, strict=True)] for b in begins]
+        begun = [s[r] for s, r in zip(state.starts, rows, strict=True)]
         after[left] = _best(evaluator, cut, state.z + step, sigma, begun)
+    each = whole[0].q[0].size
     found, delay = _split(evaluator, state.z)
-    return Refinement(found, _covariance(parts), delay, before, after)
+    return Refinement(found, _covariance(parts), delay, before / each, after / each)
 
 
 def _best(
@@ -147,18 +151,10 @@ def _best(
     windows: Sequence[Windows],
     z: FloatArray,
     sigma: FloatArray,
-    begins: Sequence[Sequence[FloatArray]],
+    starts: list[FloatArray],
 ) -> FloatArray:
-    """Return the mean squares of residuals over sigma of windows with their best start states.
-
-    Searched from several begins, the least of each window: a stop or a reversal in a window makes
-    more than one minimum.
-    """
-    costs = [
-        _squares(_settled(evaluator, windows, z, sigma, list(starts)), windows, sigma)
-        for starts in begins
-    ]
-    return np.minimum.reduce(costs) / windows[0].q[0].size
+    """Return the squares of weighted residuals of windows with their best start states."""
+    return _squares(_settled(evaluator, windows, z, sigma, starts), windows, sigma)
 
 
 def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
@@ -235,8 +231,8 @@ class Windows:
 
     def where(self, chosen: Mask) -> Windows:
         """Return some of the windows."""
-        rows, q, start = (x[chosen] for x in (self.rows, self.q, self.start))
-        return Windows(self.torque, rows, self.t, q, start)
+        rows = self.rows[chosen]
+        return Windows(self.torque, rows, self.t, self.q[chosen], self.start[chosen])
 
 
 def _cut(windows: Sequence[Window]) -> list[Windows]:
@@ -471,31 +467,7 @@ class _Part:
 
 
 def _covariance(parts: Sequence[_Part]) -> FloatArray:
-    """Return the covariance (p, p) with start states unknown, H^-1 (sum J' R J) H^-1.
-
-    R is the correlation of the residuals of a joint, the same in all windows of a log; those of two
-    windows or joints are independent.
-    """
-    p, rows, free = parts[0].J.shape[2], 0, 0
-    H, meat = np.zeros((p, p)), np.zeros((p, p))
-    for part in parts:
-        W, n = len(part.r), part.back.shape[1] // 2
-        J, r = part.J.reshape(W, -1, n, p), part.r.reshape(W, -1, n)
-        K = r.shape[1]
-        H += part.sums()[0]
-        rows, free = rows + r.size, free + r.size - 2 * n * W
-        for j in range(n):
-            power = np.mean(np.abs(np.fft.rfft(r[:, :, j], 2 * K)) ** 2, axis=0)
-            spread = np.fft.rfft(J[:, :, j], 2 * K, axis=1)
-            weight = np.full(K + 1, 2.0)
-            weight[[0, -1]] = 1.0
-            scaled = spread * (power * weight / (2 * K * K))[:, None]
-            meat += np.real(np.einsum("wka,wkb->ab", scaled.conj(), spread, optimize=True))
-    inverse = np.linalg.pinv(H, hermitian=True)
-    return np.asarray(inverse @ meat @ inverse * rows / max(free - p, 1))
-
-
-def _jack(parts: Sequence[_Part]) -> FloatArray:
+    """Return the jackknife covariance of z: residuals of two windows are independent."""
     own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
     H, g = (sum(x) for x in zip(*own, strict=True))
     moves = np.array([np.linalg.lstsq(H - h, g - s, rcond=None)[0] for h, s in own])

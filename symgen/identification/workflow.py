@@ -28,8 +28,9 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.playback import read_gains
 from symgen.estimation.predictive_score import LEAST
-from symgen.estimation.torque_error import percent
+from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import open_logs
+from symgen.faults.recorder import late_fault
 from symgen.identification import output_error
 from symgen.identification.assessment import (
     Outcome,
@@ -51,7 +52,7 @@ from symgen.identification.model_choice import (
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
-from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
+from symgen.identification.solving import FOLDED, Fit, Method, equate, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -162,7 +163,7 @@ def identify(
             by, found = _possible(opened, chosen, by, found)
             if refine:
                 progress("refining by simulation")
-                by, found = _refined(chosen, by, found)
+                chosen, by, found = _refined(chosen, by, found)
             progress("judging")
             trials = Trials(values_of_file(robot, opened.evaluator.model), gains)
             return assess(chosen, by, found, trials)
@@ -202,36 +203,73 @@ def _possible(
     return bounded, replace(other, notes=(*other.notes, *notes))
 
 
-def _refined(chosen: ChosenModel, by: Method, found: Outcome) -> tuple[Method, Outcome]:
-    """Return the parameters of output error if they simulate held-out folds better.
+def _refined(
+    chosen: ChosenModel, by: Method, found: Outcome
+) -> tuple[ChosenModel, Method, Outcome]:
+    """Return the run, the method and the parameters of output error.
 
-    Otherwise the solution stays, and a note says why.
+    The solution stays where these do not simulate held-out windows better; a note says why.
     """
     run, before = chosen.run, found.solution
+
+    def unchanged(reason: str) -> tuple[ChosenModel, Method, Outcome]:
+        return chosen, by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {reason}"))
+
     if chosen.columns is not None:
-        reason = "the logs do not determine all parameters"
-        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {reason}"))
+        return unchanged("the logs do not determine all parameters")
     evaluator = load(derive(run.evaluator.model.robot, (*output_error.NEEDED, *JUDGING)))
     try:
-        refined = output_error.refine(evaluator, run.train, before.X)
+        refined = output_error.refine(evaluator, run.train, before.X, late=run.delay != 0.0)
     except ParameterError as error:
-        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {error}"))
+        return unchanged(str(error))
     old, new = refined.residuals
     told = (
-        "RMS of measured minus simulated positions on held-out windows of the training logs: "
-        f"{old:.3g} with {by.label}, {new:.3g} refined"
+        "on held-out windows of the training logs, positions are "
+        f"{old:.3g} standard deviations off with {by.label} and {new:.3g} refined "
+        f"(p = {refined.p_value:.2g} that this is chance)"
     )
     if not refined.better:
-        return by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {told}"))
-    solution = replace(
-        before, X=refined.X, noise=refined.covariance, misfit=np.zeros_like(refined.covariance)
-    )
+        return unchanged(told)
+    chosen, repairs = _in_refined_time(chosen, refined, found.repairs)
+    covariance = refined.covariance[: len(before.X), : len(before.X)]
+    solution = replace(before, X=refined.X, noise=covariance, misfit=np.zeros_like(covariance))
     own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
-    fits = run.torques(refined.X)
-    better = outcome(solution, chosen.model, (own, held), fits, found.repairs, found.notes)
-    return replace(by, refined=True), replace(
-        better, notes=(*found.notes, f"refined by simulation: {told}"), provenance=found.provenance
+    fits = chosen.run.torques(refined.X)
+    better = outcome(solution, chosen.model, (own, held), fits, repairs)
+    notes = (*found.notes, f"refined by simulation: {told}")
+    by = replace(by, refined=True)
+    return chosen, by, replace(better, notes=notes, provenance=found.provenance)
+
+
+def _in_refined_time(
+    chosen: ChosenModel, refined: output_error.Refinement, repairs: tuple[Fault, ...]
+) -> tuple[ChosenModel, tuple[Fault, ...]]:
+    """Return the run with the torques shifted by the refined delay, and the repairs with it."""
+    run = chosen.run
+    if not refined.delay:
+        return chosen, repairs
+    n = run.evaluator.model.robot.n
+    common = [f for f in repairs if f.kind == "delay" and len(f.joints) == n]
+    shift = late_fault(refined.delay, n)
+    whole = late_fault(refined.delay + sum(f.value for f in common), n)
+    train, held = (
+        tuple(undo_faults(log, [shift])[0] for log in group) for group in (run.train, run.held)
     )
+    std = math.sqrt(refined.covariance[-1, -1])
+    told = replace(
+        whole, samples=sum(len(log.t) for log in run.logs), done="shifted", undo=None,
+        values=(("DT", whole.value, std),),
+    )  # fmt: skip
+    others = (f for f in repairs if f not in common)
+    run = replace(run, train=train, held=held, delay=run.delay + refined.delay)
+    sides = (
+        [
+            equate(run.evaluator, log, chosen.model, part.equations[0].weight, part.kind)
+            for log, part in zip(logs, parts, strict=True)
+        ]
+        for logs, parts in ((train, chosen.train), (held, chosen.held))
+    )
+    return replace(chosen, run=run, train=next(sides), held=next(sides)), (*others, told)
 
 
 def _equation_models(
