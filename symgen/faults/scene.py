@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import rms
-from symgen.estimation.decimation import CHANNELS
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
 from symgen.estimation.summary import Blocks
@@ -76,7 +76,7 @@ class Rows:
         parts = [log.compared_t for log in self.logs]
         return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
 
-    def along(self, state: State, together: int = CHANNELS, *, smooth: bool = False) -> FloatArray:
+    def along(self, state: State, together: int = BLOCK, *, smooth: bool = False) -> FloatArray:
         """Return a function (k, ...) of q, qd, qdd in the comparison band, (K, ...).
 
         Args:
