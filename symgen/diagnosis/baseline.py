@@ -22,6 +22,7 @@ from symgen.diagnosis.whitened_system import (
     torque_at,
     whitened,
 )
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, motion_folds
 from symgen.estimation.system import torque_rows
@@ -200,6 +201,12 @@ class Baseline:
         whole = np.concatenate(at, axis=1)
         limit = static_friction(resting, creeping)
         return Rests(resting.joint, resting.rows, whole, y - whole @ found.X, limit)
+
+    @cached_property
+    def features(self) -> list[FloatArray]:
+        """Random functions of the state of each training log, (K, n, m), that stand for misfit."""
+        known = features_of(self.base.logs, self.robot.sigma)
+        return [known.in_band(log.unmasked.modelled) for log in self.base.logs]
 
     @cached_property
     def _folds(self) -> NDArray[np.intp]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.codegen.model import Model, derive
+from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline, model_of
 from symgen.diagnosis.contacts import NAME as CONTACT
 from symgen.diagnosis.contacts import Contact, contacts_in
@@ -47,12 +48,12 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.features import features_of
-from symgen.estimation.floor import at_rest, noise_floor, quiet
+from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
     LEAST,
     PredictiveScore,
     dense,
+    everywhere,
     motion_folds,
     repeats_motion,
 )
@@ -156,11 +157,13 @@ def _left(baseline: Baseline, held: WhitenedSystem, effects: Sequence[Score]) ->
 def _touched(
     baseline: Baseline, effects: Sequence[Score], least: float, misfit: float
 ) -> tuple[Contact, ...]:
-    """Return the contacts in the validation data, which the model with the effects shows."""
+    """Return the contacts in the validation data, beside a fit of the model to these data."""
     held = baseline.system_of(baseline.held)
-    left = _left(baseline, held, effects)
-    fold, none = motion_folds(held.logs), np.zeros((*left.shape, 0))
-    score = PredictiveScore(none, left, held.moves, held.sigma, fold, misfit * held.size)
+    columns = _torques(baseline, held, effects, baseline.beside(effects))
+    held = held.with_columns(map(everywhere, columns))
+    fold, size = motion_folds(held.logs), misfit * held.size
+    left = held.y - held.W @ held.X
+    score = PredictiveScore(held.W, left, held.moves, held.sigma, fold, size)
     return tuple(contacts_in(score, held.logs, held.size, least))
 
 
@@ -195,12 +198,21 @@ def _shown(
         selection = _without(selection, [lost], fault)
 
 
+def _probable(selection: Selection, kept: Sequence[Score]) -> Selection:
+    """Return a selection without effects that only those explained that the data do not confirm."""
+    known = {s.candidate.key for s in kept}
+    lost = [s for s in selection.accepted if s.candidate.key not in known]
+    fault = "it does not predict other motion better beside the confirmed effects"
+    return replace(_without(selection, lost, fault), accepted=tuple(kept))
+
+
 def conclude(
     baseline: Baseline,
     selection: Selection,
     notes: tuple[str, ...],
     least: float = LEAST,
     misfit: float | None = None,
+    probable: Callable[[Sequence[Score]], list[Score]] | None = None,
 ) -> Diagnosis:
     """Add the effects, identify the model again, and measure the gap on the validation data.
 
@@ -214,6 +226,7 @@ def conclude(
         least: smallest torque that matters, as a part of the joint's torque.
         misfit: smallest model error to expect, as a part of a joint's torque; None for the declared
             model: then neither the places of the gap nor free functions are searched.
+        probable: gives those of some effects that are probable beside one another; None if all are.
     """
     declared = baseline
     contacts = selection.contacts or ()
@@ -226,7 +239,11 @@ def conclude(
     baseline = replace(baseline, held=held)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
     selection, biased = _shown(baseline, selection)
+    if probable is not None and len(selection.accepted) < len(accepted):
+        selection = _probable(selection, probable(selection.accepted))
     suspected = [s for s in selection.accepted if not s.confirmed]
+    torque = rms(np.concatenate([log.unmasked.measured for log in baseline.held]))
+    share = torque / np.maximum(torque, baseline.base.size)
     while True:
         accepted, seen = _settled(baseline, [s for s in selection.accepted if s.confirmed])
         selection = replace(selection, accepted=accepted)
@@ -240,8 +257,7 @@ def conclude(
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
         gaps = _gaps(baseline, model, declared)
-        before, after = gaps.moving.before, gaps.moving.after
-        raised = _raising(accepted, before, after, least)
+        raised = _raising(accepted, gaps.moving, share, least)
         if raised is None:
             break
         score, was, now = raised
@@ -291,7 +307,7 @@ def conclude(
         floor=told.floor,
         where=()
         if misfit is None or verdict == "consistent"
-        else places(declared, accepted, moving.before, moving.floor),
+        else places(declared, accepted, contacts, moving.before, moving.floor),
         effects=found,
         free_functions=shapes or None,
         rejected=tuple(
@@ -371,7 +387,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     names = () if baseline.given else evaluator.model.base.names
     system = system.with_columns(seen(s.candidate) for s in corrected)
     extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    solution = _solved((*names, *extra), system, baseline.robot.sigma)
+    solution = _solved((*names, *extra), system, baseline.features)
     std = solution.std
     along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
     if along:
@@ -381,7 +397,8 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
-            std = _solved((*names, *extra, *constants), system.with_columns(along), robot.sigma).std
+            bent = system.with_columns(along)
+            std = _solved((*names, *extra, *constants), bent, baseline.features).std
         except IdentificationError:  # the logs do not determine the constants
             std = np.concatenate([std, np.full(count, np.nan)])
     return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)
@@ -412,7 +429,7 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
     system = baseline.beside(accepted)
     try:
-        solution = _solved((*names, *extra), system, baseline.robot.sigma)
+        solution = _solved((*names, *extra), system, baseline.features)
         X, std = solution.X, solution.std
     except IdentificationError:
         X = estimated(system).X
@@ -641,20 +658,27 @@ def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
 
 
 def _raising(
-    accepted: Sequence[Score], before: Gap, after: Gap, least: float
+    accepted: Sequence[Score], moving: _Judged, share: FloatArray, least: float
 ) -> tuple[Score, float, float] | None:
     """Return the weakest effect that does not improve the prediction of unseen data, and the gaps.
 
-    The gap of a joint on which effects act may not grow by what matters, and that of all joints may
-    not grow.
+    The gap of a joint on which effects act may not grow, nor that of all joints.
+
+    Args:
+        accepted: the effects.
+        moving: gaps of the validation data.
+        share: (n,) torque of the joints in these data over the largest torque in any data.
+        least: smallest torque that matters, as a part of the joint's torque.
     """
+    before, after, _ = moving
     if accepted and after.total > before.total:
         return accepted[-1], before.total, after.total
+    was, now, noise = ([*(share * gap.per_joint)] for gap in moving)
+    raised = grown(was, now, noise, least)
     for score in reversed(accepted):
         for j in score.candidate.joints:
-            was, now = before.per_joint[j], after.per_joint[j]
-            if now > was + least:
-                return score, was, now
+            if raised[j]:
+                return score, before.per_joint[j], after.per_joint[j]
     return None
 
 
@@ -691,21 +715,22 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
     return (tied or accepted)[-1]
 
 
-def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]) -> Solution:
+def _solved(
+    names: tuple[str, ...], system: WhitenedSystem, features: Sequence[FloatArray]
+) -> Solution:
     """Solve the final model; the solution is empty if no parameter is unknown."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
     out, first, weights = [], 0, estimated(system).moves
-    known = features_of(system.logs, sigma)
-    for log in system.logs:
-        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)
+    for log, known in zip(system.logs, features, strict=True):
+        t = log.t[log.kept]
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            own = weight[:, None] * features[at, j]
+            own = weight[:, None] * known[at, j]
             out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")

@@ -227,10 +227,7 @@ def candidates(
                     continue
                 plain = replace(_on_joint(robot, definition, position), change=drifted)
                 for constants in grid(searches, logs, position, joint.sigma):
-                    # A contact ends within a log.
-                    length = constants.get("start", 0.0) + constants.get("length", 0.0)
-                    if not length or length <= max(s.t[s.kept][-1] - s.t[0] for s in logs):
-                        yield replace(plain, constants=constants)
+                    yield replace(plain, constants=constants)
     for own in robot.sought:
         if chosen is None or own.effect.name in chosen:
             position = [j.number for j in robot.movable].index(own.effect.joints[0])

@@ -14,11 +14,14 @@ import numpy as np
 
 from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.contacts import NAME as CONTACT
+from symgen.diagnosis.contacts import Contact
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Score, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, gain_of, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
+from symgen.robot.effect import definitions
 
 _PRICE = 0.015  # penalty of a function
 _ORGANISED = 0.3  # smallest score of a pattern
@@ -26,7 +29,6 @@ _ORGANISED = 0.3  # smallest score of a pattern
 EXPLAINED = 0.5
 _LOUD = 1.5  # gap over noise floor from which a joint counts
 _SLIGHT = 0.01  # share of the whole excess below which a joint is left out
-_WINDOW, _MOST = 0.15, 0.7  # longest part of a log, and share of the square in it
 _SHAPES = 3  # half waves over the joint's range up to which the pattern is position, not spectrum
 _WAVES = 60
 _AFTER = (0.02, 0.05, 0.1, 0.2)  # s after a reversal
@@ -129,25 +131,12 @@ def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> di
     return dict(sorted(scores.items(), key=lambda entry: -entry[1]))
 
 
-def window(evidence: WhitenedSystem, j: int) -> tuple[float, float] | None:
-    """Return a short time span, s, with most of a joint's residual; None if there is none."""
-    first, found, most = 0, None, 0.0
-    whole = float(np.sum(evidence.residual[:, j] ** 2))
-    for s in evidence.logs:
-        t = s.t[s.kept]
-        own = evidence.residual[first : first + len(t), j] ** 2
-        first, square = first + len(t), np.concatenate([[0.0], np.cumsum(own)])
-        length = max(1, int(_WINDOW * len(t)))
-        for size in range(max(1, length // 8), length + 1, max(1, length // 8)):
-            held = square[size:] - square[:-size]
-            at = int(np.argmax(held))
-            if held[at] > max(_MOST * whole, 1.02 * most):
-                found, most = (float(t[at]), float(t[at + size - 1])), float(held[at])
-    return found
-
-
 def places(
-    baseline: Baseline, accepted: Sequence[Score], before: Gap, floor: Gap
+    baseline: Baseline,
+    accepted: Sequence[Score],
+    contacts: Sequence[Contact],
+    before: Gap,
+    floor: Gap,
 ) -> tuple[Place, ...]:
     """Return the joints with a gap above the noise floor, the largest share first.
 
@@ -157,6 +146,7 @@ def places(
     Args:
         baseline: the declared model.
         accepted: the effects that were found.
+        contacts: the contacts; the first one on a joint gives the time of its gap.
         before, floor: gap and noise floor on the held-out data.
     """
     gap, noise = np.asarray(before.per_joint), np.asarray(floor.per_joint)
@@ -169,6 +159,7 @@ def places(
         return ()
     robot, base = baseline.robot, baseline.base
     left, torques = baseline.beside(accepted).sigma ** 2 / base.sigma**2, baseline.torques(base)
+    pushed = {j: c for c in reversed(contacts) for j in c.event.joints}
     out = []
     for j in map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))]):
         named = [
@@ -176,11 +167,16 @@ def places(
             for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
-        if named and left[j] < EXPLAINED:
+        contact, time = pushed.get(j), None
+        if contact is not None:
+            time = contact.event.start, contact.event.end
+        if contact is not None and contact.gain > 1 - EXPLAINED:
+            pattern = definitions()[CONTACT].pattern
+        elif named and left[j] < EXPLAINED:
             pattern = named[0]
         else:
             best, score = next(iter(portrait(base, torques, j).items()))
             pattern = best if score > _ORGANISED else "all"
         share = float(excess[j] / excess.sum())
-        out.append(Place(robot.movable[j].number, share, pattern, window(base, j)))
+        out.append(Place(robot.movable[j].number, share, pattern, time))
     return tuple(out)

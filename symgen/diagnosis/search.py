@@ -206,6 +206,26 @@ class Search:
                 kept[kept.index(own)] = again
         return self._leave_out(kept) if contacts else kept
 
+    def probable(self, accepted: Sequence[Score]) -> list[Score]:
+        """Return those of some effects that are probable beside one another.
+
+        Args:
+            accepted: effects that the search found; others that it found may lack.
+        """
+        found = self._backward([*accepted])
+        known = {s.candidate.key: s for s in accepted}
+        return [
+            replace(
+                s,
+                probability=min(
+                    known[s.candidate.key].probability, 1 / (1 + float(np.exp(-s.odds)))
+                ),
+                alike=known[s.candidate.key].alike,
+                confirmed=known[s.candidate.key].confirmed,
+            )
+            for s in found
+        ]
+
     def _merged(self, found: list[Score]) -> list[Score]:
         """Return the effects with their expressions merged: one expression for each joint."""
         parts = [s for s in found if s.candidate.name == UNNAMED]
@@ -439,7 +459,7 @@ class Search:
 
     def _backward(self, accepted: list[Score]) -> list[Score]:
         """Remove effects that are not probable beside the others, the least probable first."""
-        while len(accepted) > 1:
+        while accepted:
             again = [self._again(self._stage(leave_out(accepted, s)), s) for s in accepted]
             failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
             if not failing:

@@ -341,7 +341,7 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows only "
                 "near its resonance",
             )
-        found = conclude(model, selection, notes, self.least, self.misfit)
+        found = conclude(model, selection, notes, self.least, self.misfit, search.probable)
         return with_stiffness(found, self.robot, bent)
 
     def undone(

@@ -112,7 +112,7 @@ class Decimation:
             left, weight, begun = sums[done - begun :], total[done - begun :], done
 
 
-@lru_cache(maxsize=256)  # some ten for each log and band, of at most a megabyte
+@lru_cache(maxsize=256)  # some ten for each log and band, of about half a megabyte
 def _weights(
     d: Decimation, reach: int, offset: int, shape: tuple[int, int], ends: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:

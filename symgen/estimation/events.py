@@ -1,15 +1,14 @@
 """Events: short spans of a log in which the torque of some joints has an error of its own.
 
-A contact or a collision gives a torque of any shape, which no other motion predicts. Its rows have
-a variance of their own, and no say in the fit. With b the parameters fitted to all other rows of
-the other folds,
+A contact or a collision gives a torque of any course, which no other motion predicts. Without its
+rows, the fit predicts other rows better. Beside this gain (`symgen.estimation.predictive_score`),
+the squares c of its m rows of a joint are those of a variance of their own,
 
-    score = score of the other rows - 1/2 sum over joints j of m log(c / m + s^2),
+    log of the integral of p(c | v) over log v, uniform from the misfit to the torque of the joint,
 
-c = |y - W b|^2 on the m rows of joint j in the event (`symgen.estimation.predictive_score`). Such a
-variance is integrated out, with a uniform prior of its logarithm from the misfit to the torque of
-the joint. An event pays for the number of spans that are tried. Folds are motion of one kind, so
-what is large wherever the motion is of that kind is no event.
+where those of any other span would have the variance of the joint times a factor that varies from
+span to span: the inverse of chi-square over its degrees of freedom, so that its residuals have the
+heavy tails of Student's t. An event pays for the spans and for the sets of joints that are tried.
 """
 
 from __future__ import annotations
@@ -27,7 +26,8 @@ from symgen.estimation.values import FloatArray
 
 #: Longest event, as a part of its log; ratio of the lengths that are tried; starts in a length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
-_RANGE = math.log(1 / MISFIT)  # of the logarithm of the error of a joint in an event
+_RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in an event
+_FREEDOM = 3.0  # of Student's t
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Event:
         first, last: samples without which the equations do not contain the event.
         joints: their positions.
         rows: (K, n) rows of all logs that it reaches.
-        price: nats, for the spans that are tried and for the variances.
+        price: nats, for the spans and sets of joints that are tried.
     """
 
     log: int
@@ -54,8 +54,28 @@ class Event:
 
     def fit(self, score: PredictiveScore) -> tuple[float, Fit]:
         """Return the log-likelihood ratio of the event, less its price, and the fit without it."""
-        fit = score.with_event(self.rows)
-        return fit.score - score.alone.score - self.price, fit
+        gained, fit, variance = score.gained_without(self.rows)
+        own = np.array(self.joints)
+        count = np.sum((score.weight * self.rows)[:, own] ** 2, axis=0) / TEMPERATURE
+        floor = score.misfit[own] ** 2
+        told = _of_its_own(count, variance[own] + floor, fit.left[own] + floor)
+        return gained + float(told.sum()) - self.price, fit
+
+
+def _of_its_own(m: FloatArray, variance: FloatArray, usual: FloatArray) -> FloatArray:
+    """Return the log-likelihood ratio of a variance of its own to a usual one, (n,).
+
+    Args:
+        m: number of independent rows.
+        variance: their mean square.
+        usual: that of other rows.
+    """
+    from scipy.special import gammaln
+
+    half, c, scale = m / 2, m * variance / 2, _FREEDOM * usual / 2
+    own = gammaln(half) - half * np.log(c) - math.log(_RANGE)
+    heavy = gammaln(half + _FREEDOM / 2) - gammaln(_FREEDOM / 2) + _FREEDOM / 2 * np.log(scale)
+    return np.asarray(own - heavy + (half + _FREEDOM / 2) * np.log(c + scale))
 
 
 def likeliest_event(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Event | None:
@@ -102,7 +122,7 @@ def likeliest_event(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Even
     contained[at : at + m, joints] = True
     whole = np.concatenate(every)
     price = math.log(len(whole)) - float(np.logaddexp.reduce(whole) - most)
-    price += float(np.sum(_price(np.sum(score.weight[at : at + m, joints] ** 2, axis=0))))
+    price += len(score.misfit) * math.log(2)
     log = logs[k]
     first, last = int(log.kept[at - span.start]), int(log.kept[at - span.start + m - 1])
     half = log.t[[first + log.reach // 2, last - log.reach // 2]]
@@ -115,7 +135,7 @@ def likeliest_event(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Even
 def _gains(
     inside: tuple[FloatArray, FloatArray], whole: tuple[FloatArray, FloatArray], floor: FloatArray
 ) -> FloatArray:
-    """Return what a variance of its own gains in spans, less its price, (P, n).
+    """Return what a variance of its own gains in spans, less what it costs, (P, n).
 
     Args:
         inside: squares and counts of rows in each span, (P, n, folds).

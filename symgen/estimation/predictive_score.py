@@ -362,33 +362,39 @@ class PredictiveScore:
             out[at] = self.residual[at] - self.W[at] @ (d / self._norms)
         return out
 
+    def _squares_of(self, left: FloatArray) -> FloatArray:
+        """Return the sums of squares of residuals (K, n) on each fold, (n, folds)."""
+        out = np.zeros(self.counts.shape)
+        for f, _ in enumerate(self.counts[0]):
+            out[:, f] = np.sum(left[self.fold == f] ** 2, axis=0)
+        return out
+
     def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
         """Return how fits in which some rows (K, n) have no say predict all rows."""
-        left = self._without(inside).held_out
-        squares = np.zeros(self.counts.shape)
-        for f, _ in enumerate(self.counts[0]):
-            squares[:, f] = np.sum(((self.weight * left)[self.fold == f]) ** 2, axis=0)
+        squares = self._squares_of(self.weight * self._without(inside).held_out)
         score, variance = self._scored(squares / self.sigma[:, None] ** 2)
         return Fit(float(score), variance, np.zeros(0), np.zeros(len(self.sigma)))
 
-    def with_event(self, inside: NDArray[np.bool_]) -> Fit:
-        """Score the model with a variance of its own for some rows (K, n), which no fit contains.
+    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, Fit, FloatArray]:
+        """Return how much better other rows are predicted by fits in which some have no say.
 
-        Rows where folds meet count as one fold more. The held-out variance is that of the other
-        rows.
+        Args:
+            inside: (K, n) these rows.
+
+        Returns:
+            What the score of the others gains, the model on the others, and (n,) the mean square
+            of the residuals of these rows.
         """
         other = self._without(inside)
-        meets = (self.fold < 0)[:, None] * self.weight
-        score = other.alone.score + other._of_rows(other.held_out, np.where(inside, 0.0, meets))
-        score += other._of_rows(other.held_out, np.where(inside, self.weight, 0.0))
-        return other.alone._replace(score=score - self._of_rows(self.held_out, meets))
-
-    def _of_rows(self, left: FloatArray, weight: FloatArray) -> float:
-        """Return the score of residuals (K, n) with weights (K, n), one variance for each joint."""
-        count = np.sum(weight**2, axis=0)
-        variance = np.sum((weight * left) ** 2, axis=0) / np.maximum(count, 1e-300)
-        logs = np.log(np.maximum(variance + self.misfit**2, 1e-300))
-        return -0.5 / TEMPERATURE * float(count @ logs)
+        kept = np.where(inside | (self.fold < 0)[:, None], 0.0, self.weight)
+        own = np.where(inside, self.weight, 0.0)
+        before = self._squares_of(kept * self.held_out)
+        score, _ = other._scored(before / self.sigma[:, None] ** 2)
+        left = other.alone
+        squares = np.sum((own * other.held_out) ** 2, axis=0)
+        variance = squares / np.maximum(np.sum(own**2, axis=0), 1e-300)
+        rests = float(other._at_rest(other._base[:-1, None])[0])
+        return left.score - rests - float(score), left, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
         """Return the columns (K, m) of candidates on the same joints, as they are scored.

@@ -21,6 +21,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
@@ -47,6 +48,7 @@ _MOST = 3  # sets of columns of physics without a name, for each joint
 _TURNED = 12  # largest number of joints whose signs are tried in sets
 _ROUNDS, _FAR = 4, 0.5  # of the Gauss-Newton method; largest change of gravity by one, relative
 _DEPENDENT = 1e-10  # eigenvalue over the largest: a combination without torque
+_HEAVY = (*names.MOMENT, names.MASS)  # parameters of a link that weigh
 _WILD = 0.1  # of a joint's torque: error above which other gravity axes are tried
 _AWAY = 1.0  # s, distance from masked samples
 ANOTHER = 10.0  # factor above which a torque is in another unit
@@ -462,7 +464,8 @@ def _directions(scene: Scene) -> Iterator[Cause]:
     if not size or scene.n < 2:
         return
     loud = bool((np.sqrt(scene.score.alone.left) / scene.rows.size > _WILD).any())
-    fields, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
+    every, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
+    fields = every[..., np.any(every, axis=(0, 1, 2))]
     field = _Field(scene, moving, fields)
     starts = [own]
     if loud:
@@ -470,7 +473,7 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         starts = [own, min(axes, key=field.left)]
     best = min(map(field.turned, starts), key=field.left)
     if math.acos(float(np.clip(abs(best @ own) / size**2, 0.0, 1.0))) > TILT or best @ own < 0:
-        best = min(best, -best, key=partial(_tied, scene))  # the free weights fit both equally
+        best = min(best, -best, key=_tied(scene, every))  # the free weights fit both equally
 
     def model(g: FloatArray) -> FloatArray:
         return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
@@ -554,42 +557,48 @@ def _units(scene: Scene) -> Iterator[Cause]:
 def _fields(scene: Scene) -> FloatArray:
     """Return the weight columns of the links for gravity along each axis, (3, K, n, m)."""
     count = len(scene.rows.evaluator.model.robot.joints)
-    heavy = [names.LINK.index(prefix) for prefix in (names.MASS, *names.MOMENT)]
     every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
-    units = every[:, heavy].reshape(-1, count, len(names.LINK))
+    units = every[:, np.isin(names.LINK, _HEAVY)].reshape(-1, count, len(names.LINK))
 
     def weights(axis: FloatArray, q: FloatArray) -> FloatArray:
         rest = np.zeros((1, q.shape[1]))  # one for all states
         return scene.rows.variation.regressor((q, rest, rest), units, axis)
 
-    found = [scene.rows.held(partial(weights, axis)) for axis in np.eye(3)]
-    kept = np.any(found, axis=(0, 1, 2))
-    return np.stack([x[:, :, kept] for x in found])
+    return np.stack([scene.rows.held(partial(weights, axis)) for axis in np.eye(3)])
 
 
-def _tied(scene: Scene, g: FloatArray) -> float:
-    """Return the sum of the log residuals of the joints for links whose weight is their own.
+def _tied(scene: Scene, fields: FloatArray) -> Callable[[FloatArray], float]:
+    """Return the misfit of links whose weight is their own, as a function of gravity (3,).
 
-    The columns are those of the inertial parameters of the links under gravity g, of rotor inertias
-    and of friction. Their rank is that of the motion, so a basis of them is fitted.
+    It is the sum of the log residuals of the joints. The columns are those of the inertial
+    parameters of the links, of rotor inertias and of friction. Their rank is that of the motion, so
+    a basis of them is fitted.
+
+    Args:
+        scene: the fitted model.
+        fields: the result of `_fields`.
     """
-    rows, n = scene.rows, scene.n
-    joints = rows.evaluator.model.robot.joints
-    size = len(names.LINK)
-    every = np.eye(len(joints) * size).reshape(len(joints), size, len(joints), size)
-    units = every[[k for k, joint in enumerate(joints) if joint.sigma != 2]]
-    units = units.reshape(-1, len(joints), size)
+    rows, n, size = scene.rows, scene.n, len(names.LINK)
+    links = len(rows.evaluator.model.robot.joints)
+    units = np.eye(links * size).reshape(links * size, links, size)
 
     def columns(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        links = rows.variation.regressor((q, qd, qdd), units, g)
-        return np.concatenate([links, np.eye(n) * qdd[:, :, None]], axis=2)
+        weightless = rows.variation.regressor((q, qd, qdd), units, np.zeros(3))
+        return np.concatenate([weightless, np.eye(n) * qdd[:, :, None]], axis=2)
 
     inertial = rows.evaluator.model.inertial
-    W = np.concatenate([rows.along(columns, smooth=True), rows.W[:, :, inertial:]], axis=2)
-    W = W / np.maximum(np.sqrt(np.mean(W**2, axis=(0, 1))), 1e-300)
-    found, basis = np.linalg.eigh(np.einsum("knp,knq->pq", W, W, optimize=True))
-    W = W @ basis[:, found > _DEPENDENT * found[-1]]
-    return float(np.sum(np.log(scene.fitted(scene.blocks(W, rows.weight))[1])))
+    own = np.concatenate([rows.along(columns, BLOCK, smooth=True), rows.W[:, :, inertial:]], axis=2)
+    heavy = np.flatnonzero(np.tile(np.isin(names.LINK, _HEAVY), links))
+
+    def misfit(g: FloatArray) -> float:
+        W = own.copy()
+        W[:, :, heavy] += np.tensordot(g, fields, axes=1)
+        W = W / np.maximum(np.sqrt(np.mean(W**2, axis=(0, 1))), 1e-300)
+        found, basis = np.linalg.eigh(np.einsum("knp,knq->pq", W, W, optimize=True))
+        W = W @ basis[:, found > _DEPENDENT * found[-1]]
+        return float(np.sum(np.log(scene.fitted(scene.blocks(W, rows.weight))[1])))
+
+    return misfit
 
 
 class _Field:
@@ -598,7 +607,7 @@ class _Field:
     Args:
         scene: the fitted model.
         moving: (K, n, p) regressor without weight.
-        fields: the result of `_fields`.
+        fields: the columns of `_fields` that are not zero.
     """
 
     def __init__(self, scene: Scene, moving: FloatArray, fields: FloatArray) -> None:
@@ -711,7 +720,7 @@ def find_cause(
 
 def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
     """Return the first of the causes, most probable first, if it is certain; see `find_cause`."""
-    rows, best, alone = scene.rows, found[0], scene.score.alone.left
+    rows, best, alone = scene.rows, _undoable(found), scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
     clear = (fell >= least) & (best.left <= part**2 * alone)
@@ -723,14 +732,33 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
-    near = [c for c in found[1:] if best.score - c.score < SURE]
+    near = [c for c in found if c is not best and found[0].score - c.score < SURE]
+    if best.kind == "delay":
+        near = [c for c in near if (c.kind, c.joints) != ("filter", best.joints)]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
+        return None
+    # Many causes that are each less probable are together as probable as one.
+    others = [c for c in found if c is not best and found[0].score - c.score >= SURE]
+    if others and _total([best, *near]) - _total(others) < SURE:
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
+
+
+def _undoable(found: Sequence[Cause]) -> Cause:
+    """Return the most probable cause, or the delay that its filter may be as well."""
+    first = found[0]
+    late = (c for c in found if c.kind == "delay" and c.joints == first.joints)
+    delay = next(late, first) if first.kind == "filter" else first
+    return delay if first.score - delay.score < SURE else first
+
+
+def _total(found: Sequence[Cause]) -> float:
+    """Return the log-odds of one of some causes."""
+    return float(np.logaddexp.reduce([c.score for c in found]))
 
 
 def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
