@@ -80,21 +80,25 @@ def test_the_parameters_are_those_of_scipy() -> None:
 
 
 def test_the_study_reaches_what_the_page_says() -> None:
-    """Bias of the parameters that least squares biases surely; position errors after 0.5 s."""
+    """Position errors are after 0.2, 0.5 and 1 s; pairs are of least squares and refined."""
     found = FIGURES["summary"]["upright"]
     assert found["runs"] >= 20
-    assert np.median(found["bias_left"]) < 0.2
+    assert np.median(found["error_left"]) < 0.2
+    assert max(found["error_left"]) < 0.3
     assert found["held"][1] > 0.95
-    assert found["ratio_median"][1] < 0.8
+    assert max(found["ratio_median"]) < 0.8
+    assert max(found["ratio_largest"]) <= 1.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", sampled(range(len(FIGURES["rows"])), 1))
 def test_a_run_of_the_study_comes_out_again(row: int) -> None:
+    """Takes 20 s."""
     kept = FIGURES["rows"][row]
     again = output_error_study.run(kept["arm"], kept["seed"])
     assert again["refined"] == kept["refined"]
     std = np.array(kept["stds"])
-    assert np.allclose(again["errors"], kept["errors"], atol=0.3 * std.min(), rtol=0.05)
+    assert np.all(np.abs(np.array(again["errors"]) - kept["errors"]) < 0.3 * std)
     assert np.allclose(again["position"], kept["position"], rtol=0.05)
 
 
