@@ -206,7 +206,7 @@ def assess(
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = found.solution, ""
-    if method.name not in UNBIASED and chosen.columns is None:
+    if not (method.refined or method.name in UNBIASED) and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
@@ -815,6 +815,9 @@ def simulation_use(
     if reasons:
         reasons.append("symgen identify --method consistent gives physically possible parameters")
     windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
+    if len(windows) > WINDOWS_PLAYED:  # more logs than windows
+        evenly = np.linspace(0, len(windows) - 1, WINDOWS_PLAYED).astype(int)
+        windows = [windows[k] for k in evenly]
     horizons, diverged = _played(evaluator, windows, X)
     before, _ = _played(evaluator, windows, trials.own_values)
     held_by, _ = _played(evaluator, windows, X, trials.gains) if trials.gains else ((), 0)
@@ -878,6 +881,9 @@ def headline(
     if known < count:
         second.append(_RICHER.replace("them", "more of them").removesuffix(" better"))
     third = ["Good for simulation", *filter(None, [_told_of_simulation(simulation)])]
+    if not prediction.ok:
+        # What moves slowly or swings freely keeps near its path under torques that are wrong.
+        third[0] = "Good for simulation of positions over short times, not of torques"
     third[:1] = [f"{third[0]}: "] if len(third) > 1 else third[:1]
     if not simulation.ok:
         third = ["Not good for simulation: ", *simulation.reasons]

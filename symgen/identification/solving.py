@@ -99,6 +99,7 @@ FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
+_REFINED = "errors of the model that are alike in all windows"
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
 _CHECKPOINTS = 80
@@ -139,12 +140,14 @@ class Method:
         forgetting: for method recursive, in (0, 1].
         prior: for methods wls and consistent.
         given: the estimator object, if the user passed one.
+        refined: whether output error refined the solution.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
     given: Estimator | None = None
+    refined: bool = False
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -185,11 +188,14 @@ class Method:
     @property
     def label(self) -> str:
         """Name of the method in an estimate."""
-        return self.name + (" with prior" if self.prior is not None else "")
+        prior = " with prior" if self.prior is not None else ""
+        return f"{self.name}{prior}{', refined by simulation' if self.refined else ''}"
 
     @property
     def excludes(self) -> str:
         """The errors that its standard deviations do not include."""
+        if self.refined:
+            return _REFINED
         if self.name == "recursive":
             return NOISE_BIAS
         if self.name == Consistent.name:

@@ -17,7 +17,7 @@ from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError, ParameterError
-from symgen.estimation.equation_model import NEEDED, EquationModel
+from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -28,7 +28,10 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.playback import read_gains
 from symgen.estimation.predictive_score import LEAST
+from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import open_logs
+from symgen.faults.recorder import late_fault
+from symgen.identification import output_error
 from symgen.identification.assessment import (
     Outcome,
     Trials,
@@ -50,14 +53,15 @@ from symgen.identification.model_choice import (
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
-from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
+from symgen.identification.solving import FOLDED, Fit, Method, equate, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
 
-AUTO = "auto"
+AUTO, SIMULATION = "auto", "simulation"
+_NOT_REFINED = "not refined by simulation"
 MODELS = (AUTO, *NEEDED, STATIC)
 
 
@@ -71,6 +75,7 @@ def identify(
     window: float = 0.2,
     cutoff: float | None = None,
     fit: Fit | None = None,
+    refine: str | None = None,
     controller: str | Path | None = None,
     reading: Reading | None = None,
     workers: Workers | None = None,
@@ -99,6 +104,9 @@ def identify(
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
         fit: prior, weights of logs, commanded motions, forgetting.
+        refine: "simulation" refines the solution by output error: the parameters whose simulated
+            positions are nearest to the measured ones, if they simulate held-out folds better
+            (`symgen.identification.output_error`). None for the solution itself.
         controller: TOML with [controller] kp and kd, (n,) each: held-out motion is simulated with
             this feedback to the measured motion too.
         reading: columns, span and masks of the logs.
@@ -114,6 +122,10 @@ def identify(
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
+    if refine not in (None, SIMULATION) or (refine and model == STATIC):
+        raise IdentificationError(
+            f"refine {refine!r} with model {model}; accepted: {SIMULATION}, and no model {STATIC}"
+        )
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
     asked = fit or Fit()
@@ -128,7 +140,7 @@ def identify(
             return identify_poses(source, (sources, given), by, asked, reading, progress)
         models = _equation_models(source, model, window, by)
         data: AbstractContextManager[LogsInMemory | ChunkedLogs]
-        whole = _whole(source, by, asked)
+        whole = _whole(source, by, asked, refine)
         if workers is not None or is_long([*sources, *given], not whole):
             if whole:
                 raise IdentificationError(
@@ -148,9 +160,13 @@ def identify(
             chosen = choose_model(run, models, by, shares, motions, progress)
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
+            by, found = _possible(opened, chosen, by, found)
+            if refine:
+                progress("refining by simulation")
+                chosen, by, found = _refined(chosen, by, found)
             progress("judging")
             trials = Trials(values_of_file(robot, opened.evaluator.model), gains)
-            return assess(chosen, *_possible(opened, chosen, by, found), trials)
+            return assess(chosen, by, found, trials)
 
 
 def _possible(
@@ -190,6 +206,75 @@ def _possible(
     return bounded, replace(other, notes=(*other.notes, *notes))
 
 
+def _refined(
+    chosen: ChosenModel, by: Method, found: Outcome
+) -> tuple[ChosenModel, Method, Outcome]:
+    """Return the run, the method and the parameters of output error.
+
+    The solution stays where these do not simulate held-out windows better; a note says why.
+    """
+    run, before = chosen.run, found.solution
+
+    def unchanged(reason: str) -> tuple[ChosenModel, Method, Outcome]:
+        return chosen, by, replace(found, notes=(*found.notes, f"{_NOT_REFINED}: {reason}"))
+
+    if chosen.columns is not None:
+        return unchanged("the logs do not determine all parameters")
+    evaluator = load(derive(run.evaluator.model.robot, (*output_error.NEEDED, *JUDGING)))
+    try:
+        refined = output_error.refine(evaluator, run.train, before.X, late=run.delay != 0.0)
+    except ParameterError as error:
+        return unchanged(str(error))
+    old, new = refined.residuals
+    told = (
+        "on held-out windows of the training logs, positions are "
+        f"{old:.3g} standard deviations off with {by.label} and {new:.3g} refined "
+        f"(p = {refined.p_value:.2g} that this is chance)"
+    )
+    if not refined.better:
+        return unchanged(told)
+    chosen, repairs = _in_refined_time(chosen, refined, found.repairs)
+    covariance = refined.covariance[: len(before.X), : len(before.X)]
+    solution = replace(before, X=refined.X, noise=covariance, misfit=np.zeros_like(covariance))
+    own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
+    fits = chosen.run.torques(refined.X)
+    better = outcome(solution, chosen.model, (own, held), fits, repairs)
+    notes = (*found.notes, f"refined by simulation: {told}")
+    by = replace(by, refined=True)
+    return chosen, by, replace(better, notes=notes, provenance=found.provenance)
+
+
+def _in_refined_time(
+    chosen: ChosenModel, refined: output_error.Refinement, repairs: tuple[Fault, ...]
+) -> tuple[ChosenModel, tuple[Fault, ...]]:
+    """Return the run with the torques shifted by the refined delay, and the repairs with it."""
+    run = chosen.run
+    if not refined.delay:
+        return chosen, repairs
+    n = run.evaluator.model.robot.n
+    common = [f for f in repairs if f.kind == "delay" and len(f.joints) == n]
+    shift = late_fault(refined.delay, n)
+    whole = late_fault(refined.delay + sum(f.value for f in common), n)
+    train, held = (
+        tuple(undo_faults(log, [shift])[0] for log in group) for group in (run.train, run.held)
+    )
+    std = math.sqrt(refined.covariance[-1, -1])
+    told = replace(
+        whole, samples=sum(len(log.t) for log in run.logs), done="shifted", undo=None,
+        values=(("DT", whole.value, std),),
+    )  # fmt: skip
+    others = (f for f in repairs if f not in common)
+    run = replace(run, train=train, held=held, delay=run.delay + refined.delay)
+    sides = (
+        [
+            equate(run.evaluator, log, chosen.model, part.equations[0].weight, part.kind)
+            for log, part in zip(logs, parts, strict=True)
+        ]
+        for logs, parts in ((train, chosen.train), (held, chosen.held))
+    )
+    return replace(chosen, run=run, train=next(sides), held=next(sides)), (*others, told)
+
+
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
@@ -202,7 +287,7 @@ def _equation_models(
     return tuple(EquationModel(name, window) for name in tried)
 
 
-def _whole(robot: Robot, method: Method, asked: Fit) -> str:
+def _whole(robot: Robot, method: Method, asked: Fit, refine: str | None) -> str:
     """Return the option that needs all samples in memory, or ''."""
     needed = {
         "weights": asked.weights,
@@ -211,6 +296,7 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
         "effects on samples": robot.on_logs,
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
+        f"refine {refine}": refine,
     }
     return next((name for name, value in needed.items() if value), "")
 

@@ -1,0 +1,487 @@
+"""Output error: parameters whose simulated positions are nearest to the measured ones.
+
+    min over X and the start states x0_w    sum over windows w, samples k and joints j of
+        ((q_m(k, j) - q(k, j; X, x0_w)) / sigma_j)^2
+
+The robot is simulated over short windows under the measured torques, each from a free start state
+(multiple shooting, Bock 1981). Noise of q is no part of the simulation, so that it does not bias X,
+as it biases least squares on a measured regressor. The steps are those of Gauss and Newton, damped
+as Levenberg and Marquardt do; the start states are eliminated window by window (Golub and Pereyra
+1973). The sensitivities S = dx/d(X, x0) follow the variational equations of the simulated motion,
+
+    S_q' = S_v,    M S_v' = -W - (dtau/dq) S_q - (dtau/dqd) S_v
+
+with W the torque regressor and the emitted derivatives of inverse dynamics. A joint that sticks has
+no S_v, and where a joint reverses, the step of its friction counts as a slope between two samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.errors import ParameterError
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.playback import (
+    HORIZONS,
+    Window,
+    at_nodes,
+    consecutive_windows,
+)
+from symgen.estimation.values import FloatArray
+from symgen.faults.undo import shifted
+from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.integrator import integrate
+from symgen.runtime.plant import KERNELS, Mask, Plant, plant
+
+#: Of the model that is refined.
+NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
+#: Folds of windows, each compared with parameters of the others.
+FOLDS = 5
+#: Probability of keeping the refinement where it is no better.
+_LEVEL = 0.05
+_TOLERANCE = 1e-5  # of a step of the integrator
+_AT_ONCE = 60  # windows
+_ROUNDS = 12
+_WEIGHED = 3  # rounds after which sigma stays
+#: Part of the standard deviation below which a step counts as none.
+_SETTLED = 0.02
+#: Part of the squares of a window, and of a step of its start state, at which the search ends.
+_GAIN, _SHORT = 1e-3, 1e-2
+_DAMPING, _LEAST_DAMPED, _MOST_DAMPED = 1e-4, 1e-8, 1e4
+#: Singular value of dq/dx0, of the largest, below which a start state has no effect: the speed of a
+#: joint that sticks.
+_NO_EFFECT = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """Parameters by output error, and whether they simulate held-out windows better.
+
+    Attributes:
+        X: (p,).
+        covariance: (p, p); (p + 1, p + 1) where the delay is fitted.
+        delay: by which the torques of the logs are late, s.
+        before: (windows,) mean square of measured minus simulated positions, over sigma^2, of the
+            parameters to begin with, which have seen the windows.
+        after: the same of output error on the other folds of windows.
+    """
+
+    X: FloatArray
+    covariance: FloatArray
+    delay: float
+    before: FloatArray
+    after: FloatArray
+
+    @property
+    def p_value(self) -> float:
+        """Probability of squares that are so much smaller where there is no difference.
+
+        Of a one-sided paired t test: what counts is how they scatter from window to window.
+        """
+        from scipy.stats import ttest_rel
+
+        return float(ttest_rel(self.before, self.after, alternative="greater").pvalue)
+
+    @property
+    def better(self) -> bool:
+        """Whether held-out windows are nearer to the refined motion than by chance."""
+        return self.p_value < _LEVEL
+
+    @property
+    def residuals(self) -> tuple[float, float]:
+        """RMS of measured minus simulated positions over sigma, before and after."""
+        before, after = (float(np.sqrt(x.mean())) for x in (self.before, self.after))
+        return before, after
+
+
+def refine(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, *, late: bool = False
+) -> Refinement:
+    """Refine parameters by output error.
+
+    Each fold of windows is simulated with the given parameters, and with those that output error
+    finds on the other folds: the step of Gauss and Newton that leaves the fold out. The start state
+    of a window is unknown to both. Each gets the best one, so that noise of a measured start has no
+    say.
+
+    Args:
+        evaluator: with the kernels of NEEDED.
+        logs: the training logs.
+        X: (p,) to begin with.
+        late: whether the torques of all joints may be late by an unknown time, which is fitted too.
+
+    Raises:
+        ParameterError: the robot with X cannot be simulated, or the logs are too short.
+    """
+    windows = consecutive_windows(logs)
+    if len(windows) < FOLDS:
+        raise ParameterError(
+            f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
+            f"{FOLDS} or more"
+        )
+    whole, given = _cut(windows), np.append(X, 0.0) if late else X
+    first, state, sigma = _fit(evaluator, whole, given)
+    parts = state.linearized(evaluator, whole, sigma)
+    # A stop or a reversal in a window makes more than one minimum: searched from two begins.
+    before = np.minimum(
+        _squares(first, whole, sigma), _best(evaluator, whole, given, sigma, state.starts)
+    )
+    own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
+    H, g = (np.array(x) for x in zip(*own, strict=True))
+    after = np.empty_like(before)
+    for fold in range(FOLDS):
+        left = np.arange(len(before)) % FOLDS == fold
+        step = np.linalg.lstsq(H[~left].sum(axis=0), g[~left].sum(axis=0), rcond=None)[0]
+        rows = [np.asarray(x, dtype=bool) for x in _by_log(left, whole)]
+        cut = [w.where(r) for w, r in zip(whole, rows, strict=True)]
+        begun = [s[r] for s, r in zip(state.starts, rows, strict=True)]
+        after[left] = _best(evaluator, cut, state.z + step, sigma, begun)
+    each = whole[0].q[0].size
+    found, delay = _split(evaluator, state.z)
+    return Refinement(found, _covariance(parts), delay, before / each, after / each)
+
+
+def _best(
+    evaluator: Evaluator,
+    windows: Sequence[Windows],
+    z: FloatArray,
+    sigma: FloatArray,
+    starts: list[FloatArray],
+) -> FloatArray:
+    """Return the squares of weighted residuals of windows with their best start states."""
+    return _squares(_settled(evaluator, windows, z, sigma, starts), windows, sigma)
+
+
+def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
+    """Return the sum of the squares of weighted residuals of each window."""
+    return np.concatenate([np.sum((r / sigma) ** 2, axis=(1, 2)) for r in state.residuals(windows)])
+
+
+def _settled(
+    evaluator: Evaluator,
+    windows: Sequence[Windows],
+    z: FloatArray,
+    sigma: FloatArray,
+    starts: list[FloatArray],
+) -> _State:
+    """Return the state with z fixed after steps of the start states, each window on its own."""
+    state = _State.of(evaluator, windows, z, starts)
+    part = [np.ones(len(s)) for s in starts]
+    none = np.zeros(len(z))
+    for _ in range(_ROUNDS):
+        steps = [p.start_step(none) for p in state.linearized(evaluator, windows, sigma)]
+        before = _by_log(_squares(state, windows, sigma), windows)
+        tried = [s + a[:, None] * d for s, a, d in zip(state.starts, part, steps, strict=True)]
+        trial = _State.of(evaluator, windows, z, tried)
+        after = _by_log(_squares(trial, windows, sigma), windows)
+        good = [a < b for a, b in zip(after, before, strict=True)]
+        part = [np.where(g, np.minimum(1.0, 2 * a), a / 4) for g, a in zip(good, part, strict=True)]
+        state = state.with_windows(trial, good)
+        gain = [np.where(g, 1 - a / b, 0) for g, a, b in zip(good, after, before, strict=True)]
+        if all(np.all((x < _GAIN) & (g | (a < _SHORT)))
+               for x, g, a in zip(gain, good, part, strict=True)):  # fmt: skip
+            break
+    return state
+
+
+def _by_log(x: FloatArray, windows: Sequence[Windows]) -> list[FloatArray]:
+    return np.split(x, np.cumsum([len(w.start) for w in windows])[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Windows of a log as they are fitted.
+
+    Attributes:
+        torque: (N, n) torque of the whole log, at its nodes.
+        rows: (W, K) nodes of each window.
+        t: (K,) s.
+        q: (W, K, n) measured positions, below a quarter of the rate of t.
+        start: (W, 2 n) first states.
+    """
+
+    torque: FloatArray
+    rows: NDArray[np.intp]
+    t: FloatArray
+    q: FloatArray
+    start: FloatArray
+
+    @property
+    def step(self) -> float:
+        """Time between two nodes, s."""
+        return float(self.t[1] - self.t[0])
+
+    def tau(self, delay: float) -> FloatArray:
+        """Return the torques (W, K, n), each the mean up to the next node, if they are late."""
+        x = self._shifted(delay)
+        return np.asarray(np.concatenate([_means(x), x[-1:]])[self.rows])
+
+    def rate(self, delay: float) -> FloatArray:
+        """Return the derivative of the torques by the delay, (W, K, n)."""
+        x = self._shifted(delay)
+        return np.asarray(np.diff(x, axis=0, append=x[-1:])[self.rows] / self.step)
+
+    def _shifted(self, delay: float) -> FloatArray:
+        return np.stack([shifted(x, delay, self.step) for x in self.torque.T], axis=1)
+
+    def where(self, chosen: Mask) -> Windows:
+        """Return some of the windows."""
+        rows = self.rows[chosen]
+        return Windows(self.torque, rows, self.t, self.q[chosen], self.start[chosen])
+
+
+def _cut(windows: Sequence[Window]) -> list[Windows]:
+    """Return windows as arrays at the nodes of their logs, some at once."""
+    out = []
+    groups = [
+        (log, own[k : k + _AT_ONCE])
+        for log in dict.fromkeys(w.log for w in windows)
+        for own in [[w.start for w in windows if w.log is log]]
+        for k in range(0, len(own), _AT_ONCE)
+    ]
+    for log, starts in groups:
+        every = log.stride
+        at = np.array(starts) // every
+        rows = at[:, None] + np.arange(round(HORIZONS[-1] / (every * log.step)) + 1)
+        q, tau = (at_nodes(log, x) for x in (log.samples.q, log.tau))
+        state = np.concatenate([x[at] for x in log.nodes(every)], axis=1)
+        t = np.asarray(np.arange(rows.shape[1]) * (every * log.step), dtype=np.float64)
+        out.append(Windows(tau, rows, t, q[rows], state))
+    return out
+
+
+def _means(x: FloatArray) -> FloatArray:
+    """Return the means of x (N, c) up to the next sample, (N - 1, c), by cubics through four."""
+    wide = np.concatenate([2 * x[:1] - x[1:2], x, 2 * x[-1:] - x[-2:-1]])
+    return np.asarray((13 * (x[:-1] + x[1:]) - wide[:-3] - wide[3:]) / 24)
+
+
+def _split(evaluator: Evaluator, z: FloatArray) -> tuple[FloatArray, float]:
+    """Return X (p,) and the delay of the torques, s; 0 where it is not fitted."""
+    p = len(evaluator.model.base.names)
+    return z[:p], float(z[p:].sum())
+
+
+def _no_torque(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
+    return np.zeros_like(q)
+
+
+def _simulate(
+    moved: Plant, w: Windows, start: FloatArray, delay: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return q and qd, (W, K, n)."""
+    n, tau = w.q.shape[2], w.tau(delay)
+    motion = integrate(
+        moved, _no_torque, w.t, start[:, :n], start[:, n:], unseen=tau, tolerance=_TOLERANCE
+    )
+    return motion.q, motion.qd
+
+
+def sensitivities(
+    moved: Plant, evaluator: Evaluator, z: FloatArray, w: Windows, q: FloatArray, qd: FloatArray
+) -> FloatArray:
+    """Return dq/d(z, x0) along simulated windows, (W, K, n, p + 2 n).
+
+    Args:
+        moved: the robot with parameters X.
+        evaluator: with the kernels of NEEDED.
+        z: (p,) X, and the delay of the torques where it is fitted.
+        w: the windows.
+        q, qd: (W, K, n) simulated motion.
+    """
+    runs, K, n = q.shape
+    p, m, h = len(z), len(moved.A), w.step
+    X, delay = _split(evaluator, z)
+    flat_q, flat_qd = q.reshape(-1, n), qd.reshape(-1, n)
+    tau = w.tau(delay).reshape(-1, n)
+    speed = moved.speed(flat_qd)
+    mode = np.where(np.abs(speed) > 1e-10, np.sign(speed), 0.0)
+    qdd, _ = moved.accelerate(flat_q, flat_qd, tau, mode)
+    W = evaluator["torque_regressor"](flat_q, flat_qd, qdd)
+    if p > len(X):
+        W = np.concatenate([W, -w.rate(delay).reshape(-1, n, 1)], axis=2)
+    by_q, by_qd = evaluator["inverse_dynamics_derivatives"](flat_q, flat_qd, qdd, X)
+    M = moved.mass(flat_q)
+    held = (mode == 0)[:, :, None] * moved.A
+    system = np.zeros((len(M), n + m, n + m))
+    system[:, :n, :n], system[:, :n, n:], system[:, n:, :n] = M, held.transpose(0, 2, 1), held
+    rest = np.arange(n, n + m)
+    system[:, rest, rest] = np.where(mode == 0, 0.0, 1.0)
+    inverse = np.linalg.inv(system)[:, :n, :n]  # of M where nothing sticks
+    shape = (runs, K)
+    keep = (inverse @ M).reshape(*shape, n, n)
+    inverse, W, by_q, by_qd = (x.reshape(*shape, *x.shape[1:]) for x in (inverse, W, by_q, by_qd))
+    mode, speed = mode.reshape(*shape, m), speed.reshape(*shape, m)
+    width = p + 2 * n
+    S = np.zeros((runs, 2 * n, width))
+    S[:, :, p:] = np.eye(2 * n)
+    out = np.empty((runs, K, n, width))
+    out[:, 0] = S[:, :n]
+    eye = np.eye(2 * n)
+
+    def slopes(k: int, turned: FloatArray) -> tuple[FloatArray, FloatArray]:
+        A = np.zeros((runs, 2 * n, 2 * n))
+        A[:, :n, n:] = np.eye(n)
+        A[:, n:, :n] = -inverse[:, k] @ by_q[:, k]
+        A[:, n:, n:] = -inverse[:, k] @ (by_qd[:, k] + turned)
+        B = np.zeros((runs, 2 * n, width))
+        B[:, n:, : W.shape[-1]] = -inverse[:, k] @ W[:, k]
+        return A, B
+
+    for k in range(K - 1):
+        change = np.abs(speed[:, k + 1] - speed[:, k])
+        jump = np.where(
+            mode[:, k] * mode[:, k + 1] < 0, 2 * moved.force / np.maximum(change, 1e-12), 0.0
+        )
+        turned = np.einsum("rm,mi,mj->rij", jump, moved.A, moved.A)
+        (A0, B0), (A1, B1) = slopes(k, turned), slopes(k + 1, turned)
+        right = S + h / 2 * (A0 @ S + B0 + B1)
+        S = np.linalg.solve(eye - h / 2 * A1, right)
+        S[:, n:] = keep[:, k + 1] @ S[:, n:]
+        out[:, k + 1] = S[:, :n]
+    return out
+
+
+def _fit(
+    evaluator: Evaluator, windows: Sequence[Windows], z: FloatArray
+) -> tuple[_State, _State, FloatArray]:
+    """Return the state at z with the best start states, that of the least cost, and sigma (n,)."""
+    starts = [w.start for w in windows]
+    sigma = _deviations(windows, _State.of(evaluator, windows, z, starts))
+    first = state = _settled(evaluator, windows, z, sigma, starts)
+    damping = _DAMPING
+    for done in range(_ROUNDS):
+        parts = state.linearized(evaluator, windows, sigma)
+        H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
+        size = np.sqrt(np.maximum(np.diag(H), 1e-300))
+        scaled, cost, trial = H / np.outer(size, size), state.cost(windows, sigma), None
+        while trial is None and damping <= _MOST_DAMPED:
+            step = np.linalg.solve(scaled + damping * np.eye(len(z)), g / size) / size
+            starts = [s + p.start_step(step) for s, p in zip(state.starts, parts, strict=True)]
+            with suppress(ParameterError):  # a step to a robot that cannot move is too long
+                trial = _State.of(evaluator, windows, state.z + step, starts)
+                trial = trial if trial.cost(windows, sigma) < cost else None
+            damping *= 10
+        if trial is None:
+            break
+        std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(scaled)), 0.0)) / size
+        settled = np.all(np.abs(trial.z - state.z) <= _SETTLED * std)
+        state, damping = trial, max(damping / 100, _LEAST_DAMPED)
+        if settled and done >= _WEIGHED:
+            break
+        if done < _WEIGHED:
+            sigma = _deviations(windows, state)
+    return first, state, sigma
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Parameters z, start states, and the motion that follows from them."""
+
+    z: FloatArray
+    starts: list[FloatArray]
+    moved: Plant
+    motions: list[tuple[FloatArray, FloatArray]]
+
+    @classmethod
+    def of(
+        cls, evaluator: Evaluator, windows: Sequence[Windows], z: FloatArray,
+        starts: list[FloatArray],
+    ) -> _State:  # fmt: skip
+        X, delay = _split(evaluator, z)
+        moved = plant(evaluator, X)
+        motions = [_simulate(moved, w, s, delay) for w, s in zip(windows, starts, strict=True)]
+        return cls(z, starts, moved, motions)
+
+    def with_windows(self, other: _State, which: Sequence[Mask]) -> _State:
+        """Return this state with the windows of another, of the same X, where `which` is true."""
+        starts, motions = [], []
+        for k, rows in enumerate(which):
+            wide = rows[:, None, None]
+            starts.append(np.where(rows[:, None], other.starts[k], self.starts[k]))
+            (q, qd), (new_q, new_qd) = self.motions[k], other.motions[k]
+            motions.append((np.where(wide, new_q, q), np.where(wide, new_qd, qd)))
+        return _State(self.z, starts, self.moved, motions)
+
+    def residuals(self, windows: Sequence[Windows]) -> list[FloatArray]:
+        """Return measured minus simulated positions, (W, K, n) of each log."""
+        return [w.q - q for w, (q, _) in zip(windows, self.motions, strict=True)]
+
+    def linearized(
+        self, evaluator: Evaluator, windows: Sequence[Windows], sigma: FloatArray
+    ) -> list[_Part]:
+        """Return the equations of each log at this state."""
+        return [
+            _Part.of(w, sigma, motion, sensitivities(self.moved, evaluator, self.z, w, *motion))
+            for w, motion in zip(windows, self.motions, strict=True)
+        ]
+
+    def cost(self, windows: Sequence[Windows], sigma: FloatArray) -> float:
+        """Return the sum of the squares of weighted residuals."""
+        return float(sum(np.sum((r / sigma) ** 2) for r in self.residuals(windows)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The equations of one log without its start states: residuals r = J dX by window.
+
+    Attributes:
+        J: (W, K n, p).
+        r: (W, K n).
+        back: (W, 2 n, K n) from residuals to a step of the start states.
+        full: residuals and dq/dX with the effect of the start states.
+    """
+
+    J: FloatArray
+    r: FloatArray
+    back: FloatArray
+    full: tuple[FloatArray, FloatArray]
+
+    @classmethod
+    def of(
+        cls, w: Windows, sigma: FloatArray, motion: tuple[FloatArray, FloatArray], S: FloatArray
+    ) -> _Part:
+        p = S.shape[3] - w.start.shape[1]
+        whole = np.concatenate([S, (w.q - motion[0])[..., None]], axis=3)
+        whole /= sigma[:, None]
+        whole = whole.reshape(len(whole), -1, whole.shape[-1])
+        J0 = whole[:, :, p:-1]
+        back = np.linalg.pinv(J0, rcond=_NO_EFFECT)
+        left = whole - J0 @ (back @ whole)
+        return cls(left[:, :, :p], left[:, :, -1], back, (whole[:, :, -1], whole[:, :, :p]))
+
+    def sums(self) -> tuple[FloatArray, FloatArray]:
+        """Return J' J and J' r over the windows."""
+        J = self.J.reshape(-1, self.J.shape[2])
+        return J.T @ J, J.T @ self.r.ravel()
+
+    def start_step(self, step: FloatArray) -> FloatArray:
+        """Return the best step of the start states (W, 2 n) after a step of X."""
+        r, J = self.full
+        return np.asarray((self.back @ (r - J @ step)[:, :, None])[:, :, 0])
+
+
+def _covariance(parts: Sequence[_Part]) -> FloatArray:
+    """Return the jackknife covariance of z: residuals of two windows are independent."""
+    own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
+    H, g = (sum(x) for x in zip(*own, strict=True))
+    moves = np.array([np.linalg.lstsq(H - h, g - s, rcond=None)[0] for h, s in own])
+    spread = moves - moves.mean(axis=0)
+    return np.asarray(spread.T @ spread * (len(own) - 1) / len(own))
+
+
+def _deviations(windows: Sequence[Windows], state: _State) -> FloatArray:
+    """Return sigma (n,) of the residuals, without the line that a start state takes of a window."""
+    total, count = np.zeros(windows[0].q.shape[2]), 0
+    for r in state.residuals(windows):
+        K = r.shape[1]
+        Q, _ = np.linalg.qr(np.stack([np.ones(K), np.arange(K)], axis=1))
+        left = r - np.einsum("ki,li,wlj->wkj", Q, Q, r, optimize=True)
+        total += np.sum(left**2, axis=(0, 1))
+        count += len(r) * (K - 2)
+    return np.sqrt(np.maximum(total / count, 1e-300))
