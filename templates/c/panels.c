@@ -39,6 +39,12 @@ ALWAYS int panel({{ k.panel.parameters }}, const int stream)
     return {{ k.panel.status }};
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain({{ k.panel.parameters }})
+{
+    return panel({{ k.panel.names }}, 0);
+}
+
 int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
     {{ k.batch_parameters }})
 {
@@ -52,7 +58,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
 {% endfor %}
     for (size_t k = 0; k < N; k += {{ name }}_WIDTH) {
         const size_t count = (N - k < {{ name }}_WIDTH) ? (N - k) : {{ name }}_WIDTH;
-{{ loaded() }}        status |= panel({{ k.panel.call }}, 0);
+{{ loaded() }}        status |= plain({{ k.panel.call }});
 {% for o in outputs %}
         lanes_store(lanes_{{ o.name }}, {{ o.size }}u, count, stream, scratch, &{{ o.name }}[k * {{ o.size }}u]);
 {% endfor %}
@@ -70,7 +76,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, {{ k.batch_
 {{ loaded() }}{% for o in outputs %}
         apart *lanes_{{ o.name }} = (apart *)&{{ o.name }}[k * {{ o.size }}u];
 {% endfor %}
-        status |= panel({{ k.panel.passed }}, stream);
+        status |= stream ? panel({{ k.panel.passed }}, 1) : plain({{ k.panel.passed }});
     }
     return status;
 }

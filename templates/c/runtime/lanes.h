@@ -1,7 +1,7 @@
 /* A panel: the same number of as many samples as a vector register holds, side by side.
  *
  * Vector extensions of gcc and clang, no intrinsics. The width follows from the instruction set
- * that the compiler was told; 1 stands for a compiler without them: loops of single calls.
+ * that the compiler was told; 1 stands for a compiler without them, and for C++: loops of single calls.
  * Private to the kernels.
  */
 #ifndef NAME_LANES_H
@@ -9,7 +9,7 @@
 
 #include "NAME.h"
 
-#if !defined(__GNUC__)
+#if !defined(__GNUC__) || defined(__cplusplus)
 #define NAME_WIDTH 1
 #elif defined(__AVX512F__)
 #define NAME_WIDTH {{ 64 // bytes }}
@@ -31,6 +31,7 @@
 /* Numbers from the first row of a panel to the end of the blocks of the last. */
 #define REACH(size) ((NAME_WIDTH - 1u) * (size) + BLOCKS(size))
 #define ALWAYS static inline __attribute__((always_inline, unused))
+#define ONCE static __attribute__((noinline))
 
 typedef {{ dtype }} lanes __attribute__((vector_size({{ bytes }} * NAME_WIDTH)));
 typedef int{{ bits }}_t mask __attribute__((vector_size({{ bytes }} * NAME_WIDTH)));
@@ -356,7 +357,8 @@ ALWAYS void lanes_rows(const lanes *from, size_t size, {{ dtype }} *rows)
             if (size >= NAME_WIDTH) {
                 *(apart *)&rows[i * size + at] = v[i];
             } else {
-                memcpy(&rows[i * size], &v[i], size * sizeof({{ dtype }}));
+                memcpy(&rows[i * size], &v[i],
+                    (size < NAME_WIDTH ? size : NAME_WIDTH) * sizeof({{ dtype }}));
             }
         }
         at += NAME_WIDTH;
