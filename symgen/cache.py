@@ -92,12 +92,16 @@ def kept_name(name: str, content: bytes, suffix: str) -> str:
 
 def kept_files(folder: Path, name: str, suffix: str) -> Iterator[Path]:
     """Yield the files of a name that are whole and ours; the others are removed."""
-    for known in sorted(folder.glob(f"{name}-*{suffix}")):
-        if _intact(known, suffix):
-            yield known
+    try:
+        found = os.listdir(folder)
+    except OSError:
+        return
+    for known in sorted(n for n in found if n.startswith(f"{name}-") and n.endswith(suffix)):
+        if _intact(folder / known, suffix):
+            yield folder / known
         else:
             with suppress(OSError):
-                known.unlink()
+                (folder / known).unlink()
 
 
 def kept_text(folder: Path, name: str) -> str | None:
@@ -112,6 +116,7 @@ def keep_text(folder: Path, name: str, text: str) -> None:
     """Keep a text under a name, whole or not at all; nothing is kept where that cannot be done."""
     content = text.encode()
     with suppress(OSError):
+        make_private(folder)
         written(folder / kept_name(name, content, ".json"), content, 0o600)
 
 

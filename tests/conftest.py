@@ -2,11 +2,12 @@
 
 `SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
 durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
-SAMPLE, as many as fit, at least one; the others run with -m slow.
+SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -60,13 +61,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             family = families.setdefault(_named(item).split("[")[0], {})
             family.setdefault(_named(item), []).append(item)
     for family in families.values():
-        left = FAMILY
         cases = random.Random(SAMPLE).sample(sorted(family), len(family))
-        for place, case in enumerate(cases):
-            left -= known.get(case, 0.0)
-            if place and left < 0:
-                for item in family[case]:
-                    item.add_marker(pytest.mark.slow)
+        until = itertools.accumulate(known.get(case, 0.0) for case in cases)
+        drawn = [case for case, taken in zip(cases, until, strict=True) if taken <= FAMILY]
+        drawn = drawn or [min((case for case in cases if case in known), key=known.__getitem__)]
+        for case in set(cases) - set(drawn):
+            for item in family[case]:
+                item.add_marker(pytest.mark.slow)
     items.sort(key=lambda item: -known.get(_file(item), math.inf))
 
 

@@ -52,12 +52,10 @@ class Derivations:
     """The cached derivations of a robot.
 
     Attributes:
-        folder: folder of the cache, or None.
-        key: digest of the robot, the sources and SymPy.
+        folder: its folder in the cache, by the digest of the robot, the sources and SymPy; or None.
     """
 
     folder: Path | None
-    key: str
 
     @classmethod
     def of(cls, robot: Robot) -> Derivations:
@@ -65,8 +63,8 @@ class Derivations:
         try:
             folder = private_folder()
         except BuildError:  # reported later, when a module is compiled
-            folder = None
-        return cls(folder, f"derived-{digest(_code(), robot_toml(robot))[:32]}")
+            return cls(None)
+        return cls(folder / f"derived-{digest(_code(), robot_toml(robot))[:32]}")
 
     def have(self, name: str, derive: Callable[[], Derived]) -> Derived:
         """Return a cached derivation, or derive and cache it.
@@ -77,7 +75,7 @@ class Derivations:
         """
         if self.folder is None:
             return derive()
-        text = kept_text(self.folder, f"{self.key}-{name}")
+        text = kept_text(self.folder, f"derived-{name}")
         if text is not None:
             kept: Derived = read(json.loads(text))
             return kept
@@ -86,7 +84,7 @@ class Derivations:
             text = json.dumps(written(found))
         except KeyError:  # a number or a function that the grammar lacks
             return found
-        keep_text(self.folder, f"{self.key}-{name}", text)
+        keep_text(self.folder, f"derived-{name}", text)
         return found
 
     def sources(

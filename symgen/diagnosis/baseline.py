@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -20,11 +20,14 @@ from symgen.diagnosis.whitened_system import (
     model_torque,
     modelled,
     torque_at,
+    whitened,
 )
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, motion_folds
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
+from symgen.faults.fault import Fault, undo_faults
 from symgen.identification.out_of_core import load_model
 from symgen.identification.parameters import regrouping
 from symgen.robot.toml_text import robot_toml
@@ -135,6 +138,17 @@ class Baseline:
         """Return the equations of the model with the columns of some effects added."""
         return self.base.with_columns(s.columns for s in accepted)
 
+    def without(self, faults: Iterable[Fault]) -> Baseline:
+        """Return the model on training logs whose samples with faults are left out."""
+        faults = [*faults]
+        if not faults:
+            return self
+        logs = tuple(undo_faults(log, faults)[0] for log in self.base.logs)
+        base = whitened(logs, self.base.W, self.base.y)
+        out = replace(self, base=base, X=self.X if self.given else estimated(base).X)
+        out.__dict__["_folds"] = self._folds
+        return out
+
     def score(
         self, found: WhitenedSystem, misfit: float, accepted: Sequence[Score] | None = None
     ) -> PredictiveScore:
@@ -163,9 +177,8 @@ class Baseline:
         model = partial(torque_at, self.evaluator, X)
         torques = [np.concatenate([modelled(s, model) for s in x]) for x in resting.creeping]
         if self.given:
-            known = np.concatenate([modelled(s, model) for s in resting.halted])
-            y = np.concatenate([s.unmasked.measured for s in resting.logs]) - known
-            return np.zeros((len(resting.joint), 0)), resting.means(y), torques
+            halted = given_system(self.evaluator, resting.halted, self.X)
+            return resting.means(halted.W), resting.means(halted.y), torques
         W = np.concatenate([torque_rows(self.evaluator, s.unmasked, X) for s in resting.halted])
         return resting.means(W), resting.means(self.base.y), torques
 
@@ -188,6 +201,12 @@ class Baseline:
         whole = np.concatenate(at, axis=1)
         limit = static_friction(resting, creeping)
         return Rests(resting.joint, resting.rows, whole, y - whole @ found.X, limit)
+
+    @cached_property
+    def features(self) -> list[FloatArray]:
+        """Random functions of the state of each training log, (K, n, m), that stand for misfit."""
+        known = features_of(self.base.logs, self.robot.sigma)
+        return [known.in_band(log.unmasked.modelled) for log in self.base.logs]
 
     @cached_property
     def _folds(self) -> NDArray[np.intp]:

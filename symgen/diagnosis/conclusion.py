@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -12,7 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.codegen.model import Model, derive
+from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline, model_of
+from symgen.diagnosis.contacts import NAME as CONTACT
+from symgen.diagnosis.contacts import Contact, contacts_in
 from symgen.diagnosis.diagnosis import (
     NOISE,
     Alike,
@@ -45,15 +48,22 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.features import features_of
-from symgen.estimation.floor import at_rest, noise_floor, quiet
-from symgen.estimation.predictive_score import LEAST, dense, repeats_motion
+from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
+from symgen.estimation.predictive_score import (
+    LEAST,
+    PredictiveScore,
+    dense,
+    everywhere,
+    motion_folds,
+    repeats_motion,
+)
 from symgen.estimation.solve import Solution
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error, squares
 from symgen.estimation.values import FloatArray
+from symgen.faults.fault import undo_faults
 from symgen.identification.parameters import base_values
-from symgen.robot.effect import numbered
+from symgen.robot.effect import definitions, numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -99,22 +109,14 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         return replace(selection, accepted=tuple(rest))
     held = baseline.system_of(baseline.held)
 
-    def torques(effects: Sequence[Score], system: WhitenedSystem) -> list[FloatArray]:
-        X = baseline.parameters(system)
-        along = [baseline.torques_along(log.thinned, X) for log in held.logs]
-        seen = Seen(held.logs, along).each(s.candidate for s in effects)
-        return [dense(columns, held.y.shape) for columns in seen]
-
     def errors(effects: Sequence[Score]) -> FloatArray:
-        system = baseline.beside(effects)
-        more = torques(effects, system)
-        left = held.y - np.concatenate([held.W, *more], axis=2) @ system.X
+        left = _left(baseline, held, effects)
         weight = held.moves**2
         count = np.maximum(weight.sum(axis=0), 1.0)
         return np.asarray(np.sum(weight * left**2, axis=0) / count / held.size**2)
 
     kept, out = list(selection.accepted), selection
-    there = [bool(np.any(x)) for x in torques(kept, baseline.beside(kept))]
+    there = [bool(np.any(x)) for x in _torques(baseline, held, kept, baseline.beside(kept))]
     pairs = zip(kept, there, strict=True)
     asked_of = {s.candidate for s, x in pairs if x and not s.candidate.measured}
     while kept:
@@ -133,6 +135,36 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         )
         out = _without(out, [kept.pop(worst)], fault)
     return out
+
+
+def _torques(
+    baseline: Baseline, held: WhitenedSystem, effects: Sequence[Score], system: WhitenedSystem
+) -> list[FloatArray]:
+    """Return the columns (K, n, m) of effects on the validation data, in the model `system`."""
+    X = baseline.parameters(system)
+    along = [baseline.torques_along(log.thinned, X) for log in held.logs]
+    seen = Seen(held.logs, along).each(s.candidate for s in effects)
+    return [dense(columns, held.y.shape) for columns in seen]
+
+
+def _left(baseline: Baseline, held: WhitenedSystem, effects: Sequence[Score]) -> FloatArray:
+    """Return the error (K, n) of the validation torque, for a fit to the training data."""
+    system = baseline.beside(effects)
+    more = _torques(baseline, held, effects, system)
+    return np.asarray(held.y - np.concatenate([held.W, *more], axis=2) @ system.X)
+
+
+def _touched(
+    baseline: Baseline, effects: Sequence[Score], least: float, misfit: float
+) -> tuple[Contact, ...]:
+    """Return the contacts in the validation data, beside a fit of the model to these data."""
+    held = baseline.system_of(baseline.held)
+    columns = _torques(baseline, held, effects, baseline.beside(effects))
+    held = held.with_columns(map(everywhere, columns))
+    fold, size = motion_folds(held.logs), misfit * held.size
+    left = held.y - held.W @ held.X
+    score = PredictiveScore(held.W, left, held.moves, held.sigma, fold, size)
+    return tuple(contacts_in(score, held.logs, held.size, least))
 
 
 def _shown(
@@ -166,12 +198,21 @@ def _shown(
         selection = _without(selection, [lost], fault)
 
 
+def _probable(selection: Selection, kept: Sequence[Score]) -> Selection:
+    """Return a selection without effects that only those explained that the data do not confirm."""
+    known = {s.candidate.key for s in kept}
+    lost = [s for s in selection.accepted if s.candidate.key not in known]
+    fault = "it does not predict other motion better beside the confirmed effects"
+    return replace(_without(selection, lost, fault), accepted=tuple(kept))
+
+
 def conclude(
     baseline: Baseline,
     selection: Selection,
     notes: tuple[str, ...],
     least: float = LEAST,
     misfit: float | None = None,
+    probable: Callable[[Sequence[Score]], list[Score]] | None = None,
 ) -> Diagnosis:
     """Add the effects, identify the model again, and measure the gap on the validation data.
 
@@ -185,11 +226,24 @@ def conclude(
         least: smallest torque that matters, as a part of the joint's torque.
         misfit: smallest model error to expect, as a part of a joint's torque; None for the declared
             model: then neither the places of the gap nor free functions are searched.
+        probable: gives those of some effects that are probable beside one another; None if all are.
     """
+    declared = baseline
+    contacts = selection.contacts or ()
+    baseline = declared.without(c.fault for c in contacts)
     accepted, _ = _settled(baseline, selection.accepted)
+    if selection.contacts is not None and misfit is not None:
+        contacts += _touched(baseline, accepted, least, misfit)
+    faults = tuple(c.fault for c in contacts)
+    held = tuple(undo_faults(log, faults)[0] for log in declared.held)
+    baseline = replace(baseline, held=held)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
     selection, biased = _shown(baseline, selection)
+    if probable is not None and len(selection.accepted) < len(accepted):
+        selection = _probable(selection, probable(selection.accepted))
     suspected = [s for s in selection.accepted if not s.confirmed]
+    torque = rms(np.concatenate([log.unmasked.measured for log in baseline.held]))
+    share = torque / np.maximum(torque, baseline.base.size)
     while True:
         accepted, seen = _settled(baseline, [s for s in selection.accepted if s.confirmed])
         selection = replace(selection, accepted=accepted)
@@ -202,9 +256,8 @@ def conclude(
             culprit = _culprit(baseline, accepted)
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
-        gaps = _gaps(baseline, model)
-        before, after = gaps.moving.before, gaps.moving.after
-        raised = _raising(accepted, before, after, least)
+        gaps = _gaps(baseline, model, declared)
+        raised = _raising(accepted, gaps.moving, share, least)
         if raised is None:
             break
         score, was, now = raised
@@ -220,6 +273,7 @@ def conclude(
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
     pairs = zip(found, (*accepted, *suspected), strict=True)
     found = tuple(replace(e, note=NOISE) if s.candidate.key in biased else e for e, s in pairs)
+    found = (*(_pushed(declared.robot, c) for c in contacts), *found)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
         was, now, noise = (100 * gap.total for gap in moving[:3])
@@ -230,7 +284,7 @@ def conclude(
             "take any value between its limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
-    verdict = _verdict(accepted, moving.after, nothing)
+    verdict = _verdict((*accepted, *contacts), moving.after, nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
@@ -253,7 +307,7 @@ def conclude(
         floor=told.floor,
         where=()
         if misfit is None or verdict == "consistent"
-        else places(baseline, accepted, moving.before, moving.floor),
+        else places(declared, accepted, contacts, moving.before, moving.floor),
         effects=found,
         free_functions=shapes or None,
         rejected=tuple(
@@ -262,6 +316,7 @@ def conclude(
         ),
         advice=(
             *holding,
+            *(fault.fault for fault in faults),
             *(shape(f, robot) for f in shapes),
             *_advice(found, robot, verdict, moving.after, nothing),
         ),
@@ -274,6 +329,7 @@ def conclude(
         declared=robot,
         values=tuple(map(float, baseline.X)),
         moving=moving,
+        contacts=faults,
     )
 
 
@@ -331,7 +387,7 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
     names = () if baseline.given else evaluator.model.base.names
     system = system.with_columns(seen(s.candidate) for s in corrected)
     extra = [f"{s.candidate.name} {i}" for s in corrected for i in range(s.candidate.size)]
-    solution = _solved((*names, *extra), system, baseline.robot.sigma)
+    solution = _solved((*names, *extra), system, baseline.features)
     std = solution.std
     along = slopes(accepted, baseline.coefficients(baseline.beside(accepted)), seen)
     if along:
@@ -341,7 +397,8 @@ def _extended_model(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -
         count = sum(next(iter(columns.values())).shape[1] for columns in along)
         constants = [f"constant {i}" for i in range(count)]
         try:
-            std = _solved((*names, *extra, *constants), system.with_columns(along), robot.sigma).std
+            bent = system.with_columns(along)
+            std = _solved((*names, *extra, *constants), bent, baseline.features).std
         except IdentificationError:  # the logs do not determine the constants
             std = np.concatenate([std, np.full(count, np.nan)])
     return _Extended(robot, evaluator, names, accepted, alone, declared, corrected, solution.X, std)
@@ -372,7 +429,7 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
     system = baseline.beside(accepted)
     try:
-        solution = _solved((*names, *extra), system, baseline.robot.sigma)
+        solution = _solved((*names, *extra), system, baseline.features)
         X, std = solution.X, solution.std
     except IdentificationError:
         X = estimated(system).X
@@ -458,6 +515,25 @@ def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> Fou
     return _found(robot, score, (*own, *constants), declared=False)
 
 
+def _pushed(robot: Robot, contact: Contact) -> FoundEffect:
+    """Return a contact as an effect, which no other motion can confirm or contradict."""
+    joints = tuple(robot.movable[j].number for j in contact.event.joints)
+    return FoundEffect(
+        name=CONTACT,
+        joints=joints,
+        parameters=tuple(
+            FoundParameter(f"{name}{joints[-1]}", x, std, "s")
+            for name, x, std in contact.fault.values
+        ),
+        expression=f"{definitions()[CONTACT].formula}, in {contact.fault.log}",
+        p_value=math.exp(-max(contact.odds, 0.0)),
+        gap_reduction=min(contact.gain, 1.0),
+        probability=contact.probability,
+        torque_rms=contact.torque,
+        declared=False,
+    )
+
+
 def numbers(robot: Robot, candidate: Candidate) -> tuple[int, ...]:
     """Return the joint numbers, as in the robot file, that an effect acts on."""
     return tuple(robot.movable[j].number for j in candidate.joints)
@@ -524,8 +600,14 @@ class _Gaps(NamedTuple):
     held: FloatArray
 
 
-def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
-    """Measure the gap of the declared and of the extended model on the validation data."""
+def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
+    """Measure the gap of the declared and of the extended model on the validation data.
+
+    Args:
+        baseline: the declared model on the logs without contacts.
+        model: the extended model.
+        recorded: the declared model on the logs with them.
+    """
     declared, p = baseline.evaluator, len(model.names)
     X = model.X[:p]
     if baseline.given or not model.accepted:  # X and the weights of the joints stay
@@ -537,8 +619,8 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
     was = now = TorqueFit.none(n)
     curves, variance, rests = [], np.zeros(n), np.zeros(n)
     count, moved, beyond = np.zeros(n), np.zeros(n), np.zeros((2, n))
-    declared_torque = partial(torque_at, declared, baseline.X)
-    for log in baseline.held:
+    declared_torque = partial(torque_at, declared, recorded.X)
+    for log, whole_log in zip(baseline.held, recorded.held, strict=True):
         torques = baseline.torques_along(log, X, model.evaluator, inside)
         whole, at = torques.model, p
         for c in (s.candidate for s in model.corrected):
@@ -546,11 +628,11 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
             whole = whole + columns @ model.X[at : at + c.size]
             at += c.size
         before = after = modelled(log, declared_torque)
-        if model.accepted:
-            after = before + compared(log, whole - model_torque(declared, baseline.X, log))
+        if model.accepted or X is not recorded.X:
+            after = before + compared(log, whole - model_torque(declared, recorded.X, log))
         measured, free = log.unmasked.measured, log.clear[log.kept]
         held = static(log)
-        was += squares(free, measured, before, held)
+        was += squares(whole_log.clear[log.kept], measured, before, held)
         now += squares(free, measured, after, held)
         motion = (log.t[log.kept], log.q[log.kept], log.qd[log.kept])
         mask = None if log.mask is None else free
@@ -576,20 +658,27 @@ def _gaps(baseline: Baseline, model: _Extended) -> _Gaps:
 
 
 def _raising(
-    accepted: Sequence[Score], before: Gap, after: Gap, least: float
+    accepted: Sequence[Score], moving: _Judged, share: FloatArray, least: float
 ) -> tuple[Score, float, float] | None:
     """Return the weakest effect that does not improve the prediction of unseen data, and the gaps.
 
-    The gap of a joint on which effects act may not grow by what matters, and that of all joints may
-    not grow.
+    The gap of a joint on which effects act may not grow, nor that of all joints.
+
+    Args:
+        accepted: the effects.
+        moving: gaps of the validation data.
+        share: (n,) torque of the joints in these data over the largest torque in any data.
+        least: smallest torque that matters, as a part of the joint's torque.
     """
+    before, after, _ = moving
     if accepted and after.total > before.total:
         return accepted[-1], before.total, after.total
+    was, now, noise = ([*(share * gap.per_joint)] for gap in moving)
+    raised = grown(was, now, noise, least)
     for score in reversed(accepted):
         for j in score.candidate.joints:
-            was, now = before.per_joint[j], after.per_joint[j]
-            if now > was + least:
-                return score, was, now
+            if raised[j]:
+                return score, before.per_joint[j], after.per_joint[j]
     return None
 
 
@@ -626,29 +715,30 @@ def _culprit(baseline: Baseline, accepted: Sequence[Score]) -> Score:
     return (tied or accepted)[-1]
 
 
-def _solved(names: tuple[str, ...], system: WhitenedSystem, sigma: Sequence[int]) -> Solution:
+def _solved(
+    names: tuple[str, ...], system: WhitenedSystem, features: Sequence[FloatArray]
+) -> Solution:
     """Solve the final model; the solution is empty if no parameter is unknown."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
     out, first, weights = [], 0, estimated(system).moves
-    known = features_of(system.logs, sigma)
-    for log in system.logs:
-        t, features = log.t[log.kept], known.in_band(log.unmasked.modelled)
+    for log, known in zip(system.logs, features, strict=True):
+        t = log.t[log.kept]
         for j in range(system.n):
             weight = weights[first : first + len(t), j]
             at = np.flatnonzero(weight)
             rows, weight = first + at, weight[at]
             W, y = weight[:, None] * system.W[rows, j], weight * system.y[rows, j]
-            own = weight[:, None] * features[at, j]
+            own = weight[:, None] * known[at, j]
             out.append(Equations(log.name, W, y, t[at], 2, j, features=own))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")
 
 
-def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
+def _verdict(accepted: Sequence[Score | Contact], after: Gap, quiet: bool) -> str:
     chain, physics = (
-        max((s.worth for s in accepted if (s.candidate.name in MEASURING) is of_chain), default=0.0)
+        max((s.worth for s in accepted if _of_chain(s) is of_chain), default=0.0)
         for of_chain in (True, False)
     )
     if chain > physics:
@@ -656,6 +746,10 @@ def _verdict(accepted: Sequence[Score], after: Gap, quiet: bool) -> str:
     if not accepted:
         return "consistent" if quiet else "unexplained"
     return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
+
+
+def _of_chain(s: Score | Contact) -> bool:
+    return isinstance(s, Score) and s.candidate.name in MEASURING
 
 
 def _advice(

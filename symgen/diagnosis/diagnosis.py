@@ -180,13 +180,10 @@ def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
         step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
         size = max(1, round(window / step))
         if len(c.t) > size:
-            torques, free = (
-                np.stack([c.measured, c.before, c.after]),
-                1 if c.free is None else c.free,
-            )
-            power = np.sum(c.qd * torques * free, axis=2)
-            total = np.zeros(power.shape)
-            np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1, out=total[:, 1:])
+            torques = np.stack([c.measured, c.before, c.after])
+            power = np.sum(c.qd * torques * (1 if c.free is None else c.free), axis=2)
+            total = np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1)
+            total = np.pad(total, ((0, 0), (1, 0)))
             parts.append(total[:, size:] - total[:, :-size])
     if not parts:
         return None
@@ -225,6 +222,7 @@ class Diagnosis(Viewable):
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
+        contacts: contacts in the logs, whose samples count in no fit and in no gap after.
     """
 
     robot: str
@@ -253,6 +251,7 @@ class Diagnosis(Viewable):
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
+    contacts: Annotated[tuple[Fault, ...], BESIDE] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "energy", work(self.curves))

@@ -137,25 +137,20 @@ class Seen:
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
         """Yield the columns of several candidates; faster than one by one."""
-        for (measured, analytic), group in itertools.groupby(candidates, _nodes):
+        for (measured, analytic), group in itertools.groupby(
+            candidates, lambda c: (c.measured, c.analytic)
+        ):
             # A measured channel with noise passes the filter at the full rate first.
             strides = [
                 1 if measured else log.smooth_stride if analytic else log.rows.stride
                 for log in self.logs
             ]
-            yield from self._each(group, strides)
+            thin = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
 
-    def _each(self, candidates: Iterable[Candidate], strides: Sequence[int]) -> Iterator[Columns]:
-        logs = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
+            def columns(candidate: Candidate, k: int, thin: Logs = thin) -> Columns:
+                return candidate.columns(thin[k], self.torques[k])
 
-        def columns(candidate: Candidate, k: int) -> Columns:
-            return candidate.columns(logs[k], self.torques[k])
-
-        return in_band(self.logs, candidates, columns, strides)
-
-
-def _nodes(candidate: Candidate) -> tuple[bool, bool]:
-    return candidate.measured, candidate.analytic
+            yield from in_band(self.logs, group, columns, strides)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,10 +227,7 @@ def candidates(
                     continue
                 plain = replace(_on_joint(robot, definition, position), change=drifted)
                 for constants in grid(searches, logs, position, joint.sigma):
-                    # A contact ends within a log.
-                    length = constants.get("start", 0.0) + constants.get("length", 0.0)
-                    if not length or length <= max(s.t[s.kept][-1] - s.t[0] for s in logs):
-                        yield replace(plain, constants=constants)
+                    yield replace(plain, constants=constants)
     for own in robot.sought:
         if chosen is None or own.effect.name in chosen:
             position = [j.number for j in robot.movable].index(own.effect.joints[0])
@@ -423,17 +415,9 @@ def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> Flo
     return z
 
 
-def _contact(s: FilteredLog, _: Torques, __: int, constants: Constants) -> FloatArray:
-    """A constant torque from `start`, s after the log's first sample, for `length` s."""
-    t = s.t - s.t[0]
-    start, length = constants["start"], constants["length"]
-    return np.asarray((t >= start) & (t < start + length), dtype=float)
-
-
 #: Shape of an effect, and whether it contains the model's torque.
 _SHAPES: dict[str, tuple[Shape, bool]] = {
     "drive_gain_error": (_gain, True),
     "thermal_drift": (_drift, True),
     "presliding_friction": (_presliding, False),
-    "external_contact": (_contact, False),
 }

@@ -21,17 +21,16 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.diagnosis import FreeFunction
 from symgen.diagnosis.effects import Score
+from symgen.diagnosis.residual_patterns import EXPLAINED
 from symgen.diagnosis.whitened_system import compared
-from symgen.estimation.predictive_score import Fit, PredictiveScore
+from symgen.estimation.predictive_score import SURE, Fit, PredictiveScore
 from symgen.estimation.values import FloatArray
 from symgen.robot.effect import numbered
 
 _DEGREE = 3
 #: Numbers of splines that are tried, by the number of variables; the score selects one.
 _SIZES: dict[int, tuple[int, ...]] = {1: (5, 10, 20), 2: (5,)}
-_HALF = 0.5  # share of a joint's squared residual that a function without a law has to explain
 _GOOD = 0.8  # gain of a law over that of a free function, above which the law has the right shape
-_SURE = math.log(9.0)
 _POINTS = 61  # points of a curve
 _LEVELS = (0.1, 0.5, 0.9)  # quantiles of a second variable at which curves are drawn
 _LETTERS = ("q", "qd", "taur")
@@ -120,6 +119,11 @@ def free_functions(
         left: whether a part of the gap is unexplained; then functions without a law are tried.
     """
     states = _states(baseline)
+
+    def asked(effects: Sequence[Score]) -> _Asked:
+        score = baseline.score(baseline.beside(effects), misfit)
+        return _Asked(baseline, effects, score, states)
+
     found: list[FreeFunction] = []
     known = {id(s): _variables(baseline, s) for s in accepted}
     for j, variables in dict.fromkeys(known.values()):
@@ -128,16 +132,13 @@ def free_functions(
                 s for s in accepted if known[id(s)][0] == j and {*known[id(s)][1]} <= {*variables}
             ]
             rest = [s for s in accepted if all(s is not law for law in laws)]
-            asked = _Asked(baseline, rest, baseline.score(baseline.beside(rest), misfit), states)
-            found += asked.beside_laws(j, variables, laws, least)
+            found += asked(rest).beside_laws(j, variables, laws, least)
     if left:
-        asked = _Asked(
-            baseline, accepted, baseline.score(baseline.beside(accepted), misfit), states
-        )
+        whole = asked(accepted)
         told = {f.joint for f in found}
         for j, joint in enumerate(baseline.robot.movable):
-            if joint.number not in told and asked.missing(j) > least * baseline.base.size[j]:
-                found += asked.alone(j)
+            if joint.number not in told and whole.missing(j) > least * baseline.base.size[j]:
+                found += whole.alone(j)
     return tuple(found)
 
 
@@ -201,15 +202,15 @@ class _Asked:
         free = self._best(j, [variables])
         ratio = (named.score - alone.score) / max(free.fit.score - alone.score, 1e-300)
         better = math.sqrt(max(named.left[j] - free.fit.left[j], 0.0)) / self.baseline.base.size[j]
-        if free.fit.score - named.score > _SURE and ratio < _GOOD and better > least:
+        if free.fit.score - named.score > SURE and ratio < _GOOD and better > least:
             yield self._drawn(j, free, named, laws, ratio)
 
     def alone(self, j: int) -> Iterator[FreeFunction]:
         """Yield the function that explains most, and at least half, of joint j's missing torque."""
         sets, alone = [*_sets(self.baseline.robot.n, j)], self.score.alone
         free = self._best(j, sets)
-        sure = free.fit.score - alone.score > _SURE + math.log(len(sets))
-        if sure and free.fit.left[j] < _HALF * alone.left[j]:
+        sure = free.fit.score - alone.score > SURE + math.log(len(sets))
+        if sure and free.fit.left[j] < EXPLAINED * alone.left[j]:
             yield self._drawn(j, free, alone)
 
     def _best(self, j: int, sets: Iterable[Variables]) -> _Fitted:

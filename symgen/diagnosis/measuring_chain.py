@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,9 +24,10 @@ from symgen.diagnosis.diagnosis import (
 from symgen.distributed import own_threads
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import MISFIT
-from symgen.faults.causes import find_cause, unmendable
+from symgen.faults.causes import ANOTHER, find_cause, unmendable
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
+    MOST,
     Trial,
     against_physics,
     channel_faults,
@@ -40,10 +40,6 @@ from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: A torque with a factor above this one is in another unit. A smaller factor may also come from a
-#: spring, so it competes with the physics.
-_ANOTHER = 100.0
-_MOST = 3  # faults that are undone, one after the other
 #: Faults that need a new record. They stay named whatever their correction closes of the gap.
 _LASTING = ("stuck", "step", "sign", "time")
 _UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
@@ -66,25 +62,13 @@ _WORDS = {
 }
 
 
-class Checked(NamedTuple):
-    """The faults of some logs.
-
-    Attributes:
-        faults: all faults, each with its correction.
-        lasting: those that need a new record.
-    """
-
-    faults: tuple[Fault, ...] = ()
-    lasting: tuple[Fault, ...] = ()
-
-
 def check(
     evaluator: Evaluator,
     train: Sequence[FilteredLog],
     held: Sequence[FilteredLog] = (),
     repairs: Sequence[Fault] = (),
-) -> Checked:
-    """Return the faults of repaired logs; none for sound logs.
+) -> tuple[tuple[Fault, ...], tuple[Fault, ...]]:
+    """Return the faults of repaired logs, and those of them that need a new record.
 
     Args:
         evaluator: the compiled model.
@@ -95,14 +79,14 @@ def check(
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
     lasting = tuple(f for f in found if f.kind in _LASTING and not f.channel.startswith("qd"))
     if lasting:
-        return Checked(found, lasting)
+        return found, lasting
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
     if wrong := against_physics(trial):
-        return Checked((*found, *wrong), tuple(wrong))
+        return (*found, *wrong), tuple(wrong)
     others = _channels(trial, repairs)
     lasting = tuple(f for f in others if f.kind in _UNMENDABLE)
-    return Checked((*found, *(others or torque_steps(trial))), lasting)
+    return (*found, *(others or torque_steps(trial))), lasting
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
@@ -111,7 +95,7 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
     if trial.evaluator.model.robot.loaded:
         return found
     logs, held = trial.logs, trial.held
-    for _ in range(_MOST):
+    for _ in range(MOST):
         faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
         scene = Scene(rows)
@@ -121,7 +105,8 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
         elif cause is not None and cause.kind in _UNMENDABLE:
             return [*found, unmendable(scene, cause)]
         new = [f for f in faults if (f.kind, f.joints) not in {(o.kind, o.joints) for o in found}]
-        if not new or (new[0].kind == "gain" and 1 / _ANOTHER < new[0].value < _ANOTHER):
+        # A torque in the same unit may also be wrong by a spring, so it competes with the physics.
+        if not new or (new[0].kind == "gain" and 1 / ANOTHER < new[0].value < ANOTHER):
             break
         found += new
         logs, held = ([undo_faults(log, new)[0] for log in group] for group in (logs, held))
@@ -143,30 +128,23 @@ def name_of(fault: Fault) -> str:
     return _EFFECTS.get(fault.kind, fault.kind)
 
 
-def judged(faults: Sequence[Fault], before: Diagnosis, after: Diagnosis) -> Diagnosis:
-    """Return the verdict on faulty logs, which names no physics.
+def named_effects(
+    faults: Sequence[Fault], robot: Robot, before: Gap, after: Gap
+) -> list[FoundEffect]:
+    """Return the faults that are effects, with the share of the gap that each correction closes.
 
     Args:
         faults: the faults of the logs.
-        before, after: the declared model on the logs as recorded, and on the corrected logs.
+        robot: the robot of the logs.
+        before, after: gap of the declared model on the logs as recorded, and corrected.
     """
-    robot = after.extended
-    if not any(f.undo for f in faults):
-        after = replace(after, after=before.before)  # nothing was corrected
-    effects = (_closing(f, robot, before.before, after.after) for f in faults if is_effect(f))
-    curves = tuple(
-        replace(a, before=b.before) for a, b in zip(after.curves, before.curves, strict=True)
-    )
-    return replace(
-        after,
-        verdict="bad-measurement",
-        before=before.before,
-        where=_where(faults, before, robot),
-        effects=tuple(sorted(effects, key=lambda e: -e.gap_reduction)),
-        rejected=tuple(rejected(f, robot) for f in faults if not is_effect(f)),
-        advice=(*(f.fault for f in faults), "symgen searches for no effects in a faulty log"),
-        curves=curves,
-    )
+    out = []
+    for f in filter(is_effect, faults):
+        # A wrong speed of one joint changes the torques of others.
+        joints = f.joints if f.kind == "saturated" else range(robot.n)
+        was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
+        out.append(_effect([f], robot, 1 - left / was if was else 0.0))
+    return out
 
 
 def rejected(fault: Fault, robot: Robot, and_so: str = "") -> Rejected:
@@ -233,14 +211,6 @@ def _speed_error(fault: Fault, log: FilteredLog) -> float:
     speed, change = (np.maximum(rms(x[:, joints]), 1e-300) for x in (log.qd, log.qdd))
     parts = np.array([value.get("LV", 0.0) * change / speed, value.get("OV", 0.0) / speed])
     return float(np.sqrt(value.get("GV", 0.0) ** 2 + np.sum(parts**2, axis=0)).max())
-
-
-def _closing(fault: Fault, robot: Robot, before: Gap, after: Gap) -> FoundEffect:
-    """Return a fault as an effect, with the share of the gap that its correction closes."""
-    # A wrong speed of one joint changes the torques of others.
-    joints = fault.joints if fault.kind == "saturated" else range(robot.n)
-    was, left = (sum(g.per_joint[j] ** 2 for j in joints) for g in (before, after))
-    return _effect([fault], robot, 1 - left / was if was else 0.0)
 
 
 def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
@@ -313,14 +283,14 @@ def with_chain(
     )
 
 
-def _where(faults: Sequence[Fault], before: Diagnosis, robot: Robot) -> tuple[Place, ...]:
+def places_of(faults: Sequence[Fault], before: Gap, robot: Robot) -> tuple[Place, ...]:
     """Return the joints of the faults, each with its share of the gap before."""
     pattern: dict[int, str] = {}
     for fault in faults:
         own = definitions()[name_of(fault)].pattern if is_effect(fault) else "all"
         for j in fault.joints or range(robot.n):
             pattern.setdefault(j, own)
-    size = np.array([before.before.per_joint[j] ** 2 for j in pattern])
+    size = np.array([before.per_joint[j] ** 2 for j in pattern])
     share = size / size.sum() if size.sum() > 0 else np.full(len(size), 1 / len(size))
     rows = [
         Place(robot.movable[j].number, float(part), word)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -13,13 +12,12 @@ from symgen.data.log import Log
 from symgen.data.signals import Samples
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import Fault
+from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.robot.effect import unit
 
-#: Largest number of plots; most and least samples in one; share of the largest change that is
+#: Largest number of plots; fewest samples beside a change, and part of the largest change that is
 #: shown.
-_MOST, _POINTS, _FEWEST, _NEAR = 8, 300, 60, 0.1
-_WHOLE = 0.5  # part of a log: if more is repaired, the plot shows where the change is largest
+_MOST, _BESIDE, _NEAR = 8, 30, 0.1
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
@@ -47,50 +45,33 @@ class MendedChannel:
 
 
 def mended_channels(
-    logs: Iterable[tuple[Log, Samples]], repairs: Sequence[Fault], sigma: Sequence[int]
-) -> tuple[MendedChannel, ...]:
-    """Return the channels that were repaired before the search, around their largest change.
+    logs: Iterable[tuple[Log | FilteredLog, Samples | FilteredLog]],
+    faults: Sequence[Fault],
+    sigma: Sequence[int],
+) -> Iterator[MendedChannel]:
+    """Yield the channels that were repaired, around their largest change.
 
     Args:
         logs: each log as recorded, mapped to the joint side, and as it is used.
-        repairs: repairs of the logs.
+        faults: faults of the logs that were repaired or undone.
         sigma: types of the movable joints.
     """
-    out: list[MendedChannel] = []
-    for (log, samples), repair in itertools.product(logs, repairs):
-        key = repair.channel.rstrip(string.digits)
-        if repair.log != log.name or repair.kind == "coarse" or key == "t":
-            continue  # time stamps have no other channel to be plotted over
-        digits = repair.channel[len(key) :]
-        keys = [
-            own for own in (_KINDS if key == "all" else (key,)) if getattr(log, own) is not None
-        ]
-        joints = [int(digits) - 1] if digits else range(len(sigma))
-        says = f"{repair.fault}, {repair.samples} samples: {repair.done}"
-        changed = [
-            c
-            for own, j in itertools.product(keys, joints)
-            for c in _channel(log, samples, own, j, says, sigma[j])
-        ]
-        out += sorted(changed, key=lambda c: -c.size)[:1]
-    return tuple(out)
+    for (before, after), (key, kind) in itertools.product(logs, _KINDS.items()):
+        for j in range(len(sigma) if getattr(before, key) is not None else 0):
+            channel = f"{key}{j + 1}"
+            named = {"all", key, channel}
+            here = (f for f in faults if f.log in (before.name, EVERYWHERE) and f.kind != "coarse")
+            f = next((f for f in here if named & {*f.channel.split(", ")}), None)
+            drawn = None if f is None else _around_change(before, after, key, j)
+            if f is not None and drawn is not None:
+                says, dimension = (
+                    f.in_words.removeprefix(f"{f.log}: {f.channel}: "),
+                    unit(kind, sigma[j]),
+                )
+                yield MendedChannel(before.name, channel, says, dimension, *drawn)
 
 
-def undone_channels(
-    before: Sequence[FilteredLog], after: Sequence[FilteredLog], sigma: Sequence[int]
-) -> tuple[MendedChannel, ...]:
-    """Return the channels that were corrected because of the torque equations."""
-    says = "as the torque equations want it"
-    return tuple(
-        c
-        for b, a in zip(before, after, strict=True)
-        for key, j in itertools.product(_KINDS, range(len(sigma)))
-        if key != "qd" or np.array_equal(b.q[:, j], a.q[:, j])
-        for c in _channel(b, a, key, j, says, sigma[j])
-    )
-
-
-def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
+def largest(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
     """Return the few channels with the largest changes, one for each channel and log."""
     best: dict[tuple[str, str], MendedChannel] = {}
     for c in sorted(channels, key=lambda c: -c.size):
@@ -98,48 +79,25 @@ def largest(channels: Sequence[MendedChannel]) -> tuple[MendedChannel, ...]:
     return tuple(best.values())[:_MOST]
 
 
-def _channel(
-    before: Log | FilteredLog,
-    after: Samples | FilteredLog,
-    key: str,
-    j: int,
-    says: str,
-    sigma: int,
-) -> Iterator[MendedChannel]:
-    """Yield a channel around its largest change, if a repair changed it."""
+def _around_change(
+    before: Log | FilteredLog, after: Samples | FilteredLog, key: str, j: int
+) -> tuple[FloatArray, FloatArray, float] | None:
+    """Return t and values as recorded and as used, and the size of the change; None if none."""
     t, x = before.t, getattr(before, key)[:, j]
     used = np.array(getattr(after, key)[:, j])
-    if key == "tau" and isinstance(after, Samples) and after.mask is not None:
+    if key == "tau" and after.mask is not None:
         used[after.mask.joint[:, j]] = np.nan
     there = np.interp(t, after.t, used)
     spread = float(np.std(x)) or 1.0
     change = np.where(np.isnan(there), spread, np.abs(there - x))
-    if change.max() > 1e-9 * spread:
-        size = float(np.sqrt(np.mean(change**2))) / spread
-        window = _window(t, change)
-        parts = _part(t, x, *window), _part(after.t, used, *window)
-        dimension = unit(_KINDS[key], sigma)
-        yield MendedChannel(before.name, f"{key}{j + 1}", says, dimension, *parts, size)
-
-
-def _window(t: FloatArray, change: FloatArray) -> tuple[float, float]:
-    """Return the time span around the largest change, s."""
     at = int(np.argmax(change))
-    near = change > _NEAR * change[at]
-    if near.mean() > _WHOLE:
-        first, last = at - _POINTS // 2, at + _POINTS // 2
-    else:
-        still = np.flatnonzero(~near)
-        before, after = still[still < at], still[still > at]
-        first = int(before[-1]) if len(before) else 0
-        last = int(after[0]) if len(after) else len(t) - 1
-        margin = max(last - first, _FEWEST // 2)
-        first, last = first - margin, last + margin
-    return float(t[max(first, 0)]), float(t[min(last, len(t) - 1)])
-
-
-def _part(t: FloatArray, x: FloatArray, start: float, end: float) -> FloatArray:
-    """Return (2, K) of t and x in a time span, at most a few hundred points."""
-    inside = np.flatnonzero((t >= start) & (t <= end))
-    every = max(1, -(-len(inside) // _POINTS))
-    return np.stack([t[inside[::every]], x[inside[::every]]])
+    if change[at] <= 1e-9 * spread:
+        return None
+    still = np.concatenate([[-1], np.flatnonzero(change <= _NEAR * change[at]), [len(t)]])
+    k = int(np.searchsorted(still, at))
+    beside = max(int(still[k] - still[k - 1]), _BESIDE)
+    first, last = max(still[k - 1] - beside, 0), min(still[k] + beside, len(t) - 1)
+    shown = (after.t >= t[first]) & (after.t <= t[last])
+    recorded = np.stack([t[first : last + 1], x[first : last + 1]])
+    size = float(np.sqrt(np.mean(change**2))) / spread
+    return recorded, np.stack([after.t[shown], used[shown]]), size

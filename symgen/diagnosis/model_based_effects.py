@@ -26,19 +26,16 @@ from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques, grid
 from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
+from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
 
-_STEP = 1e-2  # m; torque is a polynomial of degree two in the lengths
+_STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
 _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
-#: Expected sizes: tilt in rad, relative error of a length, zero offset in rad, and compensated
-#: share of the weight.
-_TILT, _LENGTH, _ZERO, _SHARE = 0.03, 0.03, 0.02, 0.5
-_DEPENDENT = 1e-8
 #: Crossing of the play: step in s, number of steps tried first, smallest over largest link inertia.
 _FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
@@ -61,9 +58,9 @@ def special_candidates(
         given: whether the parameters are given: then a load is a candidate, and a length is not,
             because the robot always had it.
     """
-    kinds: dict[str, Callable[[Robot, Sequence[Stiffness]], Iterator[Candidate]]] = {
+    kinds: dict[str, Callable[[Robot], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
-        "joint_elasticity": _elastic,
+        "joint_elasticity": partial(_elastic, bent=bent),
         "backlash": _loose,
         "zero_offset": _zeros,
         "gravity_compensation": _carried,
@@ -71,7 +68,7 @@ def special_candidates(
     }
     for name, make in kinds.items():
         if chosen is None or name in chosen:
-            yield from make(robot, bent)
+            yield from make(robot)
 
 
 def _units(v: Variation) -> FloatArray:
@@ -91,7 +88,7 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
     return v.regressor((q, qd, qdd), links, gravity).reshape(-1, len(links))
 
 
-def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _tilts(robot: Robot) -> Iterator[Candidate]:
     """Yield gravity turned about the two axes of frame 0 most normal to it: dg = -beta x g.
 
     The base turns by beta, so that gravity turns by -beta in frame 0.
@@ -101,7 +98,7 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
     turned, told = [], []
     for axis in sorted(np.argsort(np.abs(gravity), kind="stable")[:2]) if gravity.any() else ():
         other = -np.cross(np.eye(3)[axis], gravity)
-        if np.abs(_random(v, units, other)).max() > _DEPENDENT:  # it acts on some link
+        if np.abs(_random(v, units, other)).max() > SINGULAR:  # it acts on some link
             turned.append(other)
             told.append((f"T{'XYZ'[axis]}", "rad"))
     if not turned:
@@ -117,16 +114,8 @@ def _tilts(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         along += [np.sum([*map(weight, blends, turned)], axis=0) for blends in hidden]
         return everywhere(np.stack(along, axis=-1))
 
-    yield Candidate(
-        definitions()["base_tilt"],
-        (),
-        columns,
-        len(turned) + len(hidden),
-        uses_model=True,
-        analytic=True,
-        coefficients=tuple(told),
-        scales=(_TILT,) * len(turned),
-    )
+    made = _of_links("base_tilt", (), columns, [1.0] * len(turned), tuple(told))
+    yield replace(made, size=len(turned) + len(hidden))
 
 
 def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
@@ -139,33 +128,26 @@ def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
     units = _units(v)
     own, *others = (_random(v, units, g) for g in (None, *turned))
     size, turn = np.linalg.eigh(own.T @ own)
-    kept = size > _DEPENDENT * size[-1]
+    kept = size > SINGULAR * size[-1]
     seen, open_ = turn[:, kept], turn[:, ~kept]
     basis = np.linalg.qr(own @ seen)[0]
     beside = np.concatenate([f @ open_ for f in others], axis=1)
     beside = beside - basis @ (basis.T @ beside)
     values, blend = np.linalg.eigh(beside.T @ beside)
-    found = blend[:, values > _DEPENDENT * size[-1]].T.reshape(-1, len(turned), open_.shape[1])
+    found = blend[:, values > SINGULAR * size[-1]].T.reshape(-1, len(turned), open_.shape[1])
     return [(x @ open_.T).reshape(len(turned), -1, 10) for x in found]
 
 
-def _lengths(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _lengths(robot: Robot) -> Iterator[Candidate]:
     """Yield each non-zero length, for robots in which no other joint depends on it."""
-    v = variation(robot)
+    v, plain = variation(robot), robot.with_values()
     if robot.loops or any(j.follows is not None for j in robot.joints):
         return
     at = {joint.number: i for i, joint in enumerate(robot.movable)}
     for number, key in (length for length in v.lengths if length[0] in at):
-        yield Candidate(
-            definitions()["geometry_error"],
-            (at[number],),
-            partial(_lengthened, v, number, key),
-            1,
-            uses_model=True,
-            analytic=True,
-            coefficients=((f"delta_{key}{number}", "m"),),
-            scales=(_LENGTH * abs(float(getattr(robot.with_values().joint(number), key))),),
-        )
+        length = abs(float(getattr(plain.joint(number), key)))
+        torque, told = partial(_lengthened, v, number, key), ((f"delta_{key}{number}", "m"),)
+        yield _of_links("geometry_error", (at[number],), torque, [length], told)
 
 
 def _lengthened(
@@ -177,12 +159,7 @@ def _lengthened(
     """
 
     def slope(state: Sequence[FloatArray]) -> FloatArray:
-        """Return a central difference; it is exact for polynomials of degree two."""
-        low, high = (
-            v.torque(state, torques.links, changes={(number, key): step})
-            for step in (-_STEP, _STEP)
-        )
-        return np.asarray((high - low) / (2 * _STEP))
+        return _slope(lambda h: v.torque(state, torques.links, changes={(number, key): h}))
 
     same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
     state = (s.q, s.qd, s.qdd)
@@ -190,19 +167,25 @@ def _lengthened(
     return everywhere(along[:, :, None])
 
 
-def _zeros(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:
+    """Return a central difference at 0; it is exact for polynomials of degree two."""
+    low, high = torque(-step), torque(step)
+    return np.asarray((high - low) / (2 * step))
+
+
+def _zeros(robot: Robot) -> Iterator[Candidate]:
     """Yield a zero offset of each revolute joint: its link is at q + DZ."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        low, high = (_moved(j, s, torques, np.array([[h], [0.0], [0.0]])) for h in (-_STEP, _STEP))
-        return everywhere(((high - low) / (2 * _STEP))[:, :, None])
+        unit = np.array([[1.0], [0.0], [0.0]])
+        return everywhere(_slope(lambda h: _moved(j, s, torques, h * unit))[:, :, None])
 
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
-            yield _scaled("zero_offset", j, partial(along, j), _ZERO)
+            yield _of_links("zero_offset", (j,), partial(along, j))
 
 
-def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _carried(robot: Robot) -> Iterator[Candidate]:
     """Yield gravity compensation: something else carries a share of the weight on a joint."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
@@ -210,20 +193,34 @@ def _carried(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
         return {j: -torques.of_links(torques.links, s.q, rest, rest)[:, [j]]}
 
     for j in range(robot.n if np.any(variation(robot).gravity) else 0):
-        yield _scaled("gravity_compensation", j, partial(along, j), _SHARE)
+        yield _of_links("gravity_compensation", (j,), partial(along, j))
 
 
-def _scaled(name: str, j: int, torque: Torque, scale: float) -> Candidate:
-    """Return an effect on a joint with one coefficient of known expected size."""
+def _of_links(
+    name: str,
+    joints: tuple[int, ...],
+    torque: Torque,
+    sizes: Sequence[float] = (1.0,),
+    coefficients: tuple[tuple[str, str], ...] = (),
+) -> Candidate:
+    """Return a change of the links' torque; `sizes` of its coefficients times the expected ones."""
+    definition = definitions()[name]
     return Candidate(
-        definitions()[name], (j,), torque, 1, uses_model=True, analytic=True, scales=(scale,)
+        definition,
+        joints,
+        torque,
+        len(sizes),
+        uses_model=True,
+        analytic=True,
+        coefficients=coefficients,
+        scales=tuple(definition.expected * size for size in sizes),
     )
 
 
 @lru_cache(maxsize=4)
 def _inverse(v: Variation) -> FloatArray:
     """Return a map from torque at random states to link parameters (10 links,)."""
-    return np.asarray(np.linalg.pinv(_random(v, _units(v)), rcond=_DEPENDENT))
+    return np.asarray(np.linalg.pinv(_random(v, _units(v)), rcond=SINGULAR))
 
 
 def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -290,11 +287,10 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
-    low, high = (_moved(j, s, torques, h * along) for h in (-step, step))
-    return everywhere(((low - high) / (2 * step))[:, :, None])
+    return everywhere(-_slope(lambda h: _moved(j, s, torques, h * along), step)[:, :, None])
 
 
-def _loose(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _loose(robot: Robot) -> Iterator[Candidate]:
     """Yield backlash of each joint, between its motor, whose motion is measured, and its link.
 
     The sign s of the transmitted torque decides which flank is in contact. The link is at
@@ -380,7 +376,7 @@ def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
     return out[::finer]
 
 
-def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
+def _loads(robot: Robot) -> Iterator[Candidate]:
     """Yield a load on the last movable link, with its identifiable parameters."""
     last = robot.movable[-1]
     v = variation(robot)
@@ -409,12 +405,8 @@ def _loads(robot: Robot, _: Sequence[Stiffness]) -> Iterator[Candidate]:
 def _independent(Y: FloatArray) -> list[int]:
     """Return the first columns of Y that are linearly independent of those before."""
     kept: list[int] = []
-    Q = np.zeros((len(Y), 0))
-    largest = float(np.linalg.norm(Y, axis=0).max(initial=0.0))
-    for i, column in enumerate(Y.T):
-        left = column - Q @ (Q.T @ column)
-        left = left - Q @ (Q.T @ left)
-        if np.linalg.norm(left) > _DEPENDENT * max(largest, 1e-300):
+    least = SINGULAR * max(float(np.linalg.norm(Y, axis=0).max(initial=0.0)), 1e-300)
+    for i in range(Y.shape[1]):
+        if np.linalg.matrix_rank(Y[:, [*kept, i]], least) > len(kept):
             kept.append(i)
-            Q = np.column_stack([Q, left / np.linalg.norm(left)])
     return kept

@@ -24,6 +24,7 @@ from symgen.data.mask import spans
 from symgen.data.signals import interpolated
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.errors import ParameterError, SymgenError
+from symgen.estimation.playback import TOLERANCE
 from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -32,9 +33,9 @@ from symgen.runtime.plant import KERNELS, Plant, plant
 
 #: Bandwidth of the feedback, rad/s.
 BANDWIDTH = 2 * np.pi
-#: Longest and shortest window, s; the shortest is one period of the feedback.
-_LONGEST, _SHORTEST = 3.0, 1.0
-_TOLERANCE = 1e-6
+#: Shortest window, s: a period of the feedback; and longest one.
+_SHORTEST = 2 * np.pi / BANDWIDTH
+_LONGEST = 3 * _SHORTEST
 #: Largest number of torque evaluations, which limits the time for one plot.
 _MOST = 20_000
 _UNITS = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
@@ -197,7 +198,7 @@ def driven(evaluator: Evaluator, X: FloatArray, seen: Curves, t: FloatArray) -> 
     start = measured(t[:1])
     _require_mass(moved, t, measured(t)[:, n : 2 * n])
     motion = integrate(
-        moved, law, t, start[:, n : 2 * n], start[:, 2 * n :], smooth=True, tolerance=_TOLERANCE
+        moved, law, t, start[:, n : 2 * n], start[:, 2 * n :], smooth=True, tolerance=TOLERANCE
     )
     return np.asarray(motion.q[0])
 

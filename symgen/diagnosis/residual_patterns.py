@@ -8,59 +8,48 @@ the pattern, if it is large enough.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
+from symgen.data.mask import rms
 from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.contacts import NAME as CONTACT
+from symgen.diagnosis.contacts import Contact
 from symgen.diagnosis.diagnosis import Gap, Place
 from symgen.diagnosis.effects import Score, Torques
 from symgen.diagnosis.whitened_system import WhitenedSystem, gain_of, in_band
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
+from symgen.robot.effect import definitions
 
 _PRICE = 0.015  # penalty of a function
 _ORGANISED = 0.3  # smallest score of a pattern
-_EXPLAINED = 0.5  # share of a joint's residual that an effect must close to name the pattern
+#: Part of a joint's squared residual that what explains it may leave.
+EXPLAINED = 0.5
 _LOUD = 1.5  # gap over noise floor from which a joint counts
 _SLIGHT = 0.01  # share of the whole excess below which a joint is left out
-_WINDOW, _MOST = 0.15, 0.7  # longest part of a log, and share of the square in it
 _SHAPES = 3  # half waves over the joint's range up to which the pattern is position, not spectrum
 _WAVES = 60
 _AFTER = (0.02, 0.05, 0.1, 0.2)  # s after a reversal
 _BLOCKS = 8
 
 
-@dataclass(frozen=True, eq=False)
 class _View:
-    """One joint of a log: position, speed, acceleration, and the model's torque on it, (N,) each.
+    """One joint of a log: q, v, a, torque `model` with its rigid-body part `load`, (N,) each.
 
-    Attributes:
-        x: position scaled to -1 .. 1 over the log.
-        part: elapsed part of the log's time.
-        size: RMS of the speed.
+    The position x is scaled to -1 .. 1, `part` is the elapsed part of the time, and `size` the RMS
+    of the speed.
     """
 
-    log: FilteredLog
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
-    model: FloatArray
-    load: FloatArray
-    x: FloatArray
-    part: FloatArray
-    size: float
-
-
-def _view(log: FilteredLog, torques: Torques, j: int) -> _View:
-    kept, t = log.q[log.kept, j], log.t - log.t[0]
-    low, high = float(kept.min()), float(kept.max())
-    every = (log.q, log.qd, log.qdd, torques.model, torques.load)
-    q, v, a, model, load = (column[:, j] for column in every)
-    x = (2 * q - low - high) / ((high - low) or 1.0)
-    size = float(np.sqrt(np.mean(v[log.kept] ** 2))) or 1.0
-    return _View(log, q, v, a, model, load, x, t / (t[-1] or 1.0), size)
+    def __init__(self, log: FilteredLog, torques: Torques, j: int) -> None:
+        every = (log.q, log.qd, log.qdd, torques.model, torques.load)
+        self.q, self.v, self.a, self.model, self.load = (column[:, j] for column in every)
+        kept, t = self.q[log.kept], log.t - log.t[0]
+        low, high = float(kept.min()), float(kept.max())
+        self.log, self.part = log, t / (t[-1] or 1.0)
+        self.x = (2 * self.q - low - high) / ((high - low) or 1.0)
+        self.size = float(rms(self.v[log.kept])) or 1.0
 
 
 #: Functions (N,) of a view.
@@ -131,7 +120,7 @@ def _beside(s: _View, k: int) -> list[FloatArray]:
 def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> dict[str, float]:
     """Return the score of every pattern on the joint at index `j`, the best first."""
     scores: dict[str, float] = {}
-    views = [_view(log.thinned, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
+    views = [_View(log.thinned, t, j) for log, t in zip(evidence.logs, torques, strict=True)]
     groups = [*_groups(evidence.n, j)]
     found = in_band(
         evidence.logs, groups, lambda group, k: {j: np.stack(group[1](views[k]), axis=1)}
@@ -142,25 +131,12 @@ def portrait(evidence: WhitenedSystem, torques: Sequence[Torques], j: int) -> di
     return dict(sorted(scores.items(), key=lambda entry: -entry[1]))
 
 
-def window(evidence: WhitenedSystem, j: int) -> tuple[float, float] | None:
-    """Return a short time span, s, with most of a joint's residual; None if there is none."""
-    first, found, most = 0, None, 0.0
-    whole = float(np.sum(evidence.residual[:, j] ** 2))
-    for s in evidence.logs:
-        t = s.t[s.kept]
-        own = evidence.residual[first : first + len(t), j] ** 2
-        first, square = first + len(t), np.concatenate([[0.0], np.cumsum(own)])
-        length = max(1, int(_WINDOW * len(t)))
-        for size in range(max(1, length // 8), length + 1, max(1, length // 8)):
-            held = square[size:] - square[:-size]
-            at = int(np.argmax(held))
-            if held[at] > max(_MOST * whole, 1.02 * most):
-                found, most = (float(t[at]), float(t[at + size - 1])), float(held[at])
-    return found
-
-
 def places(
-    baseline: Baseline, accepted: Sequence[Score], before: Gap, floor: Gap
+    baseline: Baseline,
+    accepted: Sequence[Score],
+    contacts: Sequence[Contact],
+    before: Gap,
+    floor: Gap,
 ) -> tuple[Place, ...]:
     """Return the joints with a gap above the noise floor, the largest share first.
 
@@ -170,6 +146,7 @@ def places(
     Args:
         baseline: the declared model.
         accepted: the effects that were found.
+        contacts: the contacts; the first one on a joint gives the time of its gap.
         before, floor: gap and noise floor on the held-out data.
     """
     gap, noise = np.asarray(before.per_joint), np.asarray(floor.per_joint)
@@ -182,6 +159,7 @@ def places(
         return ()
     robot, base = baseline.robot, baseline.base
     left, torques = baseline.beside(accepted).sigma ** 2 / base.sigma**2, baseline.torques(base)
+    pushed = {j: c for c in reversed(contacts) for j in c.event.joints}
     out = []
     for j in map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))]):
         named = [
@@ -189,11 +167,16 @@ def places(
             for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
-        if named and left[j] < _EXPLAINED:
+        contact, time = pushed.get(j), None
+        if contact is not None:
+            time = contact.event.start, contact.event.end
+        if contact is not None and contact.gain > 1 - EXPLAINED:
+            pattern = definitions()[CONTACT].pattern
+        elif named and left[j] < EXPLAINED:
             pattern = named[0]
         else:
             best, score = next(iter(portrait(base, torques, j).items()))
             pattern = best if score > _ORGANISED else "all"
         share = float(excess[j] / excess.sum())
-        out.append(Place(robot.movable[j].number, share, pattern, window(base, j)))
+        out.append(Place(robot.movable[j].number, share, pattern, time))
     return tuple(out)

@@ -9,7 +9,8 @@ Constants on a grid are marginalised. Sizes have a Student t prior with 3 degree
 Effects are added one by one or as pairs on a joint, removed and exchanged while that raises the
 odds. An effect that lowers the held-out torque error of every joint by less than `least` is never
 named. Effects that explain the same form one class. The odds give the probability of each of its
-names.
+names. A short span with an error of its own (`symgen.estimation.events`) competes as a contact; the
+other effects then compete on the other rows.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ import numpy as np
 
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
+from symgen.diagnosis.contacts import Contact, probable_contact, weighed
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.refine import refined
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.distributed import Say, in_turn, own_threads, silent
-from symgen.estimation.filtered_log import kept_spans
 from symgen.estimation.predictive_score import (
     LEAST,
     MISFIT,
@@ -52,11 +53,6 @@ _PART = 0.3  # of an effect's largest column: smallest other column whose sign i
 _FINE = 8  # number of best effects whose constants are refined between the grid
 _PAIRED = 7  # number of best effects that are tried in pairs on a joint
 _MOST = 12  # largest number of effects
-#: Effect in a time window; shortest and longest part of a log, and number of windows.
-CONTACT = "external_contact"
-_TIMES = (0.01, 0.2, 12)
-#: Effects that may occur several times on a joint.
-_REPEATED = (CONTACT, UNNAMED)
 #: Effects of the measuring chain.
 MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 
@@ -69,11 +65,13 @@ class Selection:
         accepted: accepted effects, the largest share in closing the gap first.
         rejected: the other effects, the most probable first, with the reason.
         tried: number of candidates.
+        contacts: the contacts, whose samples the fit does not contain; None if none was searched.
     """
 
     accepted: tuple[Score, ...]
     rejected: tuple[Score, ...] = ()
     tried: int = 0
+    contacts: tuple[Contact, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +117,7 @@ class Search:
         baseline: the declared model and its logs.
         pool: the candidates.
         expressions: whether expressions without a name are candidates.
+        contacts: whether contacts are candidates.
         least: smallest torque that matters, as a part of the joint's torque.
         misfit: smallest model error to expect, as a part of a joint's torque.
         progress: called with a text about what is being tried.
@@ -129,14 +128,17 @@ class Search:
         baseline: Baseline,
         pool: Iterable[Candidate],
         expressions: bool = True,
+        contacts: bool = True,
         least: float = LEAST,
         misfit: float = MISFIT,
         progress: Say = silent,
     ) -> None:
-        self.baseline, self.pool, self.progress = baseline, tuple(pool), progress
+        self.whole, self.pool, self.progress = baseline, tuple(pool), progress
+        #: The model and its logs without the contacts.
+        self.baseline = baseline
+        self.contacts = contacts
         self.least, self.misfit = least, misfit
         self.expressions = Expressions(baseline) if expressions else None
-        self._contacts = {c.key: c for c in self.pool if c.name == CONTACT}
         #: Candidates whose columns do not hold the model's torque, and those whose do.
         self._fixed: Sequence[_Group] | None = None
         self._moving: Sequence[_Group] = ()
@@ -148,32 +150,81 @@ class Search:
     def run(self) -> Selection:
         """Add, remove and exchange effects while the odds rise."""
         accepted: list[Score] = []
-        seen: set[frozenset[Key]] = set()
+        contacts: list[Contact] = []
+        seen: set[tuple[frozenset[Key], int]] = set()
         options: list[Score] = []
-        while len(accepted) < _MOST:
+        while len(accepted) + len(contacts) < _MOST:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
             best = max(self._sets(stage, options), key=lambda s: s[0], default=(0.0, []))
+            logs, size = self.baseline.base.logs, self.baseline.base.size
+            own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
+            if own is not None and own.odds > best[0]:
+                contacts = self._leave_out([*contacts, own])
+                accepted = self._backward(accepted)
+                continue
             if best[0] > 0:
                 chosen = [self._plainest(stage, s, options) for s in best[1]]
                 new = [self._refined(stage, s) for s in chosen]
                 accepted = self._exchanged(self._backward([*accepted, *new]), new)
             else:
                 accepted = self._exchanged(self._backward(accepted), accepted)
-            keys = frozenset(s.candidate.key for s in accepted)
+            keys, count = frozenset(s.candidate.key for s in accepted), len(contacts)
+            contacts = self._needed(contacts, accepted)
             # Two effects that replace each other in turn are equally good.
-            if keys in seen or keys == stage.keys:
+            if (keys, len(contacts)) in seen or (keys == stage.keys and len(contacts) == count):
                 break
-            seen.add(keys)
+            seen.add((keys, len(contacts)))
         # The last exchange may have made another effect superfluous.
         found = self._told_apart(self._backward(accepted))
         found = self._merged(found)
         found.sort(key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
         rejected = (self._reasoned(s) for s in options if s.candidate.key not in taken)
-        return Selection(tuple(found), tuple(rejected), len(self.pool))
+        left_out = tuple(contacts) if self.contacts else None
+        return Selection(tuple(found), tuple(rejected), len(self.pool), left_out)
+
+    def _leave_out(self, contacts: list[Contact]) -> list[Contact]:
+        """Leave the samples of contacts out of all that follows."""
+        self.baseline = self.whole.without(c.fault for c in contacts)
+        self._fixed = None
+        return contacts
+
+    def _needed(self, contacts: list[Contact], accepted: Sequence[Score]) -> list[Contact]:
+        """Return the contacts that are still probable beside the effects."""
+        kept = list(contacts)
+        for own in contacts:
+            others = [c for c in kept if c is not own]
+            self.baseline = self.whole.without(c.fault for c in others)
+            score = self._stage(accepted).score
+            again = weighed(score, own.event, own.fault, self.baseline.base.size)
+            if again.odds <= 0 or again.worth < self.least:
+                kept = others
+            else:
+                kept[kept.index(own)] = again
+        return self._leave_out(kept) if contacts else kept
+
+    def probable(self, accepted: Sequence[Score]) -> list[Score]:
+        """Return those of some effects that are probable beside one another.
+
+        Args:
+            accepted: effects that the search found; others that it found may lack.
+        """
+        found = self._backward([*accepted])
+        known = {s.candidate.key: s for s in accepted}
+        return [
+            replace(
+                s,
+                probability=min(
+                    known[s.candidate.key].probability, 1 / (1 + float(np.exp(-s.odds)))
+                ),
+                alike=known[s.candidate.key].alike,
+                confirmed=known[s.candidate.key].confirmed,
+            )
+            for s in found
+        ]
 
     def _merged(self, found: list[Score]) -> list[Score]:
         """Return the effects with their expressions merged: one expression for each joint."""
@@ -255,11 +306,6 @@ class Search:
         Columns without the model's torque are computed once. Columns with it are computed for all
         joints whenever an effect is added; exchanges in between change them little.
         """
-        for contact in self._contacts.values():
-            if self._admitted(contact, stage, joints):
-                candidate = self._contact(contact, stage)
-                columns = stage.seen(candidate)
-                yield candidate, columns, stage.score.within(columns)
         self._fixed = self._fixed or self._grouped(stage, uses_model=False)
         terms = [] if self.expressions is None else self.expressions.best(stage.system, joints)
         for group in (*self._fixed, *self._moving, *self._together(stage, terms)):
@@ -271,8 +317,7 @@ class Search:
 
     def _grouped(self, stage: _Stage, *, uses_model: bool) -> list[_Group]:
         """Return candidates with their columns beside a stage, without those of no number."""
-        every = (c for c in self.pool if c.name != CONTACT)
-        candidates = [c for c in every if c.uses_model == uses_model]
+        candidates = [c for c in self.pool if c.uses_model == uses_model]
         found = zip(candidates, stage.seen.each(candidates), strict=True)
         finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
         return self._together(stage, finite)
@@ -292,25 +337,9 @@ class Search:
             out.append(_Group(own, torques, stage.score.folded(torques), sizes))
         return out
 
-    def _contact(self, candidate: Candidate, stage: _Stage) -> Candidate:
-        """Return a time window around most of its joint's residual."""
-        (j,), logs = candidate.joints, self.baseline.base.logs
-        best = (0.0, candidate)
-        for log, span in zip(logs, kept_spans(logs), strict=True):
-            total, t = np.cumsum(np.append(0.0, stage.system.residual[span, j])), log.compared_t
-            duration, step = float(t[-1] - t[0]), float(np.median(np.diff(t)))
-            for length in duration * np.geomspace(*_TIMES):
-                rows = max(2, round(length / step))
-                sums = (total[rows:] - total[:-rows]) ** 2 / rows
-                if len(sums) and sums.max() > best[0]:
-                    start = float(t[int(np.argmax(sums))] - log.t[0])
-                    found = {"start": float(f"{start:.6g}"), "length": float(f"{length:.6g}")}
-                    best = float(sums.max()), candidate.moved(found)
-        return best[1]
-
     def _admitted(self, candidate: Candidate, stage: _Stage, joints: frozenset[int] | None) -> bool:
         """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
-        if candidate.key in stage.keys and candidate.name not in _REPEATED:
+        if candidate.key in stage.keys and candidate.name != UNNAMED:
             return False
         if any(candidate.presumes(c) and c.key not in stage.keys for c in self._plain):
             return False
@@ -328,8 +357,6 @@ class Search:
     def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
         if not all(np.isfinite(c).all() for c in columns.values()):
             return None
-        if candidate.name == CONTACT:
-            return stage.score.within(columns)
         return stage.score.beside(columns, self._expected(candidate, columns))
 
     def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
@@ -432,7 +459,7 @@ class Search:
 
     def _backward(self, accepted: list[Score]) -> list[Score]:
         """Remove effects that are not probable beside the others, the least probable first."""
-        while len(accepted) > 1:
+        while accepted:
             again = [self._again(self._stage(leave_out(accepted, s)), s) for s in accepted]
             failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
             if not failing:

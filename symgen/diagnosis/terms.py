@@ -49,7 +49,7 @@ _FUNCTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
     "{0}*abs({0})": lambda x: x * np.abs(x),
     "sign({0})": np.sign,
 }
-_POSITION = tuple(_FUNCTIONS)[:7]
+_POSITION = tuple(text for text in _FUNCTIONS if "abs" not in text and "sign" not in text)
 _SPEED = ("{0}", "abs({0})", "{0}**2", "{0}*abs({0})", "sign({0})")
 #: Functions of a position before a function of a speed; products of two positions.
 _MIXED = ("{0}", "{0}**2", "sin({0})", "cos({0})"), ("{0}", "abs({0})", "sign({0})")

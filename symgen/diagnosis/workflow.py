@@ -15,21 +15,23 @@ from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
 from symgen.diagnosis.conclusion import conclude, plain
+from symgen.diagnosis.contacts import NAME as CONTACT
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.diagnosis.effects import candidates
 from symgen.diagnosis.measuring_chain import (
     check,
     closed,
     is_effect,
-    judged,
     matters,
     mended,
     name_of,
+    named_effects,
+    places_of,
     rejected,
     rivals_physics,
     with_chain,
 )
-from symgen.diagnosis.mended import MendedChannel, largest, mended_channels, undone_channels
+from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
@@ -62,7 +64,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
-_FEWEST = 10  # smallest number of held-out samples
 
 
 def diagnose(
@@ -131,7 +132,7 @@ def diagnose(
         if not lasting:
             raise
         try:  # without these channels, nothing can be identified
-            whole = judged(faults, asked.declared, asked.declared)
+            whole = asked.unsearched(faults, lasting)
         except IdentificationError:
             raise IdentificationError(f"{lasting[0].fault} ({error})") from error
     rivals = [f for f in faults if rivals_physics(f)]
@@ -140,7 +141,8 @@ def diagnose(
         whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
     if whole.verdict in ("unexplained", "partly-explained"):
         train, held = asked.logs
-        rows = Rows(evaluator, (*train, *held), len(train), misfit)
+        free = tuple(undo_faults(log, whole.contacts)[0] for log in (*train, *held))
+        rows = Rows(evaluator, free, len(train), misfit)
         cause = find_cause(Scene(rows), repairs=opened.repairs, least=least)
         if cause is not None:
             whole = replace(whole, advice=(cause.says, *whole.advice))
@@ -196,7 +198,7 @@ class _Opened:
     train: Sequence[Samples]
     held: Sequence[Samples]
     repairs: tuple[Fault, ...]
-    changed: tuple[MendedChannel, ...]
+    changed: Sequence[MendedChannel]
     unmended: Groups | None
     notes: tuple[str, ...] = ()
 
@@ -235,7 +237,7 @@ def _opened(
     train, held, more = join_bands(train, held)
     unmended = plain if masked or more else None
     logs, done = [*chain(*recorded)], (*repairs, *more)
-    changed = mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)
+    changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
     return _Opened(train, held, done, changed, unmended)
 
 
@@ -267,7 +269,7 @@ class _Question:
         """Return the model on logs; without validation logs, their last fifth measures the gap."""
         train, held = logs
         if not held:
-            groups = hold_out([log.samples for log in train], _FEWEST)
+            groups = hold_out([log.samples for log in train])
             train, held = (
                 [_part(log, s) for log, s in zip(train, group, strict=True)] for group in groups
             )
@@ -329,7 +331,8 @@ class _Question:
             *special_candidates(self.robot, bent, self.effects, given=given),
         )
         expressions = not given and (self.effects is None or "unnamed" in self.effects)
-        search = Search(model, pool, expressions, self.least, self.misfit, self.progress)
+        contacts = self.effects is None or CONTACT in self.effects
+        search = Search(model, pool, expressions, contacts, self.least, self.misfit, self.progress)
         selection = search.run()
         self.progress("deriving, compiling and identifying the extended model")
         notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
@@ -338,7 +341,7 @@ class _Question:
                 f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows only "
                 "near its resonance",
             )
-        found = conclude(model, selection, notes, self.least, self.misfit)
+        found = conclude(model, selection, notes, self.least, self.misfit, search.probable)
         return with_stiffness(found, self.robot, bent)
 
     def undone(
@@ -359,6 +362,14 @@ class _Question:
         other = self.fitted((train, self.logs[1]))
         return min(fixed, other, key=lambda b: plain(b, self.notes).before.total), train
 
+    def unsearched(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Diagnosis:
+        """Return the declared model with the faults named, on logs that determine nothing else."""
+        whole, before = replace(self.declared, advice=()), self.declared.before
+        named = named_effects(faults, self.robot, before, before)
+        says = (*(f.fault for f in faults), "symgen searches for no effects in a faulty log")
+        whole = replace(whole, where=places_of(faults, before, self.robot))
+        return with_chain(whole, named, before, 0.0, says, lasting)
+
     def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
         """Undo the faults whose correction closes a part of the gap, then search for physics.
 
@@ -371,18 +382,22 @@ class _Question:
         whole, closes = None, 0.0
         if faults:
             fixed, train = self.undone(faults, lasting)
-            undone = plain(fixed, self.notes)
-            repaired = judged(faults, self.declared, undone)
+            undone, was = plain(fixed, self.notes), self.declared.before
+            left = undone.after if any(f.undo for f in faults) else was
             if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
-                share = closed(repaired.before, repaired.after)
-                named = list(repaired.effects)
+                share = closed(was, left)
+                named = named_effects(faults, self.robot, was, left)
                 says = tuple(f.fault for f in faults if not is_effect(f))
                 closes = share if says else 0.0
-                drawn = undone_channels(self.logs[0], train, self.robot.sigma)
+                pairs, told = (
+                    zip(self.logs[0], train, strict=True),
+                    [replace(f, done="corrected for the search") for f in faults],
+                )
+                drawn = mended_channels(pairs, told, self.robot.sigma)
                 whole = self.searched(fixed, [f.fault for f in faults])
-                whole = replace(whole, mended=drawn)
+                whole = replace(whole, mended=tuple(drawn))
                 if lasting:
-                    whole = replace(whole, where=repaired.where)
+                    whole = replace(whole, where=places_of(faults, was, self.robot))
         whole = whole or self.physics
         before = self.declared.before
         if self.raw is not None:

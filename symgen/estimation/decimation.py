@@ -29,8 +29,6 @@ ENDS = 0.3
 _CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 #: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
 BLOCK = 256
-#: Samples of a few channels that are filtered at once.
-CHANNELS = 2048
 
 
 @dataclass(frozen=True)
@@ -91,37 +89,57 @@ class Decimation:
         period = self.every // math.gcd(self.every, self.stride)
         block = period * max(1, together // period)  # that lies among the kept as the next one does
         edges = range(block * -(-alone // block), self.nodes - alone, block)
-        begun, left = 0, np.zeros((0, 1))  # first of the kept that is not yet given, and its sums
+        begun = 0  # first of the kept that is not yet given; sums and weights of it and the next
+        left, weight = np.zeros((0, 1)), np.zeros(0)
         for first, last in pairwise([0, *edges, self.nodes]):
             inside = values(first, last)
-            if beyond and (first == 0 or last == self.nodes):
-                ends = slice(beyond if first else 0, -beyond if last < self.nodes else None)
-                inside = continued(inside, apart, self.cutoff, beyond)[ends]
-            low, until = first or -beyond, last * self.stride + reach
-            # The sums of the weights stand beside those of the values.
-            flat = np.column_stack([inside.reshape(len(inside), -1), np.ones(len(inside))])
+            flat = inside.reshape(len(inside), -1)
             end = done = len(kept)
             if last < self.nodes:
+                until = last * self.stride + reach
                 end, done = np.searchsorted(kept, [until, until - 2 * reach]).tolist()
-            sums = np.zeros((end - begun, flat.shape[1]))
-            sums[: len(left)] = left
+            sums, total = np.zeros((end - begun, flat.shape[1])), np.zeros(end - begun)
+            sums[: len(left)], total[: len(left)] = left, weight
             if end > begun:
-                offset = int(kept[begun]) - low * self.stride
-                sums += _weights(self, reach, offset, (end - begun, len(flat))) @ flat
+                ends = beyond if first == 0 else 0, beyond if last == self.nodes else 0
+                offset = int(kept[begun]) - first * self.stride
+                rows, own = _weights(self, reach, offset, (end - begun, len(flat)), ends)
+                sums += rows @ flat
+                total += own
             if done > begun:
-                smooth = sums[: done - begun, :-1] / sums[: done - begun, -1:]
+                smooth = sums[: done - begun] / total[: done - begun, None]
                 yield slice(begun, done), smooth.reshape(done - begun, *inside.shape[1:])
-            left, begun = sums[done - begun :], done
+            left, weight, begun = sums[done - begun :], total[done - begun :], done
 
 
-@lru_cache(maxsize=32)
-def _weights(d: Decimation, reach: int, offset: int, shape: tuple[int, int]) -> FloatArray:
-    """Return the weights of nodes in kept samples; the first kept one is `offset` after node 0."""
+@lru_cache(maxsize=256)  # some ten for each log and band, of about half a megabyte
+def _weights(
+    d: Decimation, reach: int, offset: int, shape: tuple[int, int], ends: tuple[int, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of a block of nodes in kept samples, and their sums.
+
+    Args:
+        d: the decimation, with a filter.
+        reach: samples on either side that have a weight.
+        offset: samples from the first node to the first kept one.
+        shape: numbers of kept samples and of nodes.
+        ends: nodes by which the ends of the log are continued; what continues them is a sum of the
+            nodes there, so that their weights add to those of these nodes.
+    """
     assert d.cutoff is not None  # something is filtered
-    kept, nodes = offset + d.every * np.arange(shape[0]), d.stride * np.arange(shape[1])
+    (count, own), (head, tail) = shape, ends
+    kept, nodes = offset + d.every * np.arange(count), d.stride * np.arange(-head, own + tail)
     away = np.abs(kept[:, None] - nodes)
     response = lowpass_weights(d.step, d.cutoff, reach)[reach:]
-    return np.where(away <= reach, response[np.minimum(away, reach)], 0.0)
+    whole = np.where(away <= reach, response[np.minimum(away, reach)], 0.0)
+    out = whole[:, head : head + own].copy()
+    apart, back = d.stride * d.step, slice(None, None, -1)
+    for length, x, y in ((head, whole, out), (tail, whole[:, back], out[:, back])):
+        if length:
+            unit = np.eye(min(own, max(length + 1, end_window(apart, d.cutoff))))
+            before = continued(unit, apart, d.cutoff, length)[:length]
+            y[:, : len(unit)] += x[:, :length] @ before
+    return out, whole.sum(axis=1)
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:

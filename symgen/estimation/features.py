@@ -10,6 +10,7 @@ lengths in the state, their coefficients independent (random Fourier features, R
 
 One half of them is smooth, s_k = 1, and depends on all joints. The other half is friction,
 s_k = sign qd_j: it depends on the own position and speed of the joint, and jumps where it turns.
+How much of a misfit is friction, nobody knows: that share is one of SHARES (`mixtures`).
 
 Equations of torque see it through the comparison band, those of windows its integral.
 """
@@ -31,6 +32,8 @@ from symgen.estimation.windows import Windows, chunks
 
 #: Waves, with a cosine and a sine each, those of them that are friction, and their seed.
 WAVES, RUBS, SEED = 32, 16, 1988
+#: Shares of a misfit's variance that may be friction, all as probable beforehand.
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 #: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.
 _SLOW, _FAST = 0.5, 2 * np.pi
 
@@ -93,6 +96,12 @@ class Features:
             modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
         """
         return np.concatenate([x for _, x in modelled(lambda q, qd, _: self(q, qd))])
+
+
+def mixtures() -> FloatArray:
+    """Return the variances of the functions for each of SHARES, over their mean, (S, 2 WAVES)."""
+    rubs = np.tile(np.arange(WAVES) >= WAVES - RUBS, 2)
+    return 2 * np.array([np.where(rubs, share, 1 - share) for share in SHARES])
 
 
 @cache

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
-from symgen.estimation.decimation import BLOCK, CHANNELS, Decimation, decimation
+from symgen.estimation.decimation import BLOCK, Decimation, decimation
 from symgen.estimation.values import FloatArray
 
 #: Nodes at which models are evaluated, per period of the highest frequency of interest.
@@ -158,7 +158,7 @@ class FilteredLog:
         x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
         if rows.cutoff is None:
             return x[self.kept]
-        chunks = rows.chunks(lambda first, last: x[first:last], CHANNELS)
+        chunks = rows.chunks(lambda first, last: x[first:last])
         return np.concatenate([smooth for _, smooth in chunks])
 
     @cached_property

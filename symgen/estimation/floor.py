@@ -119,6 +119,16 @@ def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
+def grown(
+    before: Sequence[float], after: Sequence[float], noise: Sequence[float], least: float
+) -> list[bool]:
+    """Return whether the gap of each joint is visible and grows by what matters, from squares."""
+    return [
+        now**2 > was**2 + least**2 and not quiet([now], [floor], least)
+        for was, now, floor in zip(before, after, noise, strict=True)
+    ]
+
+
 def at_rest(
     log: FilteredLog,
     still: Bools,

@@ -25,6 +25,8 @@ _TORQUES = (1e-9, 1e9)  # N m or N
 Source = str | Path | Log
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
+#: Samples that are held out of each log, at least.
+FEWEST = 10
 
 
 def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
@@ -98,7 +100,7 @@ def held_from(count: int) -> int:
     return int(count * (1 - HELD_OUT))
 
 
-def hold_out(logs: Sequence[Samples], fewest: int) -> tuple[list[Samples], list[Samples]]:
+def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Samples], list[Samples]]:
     """Hold out the last fifth of every log.
 
     Args:

@@ -1,11 +1,12 @@
 """How large the noise of an estimate is, and what the model misses: by restricted likelihood.
 
-    y_j = W_j X + F_j c_j + e_j,    c_j of variance s_j^2,    e_j of variance sigma_j^2
+    y_j = W_j X + F_j c_j + e_j,    c_jk of variance s_jk^2,    e_j of variance sigma_j^2
 
 for every joint j, with F_j the random functions of the state (`features`): one function for each
 joint, the same in all logs. Rows that share samples count once. sigma_j^2 follows from what is left
-of y_j beside W_j (Patterson and Thompson 1971), s_j^2 from the products of F_j with the residual of
-the estimate, beside the noise of all joints and what the others miss.
+of y_j beside W_j (Patterson and Thompson 1971), the s_jk^2, one size for smooth functions and one
+for those of friction, from the products of F_j with the residual of the estimate, beside the noise
+of all joints and what the others miss.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from symgen.estimation.features import mixtures
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
@@ -82,7 +84,9 @@ def covariances(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of an estimate from white noise, and from what the model misses.
 
-        A [sum over j of sigma_j^2 W_j'W_j] A'    and    sum over j of s_j^2 (A W_j'F_j)(A W_j'F_j)'
+        A [sum over j of sigma_j^2 W_j'W_j] A'    and    sum over j of (A W_j'F_j) S_j (A W_j'F_j)'
+
+    with S_j the diagonal of s_jk^2.
 
     Args:
         X: the estimate, (p,).
@@ -101,7 +105,7 @@ def covariances(
     for _ in range(_SWEEPS if moves[0].size else 0):
         for j, (own, moved) in enumerate(zip(joints, moves, strict=True)):
             others = white + misfit.sum(axis=0) - misfit[j]
-            misfit[j] = misfit_variance(own, X, moved, noise[j], others) * (moved @ moved.T)
+            misfit[j] = (moved * misfit_variances(own, X, moved, noise[j], others)) @ moved.T
     return white, misfit.sum(axis=0)
 
 
@@ -134,16 +138,17 @@ def noise_variance(own: Products) -> float:
     return float(sigma2[likely.argmin()])
 
 
-def misfit_variance(
+def misfit_variances(
     own: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
-) -> float:
-    """Return s^2 of what the model misses at a joint: its mean over the likelihood.
+) -> FloatArray:
+    """Return s_k^2 of what the model misses at a joint, (m,): their mean over the likelihood.
 
-        u = F'(y - W X),    cov u = s^2 N N' + V,    N = F'F - F'W A W'F
+        u = F'(y - W X),    cov u = s^2 N D N' + V,    N = F'F - F'W A W'F
 
-    with V from the noise of the joint and from the errors of X that it does not make itself. s has
-    the half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that
-    shows most of it has as much of noise.
+    with V from the noise of the joint and from the errors of X that it does not make itself, and D
+    one of the mixtures of smooth functions and friction, each as probable beforehand. s has the
+    half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that shows
+    most of it has as much of noise.
 
     Args:
         own: products of the joint.
@@ -159,12 +164,17 @@ def misfit_variance(
     values, vectors = np.linalg.eigh(V)
     seen = values > _SHOWN * noise * np.trace(G)
     if not seen.any():
-        return 0.0
+        return np.zeros(len(u))
     whiten = (vectors[:, seen] / np.sqrt(values[seen])).T
-    directions, shown, _ = np.linalg.svd(whiten @ (G - moves))
-    z2 = (directions.T @ (whiten @ (u - FW @ X))) ** 2
-    shown = np.pad(shown**2, (0, len(z2) - len(shown)))
-    spread = 1 + np.outer(_RATIOS, shown / shown[0])
-    fit = -0.5 * np.sum(np.log(spread) + z2 / spread, axis=1)
-    likely = np.exp(fit - fit.max()) * np.sqrt(_RATIOS) / (1 + _RATIOS)
-    return float(likely @ _RATIOS / likely.sum() / shown[0])
+    left, N = whiten @ (u - FW @ X), whiten @ (G - moves)
+    sizes, fits = [], []
+    for D in mixtures():
+        directions, shown, _ = np.linalg.svd(N * np.sqrt(D))
+        if not shown[0]:
+            continue  # a joint that stands has no friction
+        z2, shown = (directions.T @ left) ** 2, np.square(shown)
+        spread = 1 + np.outer(_RATIOS, shown / shown[0])
+        fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))
+        sizes.append(_RATIOS[:, None] / shown[0] * D)
+    likely = np.exp(fits - np.max(fits)) * np.sqrt(_RATIOS) / (1 + _RATIOS)
+    return np.asarray(np.einsum("sr,srm->m", likely / likely.sum(), sizes))

@@ -33,7 +33,7 @@ HORIZONS = (0.2, 0.5, 1.0)
 #: and as this much.
 _AWAY = 10.0
 #: Of a step of the integrator: far below any error of a position that a log can show.
-_TOLERANCE = 1e-6
+TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class PlantMover:
         """See `Mover`."""
         try:
             motion = integrate(
-                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=_TOLERANCE
+                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=TOLERANCE
             )
             return motion.q
         except ParameterError:  # of one run, which the message names in words alone

@@ -36,13 +36,14 @@ FOLDS = 6
 LEAST, MISFIT = 0.008, 0.004
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
+#: Log-odds above which one of two explanations is certain: nine to one.
+SURE = math.log(9.0)
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds
 _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
-_THIRDS = 3  # of what stands for a time
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
 
 
@@ -352,20 +353,48 @@ class PredictiveScore:
         far = np.log1p(beyond**2 / np.maximum(known, 1e-300)[:, None])
         return np.asarray(-0.5 * far.sum(axis=0))
 
-    def _squares_of(self, weight: FloatArray) -> FloatArray:
-        """Return what the fits leave of rows of another weight (K, n) on each fold, (n, folds)."""
-        out = np.zeros(self.counts.shape)
-        for f, d in enumerate(self._base[:-1]):
+    @cached_property
+    def held_out(self) -> FloatArray:
+        """(K, n) residual of each row by the fit to the other folds; to all where folds meet."""
+        out = np.zeros_like(self.residual)
+        for f, d in zip((*range(len(self._base) - 1), -1), self._base, strict=True):
             at = self.fold == f
-            left = self.residual[at] - self.W[at] @ (d / self._norms)
-            out[:, f] = np.sum((weight[at] * left) ** 2, axis=0)
+            out[at] = self.residual[at] - self.W[at] @ (d / self._norms)
+        return out
+
+    def _squares_of(self, left: FloatArray) -> FloatArray:
+        """Return the sums of squares of residuals (K, n) on each fold, (n, folds)."""
+        out = np.zeros(self.counts.shape)
+        for f, _ in enumerate(self.counts[0]):
+            out[:, f] = np.sum(left[self.fold == f] ** 2, axis=0)
         return out
 
     def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
         """Return how fits in which some rows (K, n) have no say predict all rows."""
-        other = replace(self, weight=np.where(inside, 0.0, self.weight))
-        score, left = self._scored(other._squares_of(self.weight) / self.sigma[:, None] ** 2)
-        return Fit(float(score), left, np.zeros(0), np.zeros(len(self.sigma)))
+        squares = self._squares_of(self.weight * self._without(inside).held_out)
+        score, variance = self._scored(squares / self.sigma[:, None] ** 2)
+        return Fit(float(score), variance, np.zeros(0), np.zeros(len(self.sigma)))
+
+    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, Fit, FloatArray]:
+        """Return how much better other rows are predicted by fits in which some have no say.
+
+        Args:
+            inside: (K, n) these rows.
+
+        Returns:
+            What the score of the others gains, the model on the others, and (n,) the mean square
+            of the residuals of these rows.
+        """
+        other = self._without(inside)
+        kept = np.where(inside | (self.fold < 0)[:, None], 0.0, self.weight)
+        own = np.where(inside, self.weight, 0.0)
+        before = self._squares_of(kept * self.held_out)
+        score, _ = other._scored(before / self.sigma[:, None] ** 2)
+        left = other.alone
+        squares = np.sum((own * other.held_out) ** 2, axis=0)
+        variance = squares / np.maximum(np.sum(own**2, axis=0), 1e-300)
+        rests = float(other._at_rest(other._base[:-1, None])[0])
+        return left.score - rests - float(score), left, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
         """Return the columns (K, m) of candidates on the same joints, as they are scored.
@@ -458,36 +487,6 @@ class PredictiveScore:
         d = self._base[:, None] - np.einsum("fnap,fna->fnp", HB, b)
         return _Solved(norms, CC, CR, Cr, d, b)
 
-    def within(self, columns: Columns) -> Fit:
-        """Score a torque on one joint that stands for a time only, one column (K, 1).
-
-        No other motion predicts it: each third of its rows is predicted from the others. Other
-        motion is predicted the better without it.
-
-        Args:
-            columns: by position of the joint.
-        """
-        ((j, whole),) = columns.items()
-        c, r = whole[:, 0] * self.weight[:, j], self.residual[:, j] * self.weight[:, j]
-        rows = np.flatnonzero(np.abs(c) > np.abs(c).max() / 2)
-        power, before, after = c[rows] @ c[rows], r[rows] @ r[rows], 0.0
-        for part in np.array_split(rows, _THIRDS):
-            own = c[part]
-            left = power - own @ own
-            size = (c[rows] @ r[rows] - own @ r[part]) / left if left > 0 else 0.0
-            after += float(np.sum((r[part] - size * own) ** 2))
-        count, floor = max(len(rows), 1), float(self.misfit[j]) ** 2
-        fell = math.log((before / count + floor) / (after / count + floor))
-        inside = np.zeros(self.weight.shape, dtype=bool)
-        inside[rows, j] = True
-        left_by = self.alone.left.copy()
-        left_by[j] -= (before - after) / max(float(self.counts[j].sum()), 1e-300)
-        x, torque = float(c @ r) / max(float(c @ c), 1e-300), np.zeros(len(self.sigma))
-        torque[j] = abs(x) * float(np.sqrt(np.mean(c**2)))
-        score = self.alone.score + self.gained_without(inside)[0]
-        score += 0.5 / TEMPERATURE * count * fell
-        return Fit(score, np.maximum(left_by, 0.0), np.array([x]), torque)
-
     def _without(self, inside: NDArray[np.bool_]) -> PredictiveScore:
         """Return the score without some rows (K, n): its products are these less theirs."""
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
@@ -504,26 +503,6 @@ class PredictiveScore:
                 rr[j, f] -= e @ e
         other.__dict__.update(_norms=self._norms, _RR=RR, _Rr=Rr, _rr=rr)
         return other
-
-    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, FloatArray]:
-        """Return how much better other rows are predicted by fits in which some have no say.
-
-        Args:
-            inside: (K, n) these rows.
-
-        Returns:
-            What the score of the others gains, and (n,) what is left of them, as a part.
-        """
-        other = self._without(inside)
-        # of the rows that it still holds, what fits leave that hold all
-        kept = (self.fold >= 0) & ~inside.any(axis=1)
-        outside = self.weight * kept[:, None]
-        held = np.maximum(np.sum(outside**2, axis=0), 1e-300)
-        before, left = self._squares_of(outside).sum(axis=1) / held, other.alone.left
-        count, floor = np.sum(other.weight**2, axis=0), self.misfit**2
-        gain = np.log(np.maximum(before + floor, 1e-300) / np.maximum(left + floor, 1e-300))
-        share = np.minimum(left / np.maximum(before, 1e-300), 1.0)
-        return 0.5 / TEMPERATURE * float(np.sum(count * gain)), share
 
 
 def _of_others(products: FloatArray) -> FloatArray:

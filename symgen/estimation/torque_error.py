@@ -79,8 +79,25 @@ class TorqueFit:
 
 
 def percent(ratio: float) -> str:
-    """Return an error in percent, with three significant digits up to 1000 %."""
-    return "over 1000 %" if MANY < ratio < math.inf else f"{f'{100 * ratio:#.3g}'.rstrip('.')} %"
+    """Return a ratio in percent, with three significant digits up to 1000 %."""
+    if not math.isfinite(ratio):
+        return "unknown" if math.isnan(ratio) else "∞ %"
+    return "over 1000 %" if ratio > MANY else f"{f'{100 * ratio + 0.0:#.3g}'.rstrip('.')} %"
+
+
+def largest(
+    ratios: Sequence[float], measured: FloatArray, labels: Sequence[str], units: Sequence[str]
+) -> str:
+    """Return the joint with the largest relative error and its RMS error, as a text.
+
+    Args:
+        ratios: RMS error over RMS torque, (n,).
+        measured: torque, (N, n).
+        labels, units: names of the joints and units of their torques, (n,).
+    """
+    j = int(np.argmax(ratios))
+    size = ratios[j] * float(np.sqrt(np.mean(measured[:, j] ** 2)))
+    return f"{labels[j]}: {percent(ratios[j])}, {size:.3g} {units[j]}"
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:

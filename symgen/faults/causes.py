@@ -4,8 +4,8 @@ All compete by the prediction of motion that they were not fitted on, in trainin
 logs together (`symgen.estimation.predictive_score`). The causes are the columns of
 `symgen.faults.shapes`, gravity in another direction or missing, sets of wrong torque signs, and
 channel faults that other finders would correct. Physics that the model may lack competes as well,
-without a name. Other motion cannot predict an event such as a collision; its score is the gain of
-the fit elsewhere when the event is left out.
+without a name. Other motion cannot predict an event such as a collision
+(`symgen.estimation.events`).
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.distributed import in_turn
+from symgen.estimation.decimation import BLOCK
+from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
-from symgen.estimation.predictive_score import LEAST, MISFIT, TEMPERATURE, Columns, dense
+from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
-from symgen.faults.recorder import cut_torques, late_torques
+from symgen.faults.recorder import contact_fault, cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
@@ -36,23 +38,20 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
 _CLEARER = 0.85
-#: Log-odds to the next cause, and to physics without a name, for a cause that is named.
-_SURE = math.log(9.0)
 #: Log prior odds of missing physics, which most robots have, against one fault.
 _RARE = math.log(1000.0)
 TILT = math.radians(1.0)  # tilt that sound bases have
 _TIMES = tuple(k / 6 for k in range(1, 6))  # parts of a log at which something may begin
+_FADES = (0.1, 0.2, 0.4)  # time constants with which something may fade, as parts of a log
 _NEAR = 8  # number of most probable causes that are tried again beside each set of physics
 _MOST = 3  # sets of columns of physics without a name, for each joint
 _TURNED = 12  # largest number of joints whose signs are tried in sets
 _ROUNDS, _FAR = 4, 0.5  # of the Gauss-Newton method; largest change of gravity by one, relative
 _DEPENDENT = 1e-10  # eigenvalue over the largest: a combination without torque
+_HEAVY = (*names.MOMENT, names.MASS)  # parameters of a link that weigh
 _WILD = 0.1  # of a joint's torque: error above which other gravity axes are tried
-_MOMENTS = (0.25, 0.5, 1.0, 2.0, 4.0)  # s, durations of an event
-_LOUD = 5.0  # times the residual elsewhere, in an event
 _AWAY = 1.0  # s, distance from masked samples
-_SHORT = 0.1  # part of a log: longest event
-_ANOTHER = 10.0  # factor above which a torque is in another unit
+ANOTHER = 10.0  # factor above which a torque is in another unit
 _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
 _SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
 _ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
@@ -103,7 +102,11 @@ Finder = Callable[[Scene], Iterator[Cause]]
 
 
 def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
-    """Yield possible start times: a text, and the weight (K,) of the rows."""
+    """Yield possible courses of a change: a text, and the weight (K,) of the rows.
+
+    It is in another log than the first, begins at some time, grows along a log, or fades as what
+    warms up does, exp(-t/T).
+    """
     several = len(scene.rows.logs) > 1
     for k, (log, span) in enumerate(zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)):
         own = np.zeros(len(scene.rows.y))
@@ -115,6 +118,8 @@ def _begun(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
             at = log.compared_t[0] + part * length
             yield f" in {log.name} from about {at:.3g} s on", own * (scene.rows.t > part)
         yield f" along {log.name}", own * scene.rows.t
+        for part in _FADES:
+            yield f" in {log.name}, most at its beginning", own * np.exp(-scene.rows.t / part)
 
 
 def causes(
@@ -459,7 +464,8 @@ def _directions(scene: Scene) -> Iterator[Cause]:
     if not size or scene.n < 2:
         return
     loud = bool((np.sqrt(scene.score.alone.left) / scene.rows.size > _WILD).any())
-    fields, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
+    every, moving = _fields(scene), scene.rows.W - scene.rows.at_rest
+    fields = every[..., np.any(every, axis=(0, 1, 2))]
     field = _Field(scene, moving, fields)
     starts = [own]
     if loud:
@@ -467,7 +473,7 @@ def _directions(scene: Scene) -> Iterator[Cause]:
         starts = [own, min(axes, key=field.left)]
     best = min(map(field.turned, starts), key=field.left)
     if math.acos(float(np.clip(abs(best @ own) / size**2, 0.0, 1.0))) > TILT or best @ own < 0:
-        best = min(best, -best, key=partial(_tied, scene))  # the free weights fit both equally
+        best = min(best, -best, key=_tied(scene, every))  # the free weights fit both equally
 
     def model(g: FloatArray) -> FloatArray:
         return np.concatenate([moving, np.tensordot(g, fields, axes=1)], axis=2)
@@ -539,7 +545,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
             signs[-1] = -1.0 if i == j else 1.0
             whole[np.ix_(own, own)] += gram * np.outer(signs, signs) / size**2
         inverse = float(solve_gram(whole)[-1])
-        if 1 / _ANOTHER <= inverse <= _ANOTHER or inverse <= 0:
+        if 1 / ANOTHER <= inverse <= ANOTHER or inverse <= 0:
             continue
         channel, factor = f"tau{j + 1}", 1 / inverse
         says = f"{channel} is {factor:.3g} times as large as the other joints require (unit)"
@@ -551,42 +557,48 @@ def _units(scene: Scene) -> Iterator[Cause]:
 def _fields(scene: Scene) -> FloatArray:
     """Return the weight columns of the links for gravity along each axis, (3, K, n, m)."""
     count = len(scene.rows.evaluator.model.robot.joints)
-    heavy = [names.LINK.index(prefix) for prefix in (names.MASS, *names.MOMENT)]
     every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
-    units = every[:, heavy].reshape(-1, count, len(names.LINK))
+    units = every[:, np.isin(names.LINK, _HEAVY)].reshape(-1, count, len(names.LINK))
 
     def weights(axis: FloatArray, q: FloatArray) -> FloatArray:
         rest = np.zeros((1, q.shape[1]))  # one for all states
         return scene.rows.variation.regressor((q, rest, rest), units, axis)
 
-    found = [scene.rows.held(partial(weights, axis)) for axis in np.eye(3)]
-    kept = np.any(found, axis=(0, 1, 2))
-    return np.stack([x[:, :, kept] for x in found])
+    return np.stack([scene.rows.held(partial(weights, axis)) for axis in np.eye(3)])
 
 
-def _tied(scene: Scene, g: FloatArray) -> float:
-    """Return the sum of the log residuals of the joints for links whose weight is their own.
+def _tied(scene: Scene, fields: FloatArray) -> Callable[[FloatArray], float]:
+    """Return the misfit of links whose weight is their own, as a function of gravity (3,).
 
-    The columns are those of the inertial parameters of the links under gravity g, of rotor inertias
-    and of friction. Their rank is that of the motion, so a basis of them is fitted.
+    It is the sum of the log residuals of the joints. The columns are those of the inertial
+    parameters of the links, of rotor inertias and of friction. Their rank is that of the motion, so
+    a basis of them is fitted.
+
+    Args:
+        scene: the fitted model.
+        fields: the result of `_fields`.
     """
-    rows, n = scene.rows, scene.n
-    joints = rows.evaluator.model.robot.joints
-    size = len(names.LINK)
-    every = np.eye(len(joints) * size).reshape(len(joints), size, len(joints), size)
-    units = every[[k for k, joint in enumerate(joints) if joint.sigma != 2]]
-    units = units.reshape(-1, len(joints), size)
+    rows, n, size = scene.rows, scene.n, len(names.LINK)
+    links = len(rows.evaluator.model.robot.joints)
+    units = np.eye(links * size).reshape(links * size, links, size)
 
     def columns(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        links = rows.variation.regressor((q, qd, qdd), units, g)
-        return np.concatenate([links, np.eye(n) * qdd[:, :, None]], axis=2)
+        weightless = rows.variation.regressor((q, qd, qdd), units, np.zeros(3))
+        return np.concatenate([weightless, np.eye(n) * qdd[:, :, None]], axis=2)
 
     inertial = rows.evaluator.model.inertial
-    W = np.concatenate([rows.along(columns, smooth=True), rows.W[:, :, inertial:]], axis=2)
-    W = W / np.maximum(np.sqrt(np.mean(W**2, axis=(0, 1))), 1e-300)
-    found, basis = np.linalg.eigh(np.einsum("knp,knq->pq", W, W, optimize=True))
-    W = W @ basis[:, found > _DEPENDENT * found[-1]]
-    return float(np.sum(np.log(scene.fitted(scene.blocks(W, rows.weight))[1])))
+    own = np.concatenate([rows.along(columns, BLOCK, smooth=True), rows.W[:, :, inertial:]], axis=2)
+    heavy = np.flatnonzero(np.tile(np.isin(names.LINK, _HEAVY), links))
+
+    def misfit(g: FloatArray) -> float:
+        W = own.copy()
+        W[:, :, heavy] += np.tensordot(g, fields, axes=1)
+        W = W / np.maximum(np.sqrt(np.mean(W**2, axis=(0, 1))), 1e-300)
+        found, basis = np.linalg.eigh(np.einsum("knp,knq->pq", W, W, optimize=True))
+        W = W @ basis[:, found > _DEPENDENT * found[-1]]
+        return float(np.sum(np.log(scene.fitted(scene.blocks(W, rows.weight))[1])))
+
+    return misfit
 
 
 class _Field:
@@ -595,7 +607,7 @@ class _Field:
     Args:
         scene: the fitted model.
         moving: (K, n, p) regressor without weight.
-        fields: the result of `_fields`.
+        fields: the columns of `_fields` that are not zero.
     """
 
     def __init__(self, scene: Scene, moving: FloatArray, fields: FloatArray) -> None:
@@ -633,40 +645,17 @@ class _Field:
 
 
 def _moments(scene: Scene) -> Iterator[Cause]:
-    """Yield events with a large residual, without which the fit is better elsewhere."""
-    residual = (scene.rows.y - scene.model) * scene.rows.weight
-    typical = np.median(np.abs(residual), axis=0) / 0.6745 + scene.rows.misfit * scene.rows.size
-    loud = np.sqrt(np.mean(np.minimum(residual / typical, 1e3) ** 2, axis=1))
-    spans = zip(scene.rows.logs, kept_spans(scene.rows.logs), strict=True)
-    for log, span in itertools.islice(spans, scene.rows.train):
-        t, own = log.compared_t, loud[span]
-        length = t[-1] - t[0]
-        best: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        for seconds in _MOMENTS:
-            if seconds > _SHORT * length:
-                break
-            width = max(2, round(seconds / (t[1] - t[0])))
-            power = np.convolve(own**2, np.ones(width) / width, mode="same")
-            at = int(np.argmax(power))
-            if power[at] * math.sqrt(width) > best[0] and math.sqrt(power[at]) > _LOUD:
-                best = power[at] * math.sqrt(width), t[at] - seconds, t[at] + seconds
-        if not best[0]:
-            continue
-        near = (log.t >= best[1] - _AWAY) & (log.t <= best[2] + _AWAY)
-        if log.mask is not None and log.mask.joint[near].any():
-            continue  # a channel is wrong there
-        inside = np.zeros(len(scene.rows.y), dtype=bool)
-        inside[span] = (t >= best[1]) & (t <= best[2])
-        everybody = np.repeat(inside[:, None], scene.n, axis=1)
-        gained, share = scene.score.gained_without(everybody)
-        yield Cause(
-            "moment",
-            (),
-            f"a contact or collision in {log.name} between {best[1]:.3g} and {best[2]:.3g} s: "
-            "leave this time out of the log",
-            gained,
-            scene.score.alone.left * share,
-        )
+    """Yield the most probable event of the training logs, without which the fit is better."""
+    logs = scene.rows.logs[: scene.rows.train]
+    event = likeliest_event(scene.score, logs)
+    if event is None:
+        return
+    log = logs[event.log]
+    near = (log.t >= event.start - _AWAY) & (log.t <= event.end + _AWAY)
+    if log.mask is not None and log.mask.joint[near].any():
+        return  # a channel is wrong there
+    gained, fit = event.fit(scene.score)
+    yield Cause("moment", (), contact_fault(event, log).fault, gained, fit.left)
 
 
 #: Causes with fits of their own.
@@ -731,7 +720,7 @@ def find_cause(
 
 def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
     """Return the first of the causes, most probable first, if it is certain; see `find_cause`."""
-    rows, best, alone = scene.rows, found[0], scene.score.alone.left
+    rows, best, alone = scene.rows, _undoable(found), scene.score.alone.left
     fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
     clear = (fell >= least) & (best.left <= part**2 * alone)
@@ -743,14 +732,33 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
-    near = [c for c in found[1:] if best.score - c.score < _SURE]
+    near = [c for c in found if c is not best and found[0].score - c.score < SURE]
+    if best.kind == "delay":
+        near = [c for c in near if (c.kind, c.joints) != ("filter", best.joints)]
     if len(near) > _FEW or any(c.physics or not c.says for c in near):
+        return None
+    # Many causes that are each less probable are together as probable as one.
+    others = [c for c in found if c is not best and found[0].score - c.score >= SURE]
+    if others and _total([best, *near]) - _total(others) < SURE:
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
     told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
+
+
+def _undoable(found: Sequence[Cause]) -> Cause:
+    """Return the most probable cause, or the delay that its filter may be as well."""
+    first = found[0]
+    late = (c for c in found if c.kind == "delay" and c.joints == first.joints)
+    delay = next(late, first) if first.kind == "filter" else first
+    return delay if first.score - delay.score < SURE else first
+
+
+def _total(found: Sequence[Cause]) -> float:
+    """Return the log-odds of one of some causes."""
+    return float(np.logaddexp.reduce([c.score for c in found]))
 
 
 def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:

@@ -46,7 +46,7 @@ _AT_REST = 1e-3  # weight of rows at rest, which only determine what no motion d
 #: Torque error above which exchanged torques are tried, error above which faults of the motion are
 #: tried, and the largest part of the error that they may leave.
 _LOUD, _LOUDER, _EXCHANGED = 0.1, 0.2, 0.7
-_MOST = 3  # largest number of faults that are undone
+MOST = 3  # largest number of faults that are undone
 _NODES = 8_000  # of all logs together, at which faults of the motion are tried
 _MOTION = ("q", "qd")
 _SIGMAS = 5.0
@@ -69,7 +69,7 @@ def channel_faults(
     """
     out: list[Fault] = []
     finders = [find for kind, find in FINDERS.items() if kinds is None or kind in {*kinds}]
-    for _ in range(_MOST):
+    for _ in range(MOST):
         found = _largest(Trial(evaluator, logs, held), finders)
         if found is None or any((found.kind, found.joints) == (f.kind, f.joints) for f in out):
             break

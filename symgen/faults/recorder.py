@@ -1,6 +1,6 @@
-"""Late and clipped torques.
+"""Late and clipped torques, and contacts.
 
-Both compete with other causes on the rows of the recorded torque.
+They compete with other causes on the rows of the recorded torque.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ import numpy as np
 
 from symgen.data.mask import moving_joints
 from symgen.data.signals import noise_of_differences
+from symgen.estimation.events import Event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.summary import Blocks
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.scene import Scene
-from symgen.faults.undo import earlier, unlimited
+from symgen.faults.undo import earlier, left_out, unlimited
 
 #: Largest delay in s, and number of values that are tried.
 _LATEST, _TRIED = 0.5, 12
@@ -193,3 +194,18 @@ def _top(log: FilteredLog, j: int) -> tuple[float, float]:
         return math.inf, 0.0
     noise = float(noise_of_differences(x)) + 1e-6 * float(size.max())
     return float(np.median(size[size >= np.quantile(size, _TOP) - _WITHIN * noise])), noise
+
+
+def contact_fault(event: Event, log: FilteredLog) -> Fault:
+    """Return an event of a log as a fault; its undo leaves out the samples of its joints."""
+    at = slice(event.first, event.last + 1)
+    says = (
+        f"a contact or collision in {log.name} between {event.start:.3g} and {event.end:.3g} s: "
+        "leave this time out of the log"
+    )
+    values = (("start", event.start, math.nan), ("length", event.end - event.start, math.nan))
+    return Fault(
+        log.name, ", ".join(f"tau{j + 1}" for j in event.joints), says, at.stop - at.start,
+        values=values, kind="contact", joints=event.joints,
+        undo=partial(left_out, name=log.name, at=at, joints=event.joints),
+    )  # fmt: skip

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import rms
-from symgen.estimation.decimation import CHANNELS
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
 from symgen.estimation.summary import Blocks
@@ -22,6 +21,8 @@ from symgen.symbolic.variation import Variation, variation
 
 #: Returns values (k, ...) from q, qd, qdd, (k, n) each.
 State = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+#: States that are evaluated at once: in fewer, a tape's calls cost more than its arithmetic.
+_TOGETHER = 2048
 _STATES = 200  # number of states for the mean of an inertia
 
 
@@ -76,7 +77,7 @@ class Rows:
         parts = [log.compared_t for log in self.logs]
         return np.concatenate([(t - t[0]) / max(t[-1] - t[0], 1e-300) for t in parts])
 
-    def along(self, state: State, together: int = CHANNELS, *, smooth: bool = False) -> FloatArray:
+    def along(self, state: State, together: int = _TOGETHER, *, smooth: bool = False) -> FloatArray:
         """Return a function (k, ...) of q, qd, qdd in the comparison band, (K, ...).
 
         Args:

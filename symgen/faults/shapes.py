@@ -3,6 +3,7 @@
     zero of a joint                  d tau / d q_j
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
+    slow filter of a torque          - d tau_j / dt
     length of the geometry           d tau / d length
     weight that something carries    - tau_j at rest
     a load on the last link          tau of its mass and its moments
@@ -192,23 +193,32 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
 
 
 def _filtered(scene: Scene) -> Iterator[Shape]:
-    """Yield torques that all pass a slow first-order filter with time constant T: T d tau / dt.
+    """Yield torques that pass a slow first-order filter with time constant T, of all or of one.
 
-    If the delay of the filter is undone, T^2/2 d2 tau / dt2 remains.
+        tau = W X - T d tau / dt
+
+    This is exact for any T. If the delay of a filter of all torques is undone, T^2/2 d2 tau / dt2
+    remains.
     """
     rate = [-np.gradient(log.tau, log.step, axis=0) for log in scene.rows.logs]
     bent = [-np.gradient(x, log.step, axis=0) for log, x in zip(scene.rows.logs, rate, strict=True)]
     for order, slopes in enumerate((rate, bent), 1):
         parts = [log.unmasked.compared(x) for log, x in zip(scene.rows.logs, slopes, strict=True)]
-        yield Shape(
-            "filter",
-            (),
-            everywhere(np.concatenate(parts)[:, :, None]),
-            "tau: a slow filter of about {x:.2g} ms delays all torques: log them without it",
-            least=_SLOW**order / order,
-            within=(0.0, math.inf),
-            shown=partial(_filter_ms, order),
-        )
+        column = np.concatenate(parts)[:, :, None]
+        # Only a delay of all torques is undone.
+        alone = range(scene.n if scene.n > 1 and order == 1 else 0)
+        for joints in ((), *((j,) for j in alone)):
+            channel, which = (f"tau{joints[0] + 1}", "it") if joints else ("tau", "all torques")
+            yield Shape(
+                "filter",
+                joints,
+                {j: column[:, j] for j in joints or range(scene.n)},
+                f"{channel}: a slow filter of about {{x:.2g}} ms delays {which}: log "
+                f"{'it' if joints else 'them'} without it",
+                least=_SLOW**order / order,
+                within=(0.0, math.inf),
+                shown=partial(_filter_ms, order),
+            )
 
 
 def _filter_ms(order: int, x: float) -> float:

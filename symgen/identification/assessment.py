@@ -51,7 +51,7 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, percent
+from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, largest, percent
 from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
@@ -133,6 +133,7 @@ class Outcome:
         windows: number of independent equations.
         repairs: what was mended in the logs.
         notes, provenance: of the logs, beside those of every run.
+        faults: reasons why the model is not good for prediction.
     """
 
     solution: Solution
@@ -144,6 +145,7 @@ class Outcome:
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
+    faults: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,10 +218,11 @@ def assess(
         std[known] = solution.std[known]
         physical = Consistency(None, None, f"not checked: {_OPEN}")
     parameters = parameter_estimates(evaluator, X, std)
+    driven = driving_friction(evaluator, run.train, X, solution.covariance)
     faults = (
         *run.causes,
         *hardly_moving(run.train, evaluator.model.robot),
-        *driving_friction(evaluator, run.train, X, solution.covariance),
+        *(driven or found.faults),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
@@ -561,11 +564,10 @@ def _largest(seen: TorqueFit, robot: Robot) -> tuple[str, ...]:
     each = seen.residual.per_joint or ()
     if len(each) < 2 or not seen.traces:
         return ()
-    j = int(np.argmax(each))
-    torque = np.concatenate([trace.measured[:, j] for trace in seen.traces])
-    size = each[j] * float(np.sqrt(np.mean(torque**2)))
-    unit = names.unit("OF", robot.sigma[j])
-    return (f"largest on {robot.listed([j])}: {percent(each[j])}, {size:.3g} {unit}",)
+    torque = np.concatenate([trace.measured for trace in seen.traces])
+    labels = [robot.listed([j]) for j in range(robot.n)]
+    units = [names.unit("OF", sigma) for sigma in robot.sigma]
+    return (f"largest on {largest(each, torque, labels, units)}",)
 
 
 def _unread(unexplained: float | None) -> tuple[str, ...]:
@@ -717,6 +719,49 @@ def negative_mass(
     return (
         f"the mass matrix has a negative eigenvalue, by more than {SIGNIFICANT:g} std, in "
         f"{100 * share:.3g} % of the positions of the log",
+    )
+
+
+def impossible(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, covariance: FloatArray
+) -> tuple[str, ...]:
+    """Say why no robot has some parameters, each reason beyond 3 standard deviations.
+
+    Args:
+        evaluator: the compiled model, with torque_regressor and inverse_dynamics.
+        logs: the training logs.
+        X, covariance: of the parameters, (p,) and (p, p).
+    """
+    std = np.sqrt(np.diag(covariance))
+    below = negative_parameters(parameter_estimates(evaluator, X, std))
+    return (
+        *driving_friction(evaluator, logs, X, covariance),
+        *negative_mass(evaluator, logs, X, covariance),
+        *(f"{name} must be positive but is negative" for name in below),
+    )
+
+
+def level_exceeded(evaluator: Evaluator, logs: Sequence[FilteredLog], fit: Outcome) -> str:
+    """Say which errors of a fit are above the level of an unknown cause; "" if none is.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the validation logs.
+        fit: the fit of the training logs.
+    """
+    held = _in_motion(fit.seen)
+    noise = _noise_of(noise_fit(evaluator, logs, fit.solution.X).residual, held.residual)
+    return "; ".join(_unexplained(held, noise, evaluator.model.robot, False, ""))
+
+
+def like_no_robot(wrong: Sequence[str], possible: str) -> str:
+    """Say that no robot has the parameters that fit, and what is known of possible ones.
+
+    Parameters that no robot has can hide what is wrong with a log, on motion like its own alone.
+    """
+    return (
+        f"no robot moves like this: {wrong[0].split(':')[0]}; physically possible parameters: "
+        f"{possible}; check signs, units and gravity; {_SEARCH}"
     )
 
 

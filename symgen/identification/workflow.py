@@ -33,8 +33,9 @@ from symgen.identification.assessment import (
     Outcome,
     Trials,
     assess,
-    driving_friction,
-    negative_mass,
+    impossible,
+    level_exceeded,
+    like_no_robot,
     outcome,
 )
 from symgen.identification.estimate import Estimate
@@ -58,7 +59,6 @@ from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED, STATIC)
-_FEWEST = 10  # samples held out
 
 
 def identify(
@@ -159,20 +159,21 @@ def _possible(
     """Return the nearest possible parameters if those of least squares are surely impossible.
 
     The exception: they raise the held-out torque error of a joint by an amount that matters. Then
-    an effect is missing, and the least-squares solution stays.
+    an effect is missing, and the least-squares solution stays. If that error is above the level of
+    an unknown cause, the least-squares solution is not good for prediction.
     """
     evaluator, logs = chosen.run.evaluator, chosen.run.train
     if not by.is_wls or evaluator.model.robot.loaded or chosen.columns is not None:
         return by, found
-    about = evaluator, logs, found.solution.X, found.solution.covariance
-    wrong = (*driving_friction(*about), *negative_mass(*about))
+    wrong = impossible(evaluator, logs, found.solution.X, found.solution.covariance)
     if not wrong:
         return by, found
     bounded = replace(by, name=Consistent.name)
     try:
         other = opened.solve(chosen, bounded)
     except ParameterError as error:
-        return by, replace(found, notes=(*found.notes, *wrong, str(error)))
+        reason = like_no_robot(wrong, "none are found")
+        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(reason,))
     whole = [o.seen.residual for o in (found, other)]
     before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
     if np.max(after - before) > LEAST**2:
@@ -181,7 +182,9 @@ def _possible(
             f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
             "symgen diagnose searches for it"
         )
-        return by, replace(found, notes=(*found.notes, *wrong, worse))
+        left = level_exceeded(evaluator, chosen.run.held, other)
+        faults = (like_no_robot(wrong, left),) if left else ()
+        return by, replace(found, notes=(*found.notes, *wrong, worse), faults=faults)
     told = "least squares gives physically impossible parameters"
     notes = tuple(f"{told}: {reason}" for reason in wrong)
     return bounded, replace(other, notes=(*other.notes, *notes))
@@ -243,7 +246,7 @@ def _open_in_memory(
     require_other_data(train, held)
     given = bool(held)
     if not given:
-        train, held = hold_out(train, _FEWEST)
+        train, held = hold_out(train)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None

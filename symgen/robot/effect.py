@@ -74,6 +74,7 @@ class Definition:
     # prior odds that a joint has it, and its expected share of the joint's torque
     odds: float = 0.02
     size: float = 0.3
+    expected: float = 0.0  # expected size of a coefficient; 0 if `size` says it
     presumes: str = ""  # friction word that the joint must already have
 
     @property

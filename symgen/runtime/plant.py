@@ -137,7 +137,7 @@ class Plant:
 
     def speed(self, qd: FloatArray) -> FloatArray:
         """Return v = A qd, (runs, m)."""
-        return np.asarray(np.einsum("rj,mj->rm", qd, self.A))
+        return np.asarray(qd @ self.A.T)
 
     def limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the smallest and largest force of each friction at rest, (runs, m) or (m,)."""
@@ -169,17 +169,19 @@ class Plant:
         if not len(self.A):
             return self.forward(q, qd, tau), mode
         f = mode * self.force
-        applied = tau - np.einsum("rm,mj->rj", f, self.A)
+        applied = tau - f @ self.A
         if self.shown.any():
             qd = self._seen(qd, mode)
         if mode.all():
             return self.forward(q, qd, applied), f
-        qdd, sticks = np.empty_like(q), ~mode.all(axis=1)
-        rows, others = np.flatnonzero(sticks), np.flatnonzero(~sticks)
+        sticks = ~mode.all(axis=1)
+        if sticks.all():
+            qdd, held = self._hold(q, qd, applied, mode)
+            return qdd, f + held
+        qdd, rows, others = np.empty_like(q), np.flatnonzero(sticks), np.flatnonzero(~sticks)
         qdd[rows], held = self._hold(q[rows], qd[rows], applied[rows], mode[rows])
         f[rows] += held
-        if len(others):
-            qdd[others] = self.forward(q[others], qd[others], applied[others])
+        qdd[others] = self.forward(q[others], qd[others], applied[others])
         return qdd, f
 
     def _seen(self, qd: FloatArray, mode: FloatArray) -> FloatArray:

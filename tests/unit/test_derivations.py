@@ -77,7 +77,7 @@ def test_another_robot_is_derived(change, forbid):
 @pytest.mark.parametrize("damage", ["changed", "cut", "writable", "link"])
 def test_what_is_no_good_is_derived_anew(damage, cache, forbid, tmp_path):
     symgen.derive("planar2r", ())
-    (kept,) = cache.glob("derived-*-base-*.json")
+    (kept,) = cache.glob("derived-*/derived-base-*.json")
     if damage == "changed":
         kept.write_text(kept.read_text().replace("ZZ1", "ZZ2"))
     elif damage == "cut":
@@ -90,7 +90,7 @@ def test_what_is_no_good_is_derived_anew(damage, cache, forbid, tmp_path):
     forbid()
     with pytest.raises(DerivedError):
         symgen.derive("planar2r", ())
-    assert not list(cache.glob("derived-*-base-*.json"))
+    assert not list(cache.glob("derived-*/derived-base-*.json"))
 
 
 def test_without_a_folder_models_are_derived_each_time(tmp_path, monkeypatch, forbid):
@@ -105,7 +105,7 @@ def test_without_a_folder_models_are_derived_each_time(tmp_path, monkeypatch, fo
 
 def test_what_is_kept_is_text_of_numbers_and_names(cache):
     symgen.derive("planar2r")
-    kept = list(cache.glob("*"))
+    kept = list(cache.glob("*/*"))
     assert kept
     for file in kept:
         json.loads(file.read_text("ascii"))

@@ -64,6 +64,28 @@ def test_intervals_hold_the_truth_beside_a_function_that_no_column_has() -> None
     assert _held(0.0, known=True) > 0.90
 
 
+def _longer_friction(jumps: bool) -> float:
+    """Deviation of a Coulomb friction, over that of a system whose misfit is known to be smooth."""
+    rng = np.random.default_rng(3)
+    t, x = _state(4)
+    state = np.hstack([x, np.gradient(x, t, axis=0)])
+    F = Features((0.0,) * 4, (0.7,) * 4, (1.0, 1.0))(state[:, :2], state[:, 2:])[:, 0]
+    own = np.isin(np.arange(2 * WAVES), SMOOTH) ^ jumps
+    missing = F[:, own] @ rng.normal(size=WAVES)
+    W = np.column_stack([np.sin(x[:, 0]), x[:, 1] * x[:, 0], np.sign(state[:, 2])])
+    y = W @ TRUE + missing + 0.05 * rng.normal(size=ROWS)
+    smooth = np.where(np.isin(np.arange(2 * WAVES), SMOOTH), F, 0.0)
+    systems = [Equations("log", W, y, t, 1, 0, features=rows) for rows in (F, smooth)]
+    both, alone = (Ols().solve(LinearSystem(NAMES, (e,))).std[2] for e in systems)
+    return float(both / alone)
+
+
+def test_a_misfit_widens_coulomb_friction_by_its_own_jumps_alone() -> None:
+    smooth, jumps = _longer_friction(False), _longer_friction(True)
+    assert smooth < 1.05
+    assert jumps > 1.0
+
+
 def test_without_a_misfit_intervals_are_hardly_longer() -> None:
     longer = [
         Wls().solve(_system(seed, 0.0, True)).std / Wls().solve(_system(seed, 0.0, False)).std

@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.log import make_log, read_log
-from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes, prepare
+from symgen.data.signals import (
+    Samples,
+    differentiate,
+    end_of_cubic,
+    lowpass,
+    lowpass_and_slopes,
+    prepare,
+)
 from symgen.errors import LogError
 from symgen.estimation.band import comparison_band
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
@@ -131,6 +138,13 @@ def test_the_filter_keeps_cubics_up_to_their_ends(c):
     t = np.arange(500) * 1e-3
     x = np.column_stack([sum(a * t**k for k, a in enumerate(c)), t])
     np.testing.assert_allclose(lowpass(x, 1e-3, 20.0), x, rtol=0, atol=2e-5)
+
+
+def test_the_end_of_noisy_samples_is_that_of_the_cubic_nearest_to_them():
+    x = np.random.default_rng(4).normal(size=11)
+    nearest = np.polynomial.Polynomial.fit(np.arange(11), x, 3)
+    expected = nearest(0.0), nearest.deriv(2)(0.0)
+    np.testing.assert_allclose(end_of_cubic(11) @ x, expected, rtol=1e-9)
 
 
 def test_a_log_cut_out_of_a_motion_keeps_its_velocity_at_both_ends():

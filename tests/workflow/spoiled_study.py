@@ -65,7 +65,7 @@ RIGHT = {
 #: Reasons that name no cause.
 OPEN = (
     "unexplained|cause unknown|depends on the motion|overfit|"
-    "does not carry|hardly|determine|std above|too little|rests?"
+    "does not carry|hardly|determine|std above|too little|rests?|no robot moves"
 )
 
 

@@ -58,6 +58,23 @@ def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
     assert not row["wrong"]
 
 
+@pytest.mark.parametrize("kind", sampled(("slow_torque", "friction_fades"), 1))
+def test_what_one_joint_alone_does_is_named_on_a_short_log(kind: str) -> None:
+    row = spoiled_study.attempt("planar2r-31", kind, 8)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
+    assert row["named"]
+    assert not row["wrong"]
+
+
+@pytest.mark.parametrize("kind", sampled(("turned", "gravity_compensated"), 1))
+def test_parameters_of_no_robot_are_not_trusted_where_possible_ones_explain_less(kind: str) -> None:
+    row = spoiled_study.attempt("planar2r-31", kind, 8)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
+    assert "no robot moves like this" in row["says"]
+
+
 def test_a_command_without_coulomb_friction_is_named_whatever_else_is_in_it() -> None:
     row = spoiled_study.attempt("planar2r-31", "commanded", 8)
     print(spoiled_study.line(row))

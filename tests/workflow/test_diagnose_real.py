@@ -114,3 +114,17 @@ def test_ur10e_with_coulomb_friction_left_out_of_two_joints() -> None:
         validation=[folder / "test.csv", folder / "ptp.csv"],
     )
     assert _told(answer) == [("coulomb_friction", (2,)), ("coulomb_friction", (4,))]
+
+
+@pytest.mark.slow
+def test_an_effect_of_dp_c0_within_its_std_is_not_certain() -> None:
+    """What was probable beside effects that are not confirmed may not be probable alone."""
+    folder = data_folder() / "dp_c0"
+    train = sorted(folder.glob("train*.*"))
+    answer = diagnose(folder / "robot.toml", train, validation=folder / "test.npz")
+    doubtful = [
+        e
+        for e in answer.effects
+        if e.parameters and all(abs(p.value) < p.std for p in e.parameters if p.std > 0)
+    ]
+    assert all(e.probability < 0.9 for e in doubtful)

@@ -175,9 +175,8 @@ def test_pictures_are_of_the_place_and_at_most_eight() -> None:
     assert np.min(x) < -80
     assert np.abs(by["tau1"].repaired[1]).max() < 6
     assert np.ptp(by["q2"].repaired[1]) < 3.0 < np.ptp(by["q2"].recorded[1])
-    assert all(c.recorded.shape[1] <= 301 for c in found)
     assert len(largest([channel("a.csv", k, 1.0) for k in range(12)])) == 8
-    assert mended_channels([(log, samples)], (), robot.sigma) == ()
+    assert not [*mended_channels([(log, samples)], (), robot.sigma)]
 
 
 def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None:

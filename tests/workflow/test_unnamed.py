@@ -133,9 +133,10 @@ def test_a_portrait_says_what_a_gap_is_organised_by(
 
 def test_a_short_contact_is_given_its_time(tmp_path: Path) -> None:
     case, found = _diagnosed(
-        Spec("planar2r", "external_contact", "moderate", 1), tmp_path, effects=["torque_offset"]
+        Spec("planar2r", "external_contact", "moderate", 1), tmp_path, effects=["external_contact"]
     )
     acts = np.flatnonzero(np.any(np.abs(case.hidden["train"]) > 1e-9, axis=1))
     begin, end = case.train["t"][acts[[0, -1]]]
+    assert found.where[0].pattern == "time"
     first, last = found.where[0].time_window
     assert begin - 0.3 < first < last < end + 0.3

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.estimation.torque_error import MANY
+from symgen.estimation.torque_error import percent as percent
 from symgen.report.plots.robot import drawing
 from symgen.robot.types import HEADER
 
@@ -186,11 +186,6 @@ def value_with_std(value: float | None, std: float | None) -> tuple[str, str]:
         places = np.floor(np.log10(abs(value))) - np.floor(np.log10(std)) + 1
         digits = int(np.clip(places, 3, 5))
     return number(value, digits), "" if std is None else number(std, 3)
-
-
-def percent(ratio: float) -> str:
-    """Return a ratio in percent, with three significant digits up to 1000 %."""
-    return "over 1000 %" if MANY < ratio < np.inf else f"{number(100 * ratio, 3)} %"
 
 
 def frames_section(robot: Robot) -> Section:

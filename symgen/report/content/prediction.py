@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from symgen.estimation.torque_error import largest
 from symgen.identification.prediction import Prediction
 from symgen.report.content.parts import (
     Banner,
@@ -36,6 +37,7 @@ def prediction_content(prediction: Prediction) -> Content:
         f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
     )
     labels = [joint.label for joint in prediction.joints]
+    units = [joint.unit for joint in prediction.joints]
     ratios = error.per_joint or ()
     sizes = errors_in_units(prediction.joints, trace.measured, ratios)
     rows = [
@@ -61,13 +63,12 @@ def prediction_content(prediction: Prediction) -> Content:
         repairs_section(prediction.repairs),
         *notes_section(prediction.notes),
     )
-    worst = max(zip(ratios, labels, sizes, strict=False), default=None)
     banner = Banner(
         tone="plain",
         verdict=f"Torque error: {percent(error.relative)}",
-        text=""
-        if worst is None
-        else f"It is largest on {worst[1]}: {percent(worst[0])}, {worst[2][1]}.",
+        text=f"It is largest on {largest(ratios, trace.measured, labels, units)}."
+        if ratios
+        else "",
     )
     run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
