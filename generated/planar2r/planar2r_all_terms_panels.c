@@ -65,6 +65,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apar
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart *h, apart *tau, apart *J_out, apart *T_out)
+{
+    return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
+}
+
 int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
@@ -109,7 +115,7 @@ int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_X, (apart *)lanes_M, (apart *)lanes_h, (apart *)lanes_tau, (apart *)lanes_J_out, (apart *)lanes_T_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_M, (apart *)lanes_h, (apart *)lanes_tau, (apart *)lanes_J_out, (apart *)lanes_T_out);
         lanes_store(lanes_M, 4u, count, stream, scratch, &M[k * 4u]);
         lanes_store(lanes_h, 2u, count, stream, scratch, &h[k * 2u]);
         lanes_store(lanes_tau, 2u, count, stream, scratch, &tau[k * 2u]);
@@ -158,7 +164,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         apart *lanes_tau = (apart *)&tau[k * 2u];
         apart *lanes_J_out = (apart *)&J_out[k * 12u];
         apart *lanes_T_out = (apart *)&T_out[k * 32u];
-        status |= panel(lanes_q, lanes_qd, lanes_X, lanes_M, lanes_h, lanes_tau, lanes_J_out, lanes_T_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_M, lanes_h, lanes_tau, lanes_J_out, lanes_T_out, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_M, lanes_h, lanes_tau, lanes_J_out, lanes_T_out);
     }
     return status;
 }

@@ -30,6 +30,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *h, cons
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
+{
+    return panel(q, qd, X, h, 0);
+}
+
 int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *X, double *h)
 {
@@ -66,7 +72,7 @@ int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_X, (apart *)lanes_h, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_h);
         lanes_store(lanes_h, 2u, count, stream, scratch, &h[k * 2u]);
     }
     if (stream) {
@@ -107,7 +113,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_h = (apart *)&h[k * 2u];
-        status |= panel(lanes_q, lanes_qd, lanes_X, lanes_h, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_h, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_h);
     }
     return status;
 }

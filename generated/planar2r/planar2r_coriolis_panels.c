@@ -30,6 +30,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
+{
+    return panel(q, qd, X, C, 0);
+}
+
 int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *X, double *C)
 {
@@ -66,7 +72,7 @@ int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_X, (apart *)lanes_C, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_C);
         lanes_store(lanes_C, 4u, count, stream, scratch, &C[k * 4u]);
     }
     if (stream) {
@@ -107,7 +113,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_C = (apart *)&C[k * 4u];
-        status |= panel(lanes_q, lanes_qd, lanes_X, lanes_C, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_C, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_C);
     }
     return status;
 }

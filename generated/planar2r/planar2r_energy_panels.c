@@ -29,6 +29,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, apart *U_out)
+{
+    return panel(q, qd, X, T_out, U_out, 0);
+}
+
 int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
@@ -67,7 +73,7 @@ int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_X, (apart *)lanes_T_out, (apart *)lanes_U_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_T_out, (apart *)lanes_U_out);
         lanes_store(lanes_T_out, 1u, count, stream, scratch, &T_out[k * 1u]);
         lanes_store(lanes_U_out, 1u, count, stream, scratch, &U_out[k * 1u]);
     }
@@ -110,7 +116,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         }
         apart *lanes_T_out = (apart *)&T_out[k * 1u];
         apart *lanes_U_out = (apart *)&U_out[k * 1u];
-        status |= panel(lanes_q, lanes_qd, lanes_X, lanes_T_out, lanes_U_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_T_out, lanes_U_out, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_T_out, lanes_U_out);
     }
     return status;
 }

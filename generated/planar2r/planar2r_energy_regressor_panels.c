@@ -31,6 +31,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *out, const int stream)
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, apart *out)
+{
+    return panel(q, qd, out, 0);
+}
+
 int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, double *out)
 {
@@ -58,7 +64,7 @@ int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
         if (stride_qd != 0u) {
             lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
-        status |= panel(lanes_q, lanes_qd, (apart *)lanes_out, 0);
+        status |= plain(lanes_q, lanes_qd, (apart *)lanes_out);
         lanes_store(lanes_out, 4u, count, stream, scratch, &out[k * 4u]);
     }
     if (stream) {
@@ -90,7 +96,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
         apart *lanes_out = (apart *)&out[k * 4u];
-        status |= panel(lanes_q, lanes_qd, lanes_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_out);
     }
     return status;
 }

@@ -90,6 +90,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     return status;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X, apart *dq_out, apart *dqd_out, apart *dtau_out)
+{
+    return panel(q, qd, tau, X, dq_out, dqd_out, dtau_out, 0);
+}
+
 int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
@@ -139,7 +145,7 @@ int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out, (apart *)lanes_dtau_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out, (apart *)lanes_dtau_out);
         lanes_store(lanes_dq_out, 4u, count, stream, scratch, &dq_out[k * 4u]);
         lanes_store(lanes_dqd_out, 4u, count, stream, scratch, &dqd_out[k * 4u]);
         lanes_store(lanes_dtau_out, 4u, count, stream, scratch, &dtau_out[k * 4u]);
@@ -193,7 +199,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         apart *lanes_dq_out = (apart *)&dq_out[k * 4u];
         apart *lanes_dqd_out = (apart *)&dqd_out[k * 4u];
         apart *lanes_dtau_out = (apart *)&dtau_out[k * 4u];
-        status |= panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_dq_out, lanes_dqd_out, lanes_dtau_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_dq_out, lanes_dqd_out, lanes_dtau_out, 1) : plain(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_dq_out, lanes_dqd_out, lanes_dtau_out);
     }
     return status;
 }

@@ -48,6 +48,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     return status;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X, apart *qdd)
+{
+    return panel(q, qd, tau, X, qdd, 0);
+}
+
 int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
@@ -93,7 +99,7 @@ int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_qdd, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_tau, lanes_X, (apart *)lanes_qdd);
         lanes_store(lanes_qdd, 2u, count, stream, scratch, &qdd[k * 2u]);
     }
     if (stream) {
@@ -143,7 +149,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_qdd = (apart *)&qdd[k * 2u];
-        status |= panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd, 1) : plain(lanes_q, lanes_qd, lanes_tau, lanes_X, lanes_qdd);
     }
     return status;
 }

@@ -39,6 +39,12 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, apart *T_out)
+{
+    return panel(q, T_out, 0);
+}
+
 int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
     const double *q, double *T_out)
 {
@@ -57,7 +63,7 @@ int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
-        status |= panel(lanes_q, (apart *)lanes_T_out, 0);
+        status |= plain(lanes_q, (apart *)lanes_T_out);
         lanes_store(lanes_T_out, 32u, count, stream, scratch, &T_out[k * 32u]);
     }
     if (stream) {
@@ -80,7 +86,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         apart *lanes_T_out = (apart *)&T_out[k * 32u];
-        status |= panel(lanes_q, lanes_T_out, stream);
+        status |= stream ? panel(lanes_q, lanes_T_out, 1) : plain(lanes_q, lanes_T_out);
     }
     return status;
 }

@@ -32,6 +32,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, apart *rate_out)
+{
+    return panel(q, qd, X, p_out, rate_out, 0);
+}
+
 int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
@@ -70,7 +76,7 @@ int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strid
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_X, (apart *)lanes_p_out, (apart *)lanes_rate_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_p_out, (apart *)lanes_rate_out);
         lanes_store(lanes_p_out, 2u, count, stream, scratch, &p_out[k * 2u]);
         lanes_store(lanes_rate_out, 2u, count, stream, scratch, &rate_out[k * 2u]);
     }
@@ -113,7 +119,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         }
         apart *lanes_p_out = (apart *)&p_out[k * 2u];
         apart *lanes_rate_out = (apart *)&rate_out[k * 2u];
-        status |= panel(lanes_q, lanes_qd, lanes_X, lanes_p_out, lanes_rate_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_p_out, lanes_rate_out, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_p_out, lanes_rate_out);
     }
     return status;
 }

@@ -53,6 +53,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X, apart *dq_out, apart *dqd_out)
+{
+    return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
+}
+
 int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
@@ -100,7 +106,7 @@ int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out);
         lanes_store(lanes_dq_out, 4u, count, stream, scratch, &dq_out[k * 4u]);
         lanes_store(lanes_dqd_out, 4u, count, stream, scratch, &dqd_out[k * 4u]);
     }
@@ -152,7 +158,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         }
         apart *lanes_dq_out = (apart *)&dq_out[k * 4u];
         apart *lanes_dqd_out = (apart *)&dqd_out[k * 4u];
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_dq_out, lanes_dqd_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_dq_out, lanes_dqd_out, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_dq_out, lanes_dqd_out);
     }
     return status;
 }

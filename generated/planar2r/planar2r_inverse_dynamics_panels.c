@@ -34,6 +34,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X, apart *tau)
+{
+    return panel(q, qd, qdd, X, tau, 0);
+}
+
 int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
@@ -79,7 +85,7 @@ int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_tau, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_tau);
         lanes_store(lanes_tau, 2u, count, stream, scratch, &tau[k * 2u]);
     }
     if (stream) {
@@ -129,7 +135,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_tau = (apart *)&tau[k * 2u];
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_tau, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_tau, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_tau);
     }
     return status;
 }

@@ -23,6 +23,12 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, apart *J_out)
+{
+    return panel(q, J_out, 0);
+}
+
 int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
     const double *q, double *J_out)
 {
@@ -41,7 +47,7 @@ int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
-        status |= panel(lanes_q, (apart *)lanes_J_out, 0);
+        status |= plain(lanes_q, (apart *)lanes_J_out);
         lanes_store(lanes_J_out, 12u, count, stream, scratch, &J_out[k * 12u]);
     }
     if (stream) {
@@ -64,7 +70,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
         }
         apart *lanes_J_out = (apart *)&J_out[k * 12u];
-        status |= panel(lanes_q, lanes_J_out, stream);
+        status |= stream ? panel(lanes_q, lanes_J_out, 1) : plain(lanes_q, lanes_J_out);
     }
     return status;
 }

@@ -1,7 +1,7 @@
 /* A panel: the same number of as many samples as a vector register holds, side by side.
  *
  * Vector extensions of gcc and clang, no intrinsics. The width follows from the instruction set
- * that the compiler was told; 1 stands for a compiler without them: loops of single calls.
+ * that the compiler was told; 1 stands for a compiler without them, and for C++: loops of single calls.
  * Private to the kernels.
  */
 #ifndef planar2r_LANES_H
@@ -9,7 +9,7 @@
 
 #include "planar2r.h"
 
-#if !defined(__GNUC__)
+#if !defined(__GNUC__) || defined(__cplusplus)
 #define planar2r_WIDTH 1
 #elif defined(__AVX512F__)
 #define planar2r_WIDTH 8
@@ -31,6 +31,7 @@
 /* Numbers from the first row of a panel to the end of the blocks of the last. */
 #define REACH(size) ((planar2r_WIDTH - 1u) * (size) + BLOCKS(size))
 #define ALWAYS static inline __attribute__((always_inline, unused))
+#define ONCE static __attribute__((noinline))
 
 typedef double lanes __attribute__((vector_size(8 * planar2r_WIDTH)));
 typedef int64_t mask __attribute__((vector_size(8 * planar2r_WIDTH)));

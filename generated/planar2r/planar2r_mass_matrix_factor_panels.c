@@ -34,6 +34,12 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *L_out, apart *D_out, con
     return status;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
+{
+    return panel(q, X, L_out, D_out, 0);
+}
+
 int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *X, double *L_out, double *D_out)
 {
@@ -63,7 +69,7 @@ int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_X, (apart *)lanes_L_out, (apart *)lanes_D_out, 0);
+        status |= plain(lanes_q, lanes_X, (apart *)lanes_L_out, (apart *)lanes_D_out);
         lanes_store(lanes_L_out, 4u, count, stream, scratch, &L_out[k * 4u]);
         lanes_store(lanes_D_out, 2u, count, stream, scratch, &D_out[k * 2u]);
     }
@@ -97,7 +103,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         }
         apart *lanes_L_out = (apart *)&L_out[k * 4u];
         apart *lanes_D_out = (apart *)&D_out[k * 2u];
-        status |= panel(lanes_q, lanes_X, lanes_L_out, lanes_D_out, stream);
+        status |= stream ? panel(lanes_q, lanes_X, lanes_L_out, lanes_D_out, 1) : plain(lanes_q, lanes_X, lanes_L_out, lanes_D_out);
     }
     return status;
 }

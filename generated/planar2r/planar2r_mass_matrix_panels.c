@@ -26,6 +26,12 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *X, apart *M)
+{
+    return panel(q, X, M, 0);
+}
+
 int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *X, double *M)
 {
@@ -53,7 +59,7 @@ int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_X, (apart *)lanes_M, 0);
+        status |= plain(lanes_q, lanes_X, (apart *)lanes_M);
         lanes_store(lanes_M, 4u, count, stream, scratch, &M[k * 4u]);
     }
     if (stream) {
@@ -85,7 +91,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_M = (apart *)&M[k * 4u];
-        status |= panel(lanes_q, lanes_X, lanes_M, stream);
+        status |= stream ? panel(lanes_q, lanes_X, lanes_M, 1) : plain(lanes_q, lanes_X, lanes_M);
     }
     return status;
 }

@@ -36,6 +36,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out, c
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out)
+{
+    return panel(q, qd, p_out, dl_out, 0);
+}
+
 int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, double *p_out, double *dl_out)
 {
@@ -65,7 +71,7 @@ int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides
         if (stride_qd != 0u) {
             lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
         }
-        status |= panel(lanes_q, lanes_qd, (apart *)lanes_p_out, (apart *)lanes_dl_out, 0);
+        status |= plain(lanes_q, lanes_qd, (apart *)lanes_p_out, (apart *)lanes_dl_out);
         lanes_store(lanes_p_out, 8u, count, stream, scratch, &p_out[k * 8u]);
         lanes_store(lanes_dl_out, 8u, count, stream, scratch, &dl_out[k * 8u]);
     }
@@ -99,7 +105,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
         }
         apart *lanes_p_out = (apart *)&p_out[k * 8u];
         apart *lanes_dl_out = (apart *)&dl_out[k * 8u];
-        status |= panel(lanes_q, lanes_qd, lanes_p_out, lanes_dl_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_p_out, lanes_dl_out, 1) : plain(lanes_q, lanes_qd, lanes_p_out, lanes_dl_out);
     }
     return status;
 }

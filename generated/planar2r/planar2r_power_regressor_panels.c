@@ -36,6 +36,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
+{
+    return panel(q, qd, qdd, out, 0);
+}
+
 int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdd, double *out)
 {
@@ -72,7 +78,7 @@ int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
         if (stride_qdd != 0u) {
             lanes_load(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, (apart *)lanes_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_qdd, (apart *)lanes_out);
         lanes_store(lanes_out, 4u, count, stream, scratch, &out[k * 4u]);
     }
     if (stream) {
@@ -113,7 +119,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(qdd, 2u, stride_qdd, k, N, padded_qdd, lanes_qdd);
         }
         apart *lanes_out = (apart *)&out[k * 4u];
-        status |= panel(lanes_q, lanes_qd, lanes_qdd, lanes_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_out);
     }
     return status;
 }

@@ -37,6 +37,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     return 0;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *qddr, apart *out)
+{
+    return panel(q, qd, qdr, qddr, out, 0);
+}
+
 int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
@@ -82,7 +88,7 @@ int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strid
         if (stride_qddr != 0u) {
             lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
-        status |= panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, (apart *)lanes_out, 0);
+        status |= plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, (apart *)lanes_out);
         lanes_store(lanes_out, 8u, count, stream, scratch, &out[k * 8u]);
     }
     if (stream) {
@@ -132,7 +138,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
         }
         apart *lanes_out = (apart *)&out[k * 8u];
-        status |= panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_out, stream);
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_out);
     }
     return status;
 }

@@ -35,6 +35,12 @@ ALWAYS int panel(const lanes *q, const lanes *b, const lanes *X, apart *x, const
     return status;
 }
 
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
+{
+    return panel(q, b, X, x, 0);
+}
+
 int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *b, const double *X, double *x)
 {
@@ -71,7 +77,7 @@ int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
         if (stride_X != 0u) {
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
-        status |= panel(lanes_q, lanes_b, lanes_X, (apart *)lanes_x, 0);
+        status |= plain(lanes_q, lanes_b, lanes_X, (apart *)lanes_x);
         lanes_store(lanes_x, 2u, count, stream, scratch, &x[k * 2u]);
     }
     if (stream) {
@@ -112,7 +118,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
             lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
         }
         apart *lanes_x = (apart *)&x[k * 2u];
-        status |= panel(lanes_q, lanes_b, lanes_X, lanes_x, stream);
+        status |= stream ? panel(lanes_q, lanes_b, lanes_X, lanes_x, 1) : plain(lanes_q, lanes_b, lanes_X, lanes_x);
     }
     return status;
 }

@@ -56,7 +56,7 @@ def panel(
         "parameters": ", ".join(
             [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
         ),
-        "names": ", ".join(a.name for a in (*read, *written)),
+        "names": ", ".join([*(a.name for a in read), *(o.name for o in written)]),
         "passed": ", ".join([*lanes, *outputs]),
         "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
         "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),

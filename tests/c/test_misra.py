@@ -31,7 +31,8 @@ def cppcheck(package: Path, *options: str) -> str:
     files = [
         str(f)
         for f in c_files(package)
-        if not f.stem.endswith("_panels") or f.stem.endswith(("forward_dynamics_panels", "_energy_panels"))
+        if not f.stem.endswith("_panels")
+        or f.stem.endswith(("forward_dynamics_panels", "_energy_panels"))
     ]
     done = subprocess.run(
         [str(CPPCHECK), *command, "-j2", template, *options, *files], capture_output=True, text=True
