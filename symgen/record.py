@@ -47,19 +47,32 @@ def read_record(folder: Path, marker: str) -> dict[str, str] | None:
         lines = path.read_text("utf-8", errors="replace").split("\n")
         return {name: digest for digest, gap, name in (x.partition("  ") for x in lines) if gap}
     listing = marker in _LISTING and (folder / marker).is_file()
-    record = _listed((folder / marker).read_bytes()) if listing else {}
+    record, unlisted = _listed((folder / marker).read_bytes()) if listing else ({}, [])
     if "robot.toml" not in record:
         return None
-    return record | {marker: _sha256(folder / marker)}
+    present = [name for name in (marker, *unlisted) if (folder / name).is_file()]
+    return record | {name: _sha256(folder / name) for name in present}
 
 
-def _listed(marker: bytes) -> dict[str, str]:
-    """Return the digests that a JSON lists."""
+def _listed(marker: bytes) -> tuple[dict[str, str], list[str]]:
+    """Return the digests that a JSON lists, and names of files of symgen without a digest.
+
+    Packages had a file NAME_KERNEL.casadi of each kernel before they had NAME_casadi.py; its bytes
+    differed from machine to machine.
+    """
     try:
         content = json.loads(marker)
-        return {str(name): str(digest) for name, digest in content["digests"].items()}
+        digests = {str(name): str(digest) for name, digest in content["digests"].items()}
     except (ValueError, RecursionError, LookupError, TypeError, AttributeError):
-        return {}
+        return {}, []
+    try:
+        prefix, kernels = content["options"]["prefix"], content["options"]["kernels"]
+        old = content["options"]["target"] in ("all", "casadi")
+        names = [f"{prefix}_{kernel}.casadi" for kernel in kernels]
+    except (LookupError, TypeError):
+        return digests, []
+    plain = all("/" not in name and "\\" not in name for name in names)
+    return digests, names if old and plain and f"{prefix}_casadi.py" not in digests else []
 
 
 class Carried:

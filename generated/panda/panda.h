@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 /* Of this interface: a program written for one goes on with every later one of the same major. */
-#define panda_VERSION "1.1.0"
+#define panda_VERSION "1.2.0"
 #define panda_VERSION_MAJOR 1
-#define panda_VERSION_MINOR 1
+#define panda_VERSION_MINOR 2
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define panda_MODEL_DIGEST 0x719f16f67eb19831ULL
 

@@ -809,10 +809,3 @@ void panda_all_terms(const double q[7], const double qd[7], const double X[62], 
     const double v6_2 = R2e5_1 * a5_3 - R2e5_3 * a5_1;
     J_out[12] = v6_2;
 }
-
-void panda_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_all_terms(&q[k * 7u], &qd[k * 7u], X, &M[k * 49u], &h[k * 7u], &tau[k * 7u], &J_out[k * 42u], &T_out[k * 112u]);
-    }
-}

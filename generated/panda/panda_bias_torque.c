@@ -298,10 +298,3 @@ void panda_bias_torque(const double q[7], const double qd[7], const double X[62]
     const double T7 = qd[6] * X[61] + X[60] * sFS7 + N7_3;
     h[6] = T7;
 }
-
-void panda_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_bias_torque(&q[k * 7u], &qd[k * 7u], X, &h[k * 7u]);
-    }
-}

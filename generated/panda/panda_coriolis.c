@@ -869,10 +869,3 @@ void panda_coriolis(const double q[7], const double qd[7], const double X[48], d
     const double Nbc72e2 = S2 * Nbc71e3 - C2 * Nbc72d4;
     C[6] = -Nbc72e2;
 }
-
-void panda_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_coriolis(&q[k * 7u], &qd[k * 7u], X, &C[k * 49u]);
-    }
-}

@@ -137,10 +137,3 @@ void panda_energy(const double q[7], const double qd[7], const double X[48], dou
     const double Tsum = X[0] * DZZ1 + X[1] * DXX2 + X[2] * DXY2 + X[3] * DXZ2 + X[4] * DYZ2 + X[5] * DZZ2 + X[8] * DXX3 + X[9] * DXY3 + X[10] * DXZ3 + X[11] * DYZ3 + X[12] * DZZ3 + X[13] * DMX3 + X[14] * DMY3 + X[15] * DIA3 + X[16] * DXX4 + X[17] * DXY4 + X[18] * DXZ4 + X[19] * DYZ4 + X[20] * DZZ4 + X[21] * DMX4 + X[22] * DMY4 + X[23] * DIA4 + X[24] * DXX5 + X[25] * DXY5 + X[26] * DXZ5 + X[27] * DYZ5 + X[28] * DZZ5 + X[29] * DMX5 + X[30] * DMY5 + X[31] * DIA5 + X[32] * DXX6 + X[33] * DXY6 + X[34] * DXZ6 + X[35] * DYZ6 + X[36] * DZZ6 + X[37] * DMX6 + X[38] * DMY6 + X[39] * DIA6 + X[40] * DXX7 + X[41] * DXY7 + X[42] * DXZ7 + X[43] * DYZ7 + X[44] * DZZ7 + X[45] * DMX7 + X[46] * DMY7 + X[47] * DIA7;
     T_out[0] = Tsum;
 }
-
-void panda_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_energy(&q[k * 7u], &qd[k * 7u], X, &T_out[k * 1u], &U_out[k * 1u]);
-    }
-}

@@ -1746,12 +1746,3 @@ int panda_forward_dynamics_derivatives(const double q[7], const double qd[7], co
     }
     return status;
 }
-
-int panda_forward_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= panda_forward_dynamics_derivatives(&q[k * 7u], &qd[k * 7u], &tau[k * 7u], X, &dq_out[k * 49u], &dqd_out[k * 49u], &dtau_out[k * 49u]);
-    }
-    return status;
-}

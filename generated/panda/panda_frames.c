@@ -186,10 +186,3 @@ void panda_frames(const double q[7], double T_out[112])
     const double R2e7_3 = -C7 * R2e5_3 - S7 * R1e6_3;
     T_out[105] = R2e7_3;
 }
-
-void panda_frames_batch(size_t N, const double *q, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_frames(&q[k * 7u], &T_out[k * 112u]);
-    }
-}

@@ -27,10 +27,3 @@ void panda_friction(const double qd[7], const double X[62], double tau[7])
     const double T7 = qd[6] * X[61] + X[60] * sFS7;
     tau[6] = T7;
 }
-
-void panda_friction_batch(size_t N, const double *qd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_friction(&qd[k * 7u], X, &tau[k * 7u]);
-    }
-}

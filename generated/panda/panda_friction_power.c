@@ -37,10 +37,3 @@ void panda_friction_power(const double q[7], const double qd[7], double out[14])
     const double DFV7 = qd[6] * qd[6];
     out[13] = DFV7;
 }
-
-void panda_friction_power_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_friction_power(&q[k * 7u], &qd[k * 7u], &out[k * 14u]);
-    }
-}

@@ -76,10 +76,3 @@ void panda_friction_torque(const double q[7], const double qd[7], double out[98]
     const double sFS7 = (double)((qd[6] > 0.0) - (qd[6] < 0.0));
     out[96] = sFS7;
 }
-
-void panda_friction_torque_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_friction_torque(&q[k * 7u], &qd[k * 7u], &out[k * 98u]);
-    }
-}

@@ -229,10 +229,3 @@ void panda_generalized_momentum(const double q[7], const double qd[7], const dou
     const double R2 = r2 - Ns2_3_3;
     rate_out[1] = R2;
 }
-
-void panda_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_generalized_momentum(&q[k * 7u], &qd[k * 7u], X, &p_out[k * 7u], &rate_out[k * 7u]);
-    }
-}

@@ -81,10 +81,3 @@ void panda_gravity_torque(const double q[7], const double X[48], double tau[7])
     const double Nb2e2 = S2 * Nb1e3 - C2 * Ns3_4_3;
     tau[0] = -Nb2e2;
 }
-
-void panda_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_gravity_torque(&q[k * 7u], X, &tau[k * 7u]);
-    }
-}

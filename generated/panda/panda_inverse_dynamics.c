@@ -313,10 +313,3 @@ void panda_inverse_dynamics(const double q[7], const double qd[7], const double 
     const double T7 = qd[6] * X[61] + qdd[6] * X[47] + X[60] * sFS7 + N7_3;
     tau[6] = T7;
 }
-
-void panda_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_inverse_dynamics(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], X, &tau[k * 7u]);
-    }
-}

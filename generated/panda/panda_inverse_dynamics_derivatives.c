@@ -1190,10 +1190,3 @@ void panda_inverse_dynamics_derivatives(const double q[7], const double qd[7], c
     const double Q7_2 = a2_1 * Nbm71e3 + Nbu72e3 - a2_2 * Nbm72d4;
     dqd_out[43] = Q7_2;
 }
-
-void panda_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_inverse_dynamics_derivatives(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], X, &dq_out[k * 49u], &dqd_out[k * 49u]);
-    }
-}

@@ -132,10 +132,3 @@ void panda_jacobian(const double q[7], double J_out[42])
     const double v6_2 = R2e5_1 * a5_3 - R2e5_3 * a5_1;
     J_out[12] = v6_2;
 }
-
-void panda_jacobian_batch(size_t N, const double *q, double *J_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_jacobian(&q[k * 7u], &J_out[k * 42u]);
-    }
-}

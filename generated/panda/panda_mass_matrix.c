@@ -244,10 +244,3 @@ void panda_mass_matrix(const double q[7], const double X[48], double M[49])
     M[6] = -Nbm72e2;
     M[42] = -Nbm72e2;
 }
-
-void panda_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_mass_matrix(&q[k * 7u], X, &M[k * 49u]);
-    }
-}

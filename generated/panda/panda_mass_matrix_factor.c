@@ -353,12 +353,3 @@ int panda_mass_matrix_factor(const double q[7], const double X[48], double L_out
     }
     return status;
 }
-
-int panda_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double *D_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= panda_mass_matrix_factor(&q[k * 7u], X, &L_out[k * 49u], &D_out[k * 7u]);
-    }
-    return status;
-}

@@ -1011,10 +1011,3 @@ void panda_momentum_regressor(const double q[7], const double qd[7], double p_ou
     const double SMY7_6 = V1e6 * W1e7 + V3d7 * I6_1e7 - S7 * G2e6 - W1e6 * V1e7 - W37 * J6_1e7;
     dl_out[286] = SMY7_6;
 }
-
-void panda_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_momentum_regressor(&q[k * 7u], &qd[k * 7u], &p_out[k * 336u], &dl_out[k * 336u]);
-    }
-}

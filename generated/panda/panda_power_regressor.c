@@ -340,10 +340,3 @@ void panda_power_regressor(const double q[7], const double qd[7], const double q
     const double RMX7 = V2e7 * A1327 + W37 * Z2e7 - V3d7 * A1237 - W2e7 * Z3d7 - V1e7 * Q17;
     out[45] = RMX7;
 }
-
-void panda_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_power_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 62u]);
-    }
-}

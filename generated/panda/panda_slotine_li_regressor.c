@@ -783,10 +783,3 @@ void panda_slotine_li_regressor(const double q[7], const double qd[7], const dou
     const double TMY7_5 = C6 * l1e7 + E5_1e7 * v3d7 + L5_2e7 * fMY7_2 - L5_1e7 * nYZ7_2;
     out[294] = TMY7_5;
 }
-
-void panda_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_slotine_li_regressor(&q[k * 7u], &qd[k * 7u], &qdr[k * 7u], &qddr[k * 7u], &out[k * 434u]);
-    }
-}

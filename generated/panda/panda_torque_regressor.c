@@ -740,10 +740,3 @@ void panda_torque_regressor(const double q[7], const double qd[7], const double 
     const double TMX7_5 = L5_2e7 * A1327 - C6 * Z2e7 - E5_2e7 * Z3d7 - L5_1e7 * Q17;
     out[293] = TMX7_5;
 }
-
-void panda_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        panda_torque_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 434u]);
-    }
-}

@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 /* Of this interface: a program written for one goes on with every later one of the same major. */
-#define planar2r_VERSION "1.1.0"
+#define planar2r_VERSION "1.2.0"
 #define planar2r_VERSION_MAJOR 1
-#define planar2r_VERSION_MINOR 1
+#define planar2r_VERSION_MINOR 2
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define planar2r_MODEL_DIGEST 0x2c9ed746b03a5fb4ULL
 

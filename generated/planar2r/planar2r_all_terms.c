@@ -85,10 +85,3 @@ void planar2r_all_terms(const double q[2], const double qd[2], const double X[4]
     T_out[17] = -R1e2_2;
     T_out[20] = R1e2_2;
 }
-
-void planar2r_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_all_terms(&q[k * 2u], &qd[k * 2u], X, &M[k * 4u], &h[k * 2u], &tau[k * 2u], &J_out[k * 12u], &T_out[k * 32u]);
-    }
-}

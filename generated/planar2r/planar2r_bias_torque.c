@@ -23,10 +23,3 @@ void planar2r_bias_torque(const double q[2], const double qd[2], const double X[
     const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     h[0] = Nb3d2;
 }
-
-void planar2r_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_bias_torque(&q[k * 2u], &qd[k * 2u], X, &h[k * 2u]);
-    }
-}

@@ -24,10 +24,3 @@ void planar2r_coriolis(const double q[2], const double qd[2], const double X[4],
     const double Nbc23d2 = planar2r_geometry_L1 * Fbc12e2;
     C[1] = Nbc23d2;
 }
-
-void planar2r_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_coriolis(&q[k * 2u], &qd[k * 2u], X, &C[k * 4u]);
-    }
-}

@@ -23,10 +23,3 @@ void planar2r_energy(const double q[2], const double qd[2], const double X[4], d
     const double Tsum = X[0] * DZZ1 + X[1] * DZZ2 + X[2] * DMX2 + X[3] * DMY2;
     T_out[0] = Tsum;
 }
-
-void planar2r_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_energy(&q[k * 2u], &qd[k * 2u], X, &T_out[k * 1u], &U_out[k * 1u]);
-    }
-}

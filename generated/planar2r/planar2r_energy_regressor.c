@@ -24,10 +24,3 @@ void planar2r_energy_regressor(const double q[2], const double qd[2], double out
     const double DZZ2 = W32 * HW32;
     out[1] = DZZ2;
 }
-
-void planar2r_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_energy_regressor(&q[k * 2u], &qd[k * 2u], &out[k * 4u]);
-    }
-}

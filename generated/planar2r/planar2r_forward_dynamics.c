@@ -50,12 +50,3 @@ int planar2r_forward_dynamics(const double q[2], const double qd[2], const doubl
     }
     return status;
 }
-
-int planar2r_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= planar2r_forward_dynamics(&q[k * 2u], &qd[k * 2u], &tau[k * 2u], X, &qdd[k * 2u]);
-    }
-    return status;
-}

@@ -104,12 +104,3 @@ int planar2r_forward_dynamics_derivatives(const double q[2], const double qd[2],
     }
     return status;
 }
-
-int planar2r_forward_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= planar2r_forward_dynamics_derivatives(&q[k * 2u], &qd[k * 2u], &tau[k * 2u], X, &dq_out[k * 4u], &dqd_out[k * 4u], &dtau_out[k * 4u]);
-    }
-    return status;
-}

@@ -48,10 +48,3 @@ void planar2r_frames(const double q[2], double T_out[32])
     T_out[17] = -R1e2_2;
     T_out[20] = R1e2_2;
 }
-
-void planar2r_frames_batch(size_t N, const double *q, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_frames(&q[k * 2u], &T_out[k * 32u]);
-    }
-}

@@ -26,10 +26,3 @@ void planar2r_generalized_momentum(const double q[2], const double qd[2], const 
     const double r2 = V2e2 * l2_1 - V1e2 * l2_2;
     rate_out[1] = r2;
 }
-
-void planar2r_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_generalized_momentum(&q[k * 2u], &qd[k * 2u], X, &p_out[k * 2u], &rate_out[k * 2u]);
-    }
-}

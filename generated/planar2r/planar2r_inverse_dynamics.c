@@ -27,10 +27,3 @@ void planar2r_inverse_dynamics(const double q[2], const double qd[2], const doub
     const double Ns1_2_3 = N1_3 + Nb3d2;
     tau[0] = Ns1_2_3;
 }
-
-void planar2r_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_inverse_dynamics(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], X, &tau[k * 2u]);
-    }
-}

@@ -48,10 +48,3 @@ void planar2r_inverse_dynamics_derivatives(const double q[2], const double qd[2]
     const double Nbq23d2 = planar2r_geometry_L1 * Fbq22e2 + nq2_3;
     dqd_out[1] = Nbq23d2;
 }
-
-void planar2r_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_inverse_dynamics_derivatives(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], X, &dq_out[k * 4u], &dqd_out[k * 4u]);
-    }
-}

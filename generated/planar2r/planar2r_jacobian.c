@@ -24,10 +24,3 @@ void planar2r_jacobian(const double q[2], double J_out[12])
     const double pd2_2 = planar2r_geometry_L1 * S1;
     J_out[0] = -pd2_2;
 }
-
-void planar2r_jacobian_batch(size_t N, const double *q, double *J_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_jacobian(&q[k * 2u], &J_out[k * 12u]);
-    }
-}

@@ -19,10 +19,3 @@ void planar2r_mass_matrix(const double q[2], const double X[4], double M[4])
     const double J33s1_2 = X[0] + J33d2_2;
     M[0] = J33s1_2;
 }
-
-void planar2r_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_mass_matrix(&q[k * 2u], X, &M[k * 4u]);
-    }
-}

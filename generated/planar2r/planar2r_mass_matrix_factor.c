@@ -43,12 +43,3 @@ int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_o
     }
     return status;
 }
-
-int planar2r_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double *D_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= planar2r_mass_matrix_factor(&q[k * 2u], X, &L_out[k * 4u], &D_out[k * 2u]);
-    }
-    return status;
-}

@@ -36,10 +36,3 @@ void planar2r_momentum_regressor(const double q[2], const double qd[2], double p
     const double SMY2_2 = -V2e2 * W32;
     dl_out[7] = SMY2_2;
 }
-
-void planar2r_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_momentum_regressor(&q[k * 2u], &qd[k * 2u], &p_out[k * 8u], &dl_out[k * 8u]);
-    }
-}

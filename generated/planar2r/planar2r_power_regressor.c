@@ -29,10 +29,3 @@ void planar2r_power_regressor(const double q[2], const double qd[2], const doubl
     const double RMY2 = -V1e2 * X32 - V2e2 * P332 - W32 * Z1e2;
     out[3] = RMY2;
 }
-
-void planar2r_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_power_regressor(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], &out[k * 4u]);
-    }
-}

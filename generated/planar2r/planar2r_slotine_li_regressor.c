@@ -31,10 +31,3 @@ void planar2r_slotine_li_regressor(const double q[2], const double qd[2], const 
     const double TMY2_1 = -L1_1e2 * e3j2 - L1_2e2 * nXZ2_2 - l1e2;
     out[3] = TMY2_1;
 }
-
-void planar2r_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_slotine_li_regressor(&q[k * 2u], &qd[k * 2u], &qdr[k * 2u], &qddr[k * 2u], &out[k * 8u]);
-    }
-}

@@ -29,10 +29,3 @@ void planar2r_slotine_li_torque(const double q[2], const double qd[2], const dou
     const double Nss1_2_3 = N1_3 + Nbs3d2;
     tau[0] = Nss1_2_3;
 }
-
-void planar2r_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_slotine_li_torque(&q[k * 2u], &qd[k * 2u], &qdr[k * 2u], &qddr[k * 2u], X, &tau[k * 2u]);
-    }
-}

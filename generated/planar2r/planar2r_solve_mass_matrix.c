@@ -37,12 +37,3 @@ int planar2r_solve_mass_matrix(const double q[2], const double b[2], const doubl
     }
     return status;
 }
-
-int planar2r_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X, double *x)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= planar2r_solve_mass_matrix(&q[k * 2u], &b[k * 2u], X, &x[k * 2u]);
-    }
-    return status;
-}

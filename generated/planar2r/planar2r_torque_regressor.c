@@ -30,10 +30,3 @@ void planar2r_torque_regressor(const double q[2], const double qd[2], const doub
     const double TMY2_1 = -L1_1e2 * X32 - L1_2e2 * P332 - Z1e2;
     out[3] = TMY2_1;
 }
-
-void planar2r_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        planar2r_torque_regressor(&q[k * 2u], &qd[k * 2u], &qdd[k * 2u], &out[k * 8u]);
-    }
-}

@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 /* Of this interface: a program written for one goes on with every later one of the same major. */
-#define puma560_VERSION "1.1.0"
+#define puma560_VERSION "1.2.0"
 #define puma560_VERSION_MAJOR 1
-#define puma560_VERSION_MINOR 1
+#define puma560_VERSION_MINOR 2
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define puma560_MODEL_DIGEST 0x097fc85111d6fe75ULL
 

@@ -257,10 +257,3 @@ void puma560_bias_torque(const double q[6], const double qd[6], const double X[5
     const double T6 = qd[5] * X[51] + X[50] * sFS6 + N6_3;
     h[5] = T6;
 }
-
-void puma560_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_bias_torque(&q[k * 6u], &qd[k * 6u], X, &h[k * 6u]);
-    }
-}

@@ -540,10 +540,3 @@ void puma560_coriolis(const double q[6], const double qd[6], const double X[40],
     const double Nbc62e2 = C2 * Nbc62r2 + S2 * Nbc61r2;
     C[5] = -Nbc62e2;
 }
-
-void puma560_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_coriolis(&q[k * 6u], &qd[k * 6u], X, &C[k * 36u]);
-    }
-}

@@ -157,10 +157,3 @@ void puma560_energy_regressor(const double q[6], const double qd[6], double out[
     const double DIA6 = qd[5] * Hqd6;
     out[39] = DIA6;
 }
-
-void puma560_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_energy_regressor(&q[k * 6u], &qd[k * 6u], &out[k * 40u]);
-    }
-}

@@ -510,12 +510,3 @@ int puma560_forward_dynamics(const double q[6], const double qd[6], const double
     }
     return status;
 }
-
-int puma560_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= puma560_forward_dynamics(&q[k * 6u], &qd[k * 6u], &tau[k * 6u], X, &qdd[k * 6u]);
-    }
-    return status;
-}

@@ -1446,12 +1446,3 @@ int puma560_forward_dynamics_derivatives(const double q[6], const double qd[6], 
     }
     return status;
 }
-
-int puma560_forward_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= puma560_forward_dynamics_derivatives(&q[k * 6u], &qd[k * 6u], &tau[k * 6u], X, &dq_out[k * 36u], &dqd_out[k * 36u], &dtau_out[k * 36u]);
-    }
-    return status;
-}

@@ -24,10 +24,3 @@ void puma560_friction(const double qd[6], const double X[52], double tau[6])
     const double T6 = qd[5] * X[51] + X[50] * sFS6;
     tau[5] = T6;
 }
-
-void puma560_friction_batch(size_t N, const double *qd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_friction(&qd[k * 6u], X, &tau[k * 6u]);
-    }
-}

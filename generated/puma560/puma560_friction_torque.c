@@ -55,10 +55,3 @@ void puma560_friction_torque(const double q[6], const double qd[6], double out[7
     const double sFS6 = (double)((qd[5] > 0.0) - (qd[5] < 0.0));
     out[70] = sFS6;
 }
-
-void puma560_friction_torque_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_friction_torque(&q[k * 6u], &qd[k * 6u], &out[k * 72u]);
-    }
-}

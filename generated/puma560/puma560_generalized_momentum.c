@@ -197,10 +197,3 @@ void puma560_generalized_momentum(const double q[6], const double qd[6], const d
     const double Nb2e2 = C2 * Nb2e3 + S2 * Nb1e3;
     rate_out[0] = Nb2e2;
 }
-
-void puma560_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_generalized_momentum(&q[k * 6u], &qd[k * 6u], X, &p_out[k * 6u], &rate_out[k * 6u]);
-    }
-}

@@ -64,10 +64,3 @@ void puma560_gravity_torque(const double q[6], const double X[40], double tau[6]
     const double Nb2e2 = C2 * Nb2e3 + S2 * Nb1e3;
     tau[0] = -Nb2e2;
 }
-
-void puma560_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_gravity_torque(&q[k * 6u], X, &tau[k * 6u]);
-    }
-}

@@ -1004,10 +1004,3 @@ void puma560_inverse_dynamics_derivatives(const double q[6], const double qd[6],
     const double P6_2 = 0.5 * a2_1 * Nbu61e3 + 0.5 * a2_2 * Nbu62e3 + ZA1r2 * Nbm61e3 + ZA2r2 * Nbm62d3 + Z2r2 * Fbm61e3 + c2_3 * Fbm62e4 - ZA3r2 * Nbm63d3 - Z1r2 * Fbm62e3;
     dq_out[31] = P6_2;
 }
-
-void puma560_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_inverse_dynamics_derivatives(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], X, &dq_out[k * 36u], &dqd_out[k * 36u]);
-    }
-}

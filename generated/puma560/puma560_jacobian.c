@@ -98,10 +98,3 @@ void puma560_jacobian(const double q[6], double J_out[36])
     const double v3_3 = -C1 * a3_1 - S1 * a3_2;
     J_out[14] = v3_3;
 }
-
-void puma560_jacobian_batch(size_t N, const double *q, double *J_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_jacobian(&q[k * 6u], &J_out[k * 36u]);
-    }
-}

@@ -212,10 +212,3 @@ void puma560_mass_matrix(const double q[6], const double X[40], double M[36])
     M[5] = -Nbm62e2;
     M[30] = -Nbm62e2;
 }
-
-void puma560_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_mass_matrix(&q[k * 6u], X, &M[k * 36u]);
-    }
-}

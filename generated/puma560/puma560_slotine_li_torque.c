@@ -279,10 +279,3 @@ void puma560_slotine_li_torque(const double q[6], const double qd[6], const doub
     const double T6 = qd[5] * X[51] + qddr[5] * X[39] + X[50] * sFS6 + N6_3;
     tau[5] = T6;
 }
-
-void puma560_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        puma560_slotine_li_torque(&q[k * 6u], &qd[k * 6u], &qdr[k * 6u], &qddr[k * 6u], X, &tau[k * 6u]);
-    }
-}

@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 /* Of this interface: a program written for one goes on with every later one of the same major. */
-#define rx90_VERSION "1.1.0"
+#define rx90_VERSION "1.2.0"
 #define rx90_VERSION_MAJOR 1
-#define rx90_VERSION_MINOR 1
+#define rx90_VERSION_MINOR 2
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define rx90_MODEL_DIGEST 0x0de1eff5d4436a29ULL
 

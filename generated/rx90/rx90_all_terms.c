@@ -611,10 +611,3 @@ void rx90_all_terms(const double q[6], const double qd[6], const double X[52], d
     const double R2e6_3 = C6 * R2e4_3 - S6 * R1e5_3;
     T_out[89] = R2e6_3;
 }
-
-void rx90_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_all_terms(&q[k * 6u], &qd[k * 6u], X, &M[k * 36u], &h[k * 6u], &tau[k * 6u], &J_out[k * 36u], &T_out[k * 96u]);
-    }
-}

@@ -472,10 +472,3 @@ void rx90_coriolis(const double q[6], const double qd[6], const double X[40], do
     const double Nbc62e2 = C2 * Nbc62d3 + S2 * Nbc61e3;
     C[5] = Nbc62e2;
 }
-
-void rx90_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_coriolis(&q[k * 6u], &qd[k * 6u], X, &C[k * 36u]);
-    }
-}

@@ -149,10 +149,3 @@ void rx90_energy_regressor(const double q[6], const double qd[6], double out[40]
     const double DIA6 = qd[5] * Hqd6;
     out[39] = DIA6;
 }
-
-void rx90_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_energy_regressor(&q[k * 6u], &qd[k * 6u], &out[k * 40u]);
-    }
-}

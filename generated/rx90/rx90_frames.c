@@ -151,10 +151,3 @@ void rx90_frames(const double q[6], double T_out[96])
     const double R2e6_3 = C6 * R2e4_3 - S6 * R1e5_3;
     T_out[89] = R2e6_3;
 }
-
-void rx90_frames_batch(size_t N, const double *q, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_frames(&q[k * 6u], &T_out[k * 96u]);
-    }
-}

@@ -33,10 +33,3 @@ void rx90_friction_power(const double q[6], const double qd[6], double out[12])
     const double DFV6 = qd[5] * qd[5];
     out[11] = DFV6;
 }
-
-void rx90_friction_power_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_friction_power(&q[k * 6u], &qd[k * 6u], &out[k * 12u]);
-    }
-}

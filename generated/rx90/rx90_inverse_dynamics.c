@@ -252,10 +252,3 @@ void rx90_inverse_dynamics(const double q[6], const double qd[6], const double q
     const double T6 = qd[5] * X[51] + qdd[5] * X[39] + X[50] * sFS6 + N6_3;
     tau[5] = T6;
 }
-
-void rx90_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_inverse_dynamics(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], X, &tau[k * 6u]);
-    }
-}

@@ -873,10 +873,3 @@ void rx90_inverse_dynamics_derivatives(const double q[6], const double qd[6], co
     const double P6_2 = 0.5 * a2_1 * Nbu61e3 + 0.5 * a2_2 * Nbu62e3 + Z2e2 * Fbm61e3 + A3212 * Nbm61e3 - Z1e2 * Fbm62e3 - A3122 * Nbm62d3 - Q32 * Nbm63d3;
     dq_out[31] = P6_2;
 }
-
-void rx90_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_inverse_dynamics_derivatives(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], X, &dq_out[k * 36u], &dqd_out[k * 36u]);
-    }
-}

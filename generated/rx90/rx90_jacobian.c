@@ -89,10 +89,3 @@ void rx90_jacobian(const double q[6], double J_out[36])
     const double v3_2 = -S1 * a3_3;
     J_out[8] = v3_2;
 }
-
-void rx90_jacobian_batch(size_t N, const double *q, double *J_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_jacobian(&q[k * 6u], &J_out[k * 36u]);
-    }
-}

@@ -174,10 +174,3 @@ void rx90_mass_matrix(const double q[6], const double X[40], double M[36])
     M[5] = Nbm62e2;
     M[30] = Nbm62e2;
 }
-
-void rx90_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_mass_matrix(&q[k * 6u], X, &M[k * 36u]);
-    }
-}

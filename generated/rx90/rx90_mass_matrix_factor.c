@@ -254,12 +254,3 @@ int rx90_mass_matrix_factor(const double q[6], const double X[40], double L_out[
     }
     return status;
 }
-
-int rx90_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double *D_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= rx90_mass_matrix_factor(&q[k * 6u], X, &L_out[k * 36u], &D_out[k * 6u]);
-    }
-    return status;
-}

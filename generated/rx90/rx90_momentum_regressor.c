@@ -646,10 +646,3 @@ void rx90_momentum_regressor(const double q[6], const double qd[6], double p_out
     const double SMX6_5 = C6 * G2e5 + V1e5 * W2e6 + W36 * J5_2e6 - W1e5 * V2e6 - V2e5 * I5_2e6;
     dl_out[197] = SMX6_5;
 }
-
-void rx90_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_momentum_regressor(&q[k * 6u], &qd[k * 6u], &p_out[k * 240u], &dl_out[k * 240u]);
-    }
-}

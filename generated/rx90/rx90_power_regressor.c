@@ -276,10 +276,3 @@ void rx90_power_regressor(const double q[6], const double qd[6], const double qd
     const double RMX6 = V2e6 * A1326 + W36 * Z2e6 - V2e5 * A1236 - W2e6 * Z2e5 - V1e6 * Q16;
     out[37] = RMX6;
 }
-
-void rx90_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_power_regressor(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], &out[k * 52u]);
-    }
-}

@@ -548,10 +548,3 @@ void rx90_slotine_li_regressor(const double q[6], const double qd[6], const doub
     const double TMY6_3 = L3_2e5 * nXY6_2 + L3_2e6 * fMY6_2 + TMY6_2e - L3_1e6 * nYZ6_2;
     out[142] = TMY6_3;
 }
-
-void rx90_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_slotine_li_regressor(&q[k * 6u], &qd[k * 6u], &qdr[k * 6u], &qddr[k * 6u], &out[k * 312u]);
-    }
-}

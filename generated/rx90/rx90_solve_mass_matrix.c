@@ -234,12 +234,3 @@ int rx90_solve_mass_matrix(const double q[6], const double b[6], const double X[
     }
     return status;
 }
-
-int rx90_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X, double *x)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= rx90_solve_mass_matrix(&q[k * 6u], &b[k * 6u], X, &x[k * 6u]);
-    }
-    return status;
-}

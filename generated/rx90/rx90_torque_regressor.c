@@ -527,10 +527,3 @@ void rx90_torque_regressor(const double q[6], const double qd[6], const double q
     const double TMX6_3 = L3_2e6 * A1326 + TMX6_2e - L3_2e5 * A1236 - L3_1e6 * Q16;
     out[141] = TMX6_3;
 }
-
-void rx90_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        rx90_torque_regressor(&q[k * 6u], &qd[k * 6u], &qdd[k * 6u], &out[k * 312u]);
-    }
-}

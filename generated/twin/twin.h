@@ -21,9 +21,9 @@ extern "C" {
 #endif
 
 /* Of this interface: a program written for one goes on with every later one of the same major. */
-#define twin_VERSION "1.1.0"
+#define twin_VERSION "1.2.0"
 #define twin_VERSION_MAJOR 1
-#define twin_VERSION_MINOR 1
+#define twin_VERSION_MINOR 2
 /* Of the robot file: first 64 bits of the SHA-256 of robot.toml. */
 #define twin_MODEL_DIGEST 0xc201881545227561ULL
 

@@ -638,10 +638,3 @@ void twin_all_terms(const double q[7], const double qd[7], const double X[58], d
     const double pr4_3 = pd3_3 - r4 * R2e3_3;
     T_out[59] = pr4_3;
 }
-
-void twin_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_all_terms(&q[k * 7u], &qd[k * 7u], X, &M[k * 49u], &h[k * 7u], &tau[k * 7u], &J_out[k * 42u], &T_out[k * 112u]);
-    }
-}

@@ -247,10 +247,3 @@ void twin_bias_torque(const double q[7], const double qd[7], const double X[58],
     const double T7 = qd[6] * X[57] + X[56] * sFS7 + N7_3;
     h[6] = T7;
 }
-
-void twin_bias_torque_batch(size_t N, const double *q, const double *qd, const double *X, double *h)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_bias_torque(&q[k * 7u], &qd[k * 7u], X, &h[k * 7u]);
-    }
-}

@@ -397,10 +397,3 @@ void twin_coriolis(const double q[7], const double qd[7], const double X[44], do
     const double Nbc72d5 = Nbc72e5 - d2 * F7v5_3;
     C[6] = Nbc72d5;
 }
-
-void twin_coriolis_batch(size_t N, const double *q, const double *qd, const double *X, double *C)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_coriolis(&q[k * 7u], &qd[k * 7u], X, &C[k * 49u]);
-    }
-}

@@ -167,10 +167,3 @@ void twin_energy_regressor(const double q[7], const double qd[7], double out[44]
     const double DIA7 = qd[6] * Hqd7;
     out[43] = DIA7;
 }
-
-void twin_energy_regressor_batch(size_t N, const double *q, const double *qd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_energy_regressor(&q[k * 7u], &qd[k * 7u], &out[k * 44u]);
-    }
-}

@@ -424,12 +424,3 @@ int twin_forward_dynamics(const double q[7], const double qd[7], const double ta
     }
     return status;
 }
-
-int twin_forward_dynamics_batch(size_t N, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= twin_forward_dynamics(&q[k * 7u], &qd[k * 7u], &tau[k * 7u], X, &qdd[k * 7u]);
-    }
-    return status;
-}

@@ -176,10 +176,3 @@ void twin_frames(const double q[7], double T_out[112])
     const double R2e7_2 = C7 * R2e5_2 - S7 * R1e5_2;
     T_out[101] = R2e7_2;
 }
-
-void twin_frames_batch(size_t N, const double *q, double *T_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_frames(&q[k * 7u], &T_out[k * 112u]);
-    }
-}

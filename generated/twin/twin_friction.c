@@ -27,10 +27,3 @@ void twin_friction(const double qd[7], const double X[58], double tau[7])
     const double T7 = qd[6] * X[57] + X[56] * sFS7;
     tau[6] = T7;
 }
-
-void twin_friction_batch(size_t N, const double *qd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_friction(&qd[k * 7u], X, &tau[k * 7u]);
-    }
-}

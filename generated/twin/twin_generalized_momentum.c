@@ -190,10 +190,3 @@ void twin_generalized_momentum(const double q[7], const double qd[7], const doub
     const double Ns1_2_3 = Nb2e5 + Nb2e2;
     rate_out[0] = -Ns1_2_3;
 }
-
-void twin_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_generalized_momentum(&q[k * 7u], &qd[k * 7u], X, &p_out[k * 7u], &rate_out[k * 7u]);
-    }
-}

@@ -63,10 +63,3 @@ void twin_gravity_torque(const double q[7], const double X[44], double tau[7])
     const double Ns1_2_3 = Nb2e5 + Nb2e2;
     tau[0] = Ns1_2_3;
 }
-
-void twin_gravity_torque_batch(size_t N, const double *q, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_gravity_torque(&q[k * 7u], X, &tau[k * 7u]);
-    }
-}

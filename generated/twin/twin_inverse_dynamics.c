@@ -274,10 +274,3 @@ void twin_inverse_dynamics(const double q[7], const double qd[7], const double q
     const double T7 = qd[6] * X[57] + qdd[6] * X[43] + X[56] * sFS7 + N7_3;
     tau[6] = T7;
 }
-
-void twin_inverse_dynamics_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_inverse_dynamics(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], X, &tau[k * 7u]);
-    }
-}

@@ -838,10 +838,3 @@ void twin_inverse_dynamics_derivatives(const double q[7], const double qd[7], co
     const double P7_5 = 0.5 * a5_1 * Nbu71e7 + 0.5 * a5_2 * Nbu72e7 + A3215 * J13e7_7 + m7_1e7 * c5_2 - A3125 * J23e7_7 - Q26 * Nbm72r6 - m7_2e7 * c5_1;
     dq_out[46] = P7_5;
 }
-
-void twin_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_inverse_dynamics_derivatives(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], X, &dq_out[k * 49u], &dqd_out[k * 49u]);
-    }
-}

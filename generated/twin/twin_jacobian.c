@@ -72,10 +72,3 @@ void twin_jacobian(const double q[7], double J_out[42])
     const double v5_3 = S1 * a5_1 - C1 * a5_2;
     J_out[18] = v5_3;
 }
-
-void twin_jacobian_batch(size_t N, const double *q, double *J_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_jacobian(&q[k * 7u], &J_out[k * 42u]);
-    }
-}

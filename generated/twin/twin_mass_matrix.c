@@ -171,10 +171,3 @@ void twin_mass_matrix(const double q[7], const double X[44], double M[49])
     M[3] = Nbm42d2;
     M[21] = Nbm42d2;
 }
-
-void twin_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_mass_matrix(&q[k * 7u], X, &M[k * 49u]);
-    }
-}

@@ -235,12 +235,3 @@ int twin_mass_matrix_factor(const double q[7], const double X[44], double L_out[
     }
     return status;
 }
-
-int twin_mass_matrix_factor_batch(size_t N, const double *q, const double *X, double *L_out, double *D_out)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= twin_mass_matrix_factor(&q[k * 7u], X, &L_out[k * 49u], &D_out[k * 7u]);
-    }
-    return status;
-}

@@ -503,10 +503,3 @@ void twin_momentum_regressor(const double q[7], const double qd[7], double p_out
     const double SMY7_5 = V2r6 * W2e7 + W1e7 * J5_2r6 - G1e7;
     dl_out[218] = SMY7_5;
 }
-
-void twin_momentum_regressor_batch(size_t N, const double *q, const double *qd, double *p_out, double *dl_out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_momentum_regressor(&q[k * 7u], &qd[k * 7u], &p_out[k * 308u], &dl_out[k * 308u]);
-    }
-}

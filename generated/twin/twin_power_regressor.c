@@ -300,10 +300,3 @@ void twin_power_regressor(const double q[7], const double qd[7], const double qd
     const double RMX7 = V2e7 * A1327 + W37 * Z2e7 - V2r6 * A1237 - W2e7 * Z26 - V1e7 * Q17;
     out[41] = RMX7;
 }
-
-void twin_power_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_power_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 58u]);
-    }
-}

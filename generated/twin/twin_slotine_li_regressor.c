@@ -521,10 +521,3 @@ void twin_slotine_li_regressor(const double q[7], const double qd[7], const doub
     const double TMX7_6 = -C7 * nXZ7_1 - S7 * fMX7_1;
     out[331] = TMX7_6;
 }
-
-void twin_slotine_li_regressor_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_slotine_li_regressor(&q[k * 7u], &qd[k * 7u], &qdr[k * 7u], &qddr[k * 7u], &out[k * 406u]);
-    }
-}

@@ -267,10 +267,3 @@ void twin_slotine_li_torque(const double q[7], const double qd[7], const double 
     const double T7 = qd[6] * X[57] + qddr[6] * X[43] + X[56] * sFS7 + N7_3;
     tau[6] = T7;
 }
-
-void twin_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_slotine_li_torque(&q[k * 7u], &qd[k * 7u], &qdr[k * 7u], &qddr[k * 7u], X, &tau[k * 7u]);
-    }
-}

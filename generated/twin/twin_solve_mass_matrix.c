@@ -200,12 +200,3 @@ int twin_solve_mass_matrix(const double q[7], const double b[7], const double X[
     }
     return status;
 }
-
-int twin_solve_mass_matrix_batch(size_t N, const double *q, const double *b, const double *X, double *x)
-{
-    int status = 0;
-    for (size_t k = 0; k < N; ++k) {
-        status |= twin_solve_mass_matrix(&q[k * 7u], &b[k * 7u], X, &x[k * 7u]);
-    }
-    return status;
-}

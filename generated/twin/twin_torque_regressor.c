@@ -495,10 +495,3 @@ void twin_torque_regressor(const double q[7], const double qd[7], const double q
     const double TMX7_6 = S7 * Q17 - C7 * A1327;
     out[331] = TMX7_6;
 }
-
-void twin_torque_regressor_batch(size_t N, const double *q, const double *qd, const double *qdd, double *out)
-{
-    for (size_t k = 0; k < N; ++k) {
-        twin_torque_regressor(&q[k * 7u], &qd[k * 7u], &qdd[k * 7u], &out[k * 406u]);
-    }
-}

@@ -76,6 +76,7 @@ class Printer:
         self.prefix = prefix
         self.kernel, self.tape, self.values, self.dtype = kernel, tape, values, dtype
         self.value = dtype  # type of values that depend on the sample
+        self.own = prefix if dtype == "double" else None  # prefix of the sincos of several angles
         self.word: dict[sp.Expr, str] = {s: s.name for s in tape.order}
         for name, symbols in tape.inputs:
             if name in SCALARS:
@@ -102,8 +103,7 @@ class Printer:
             for symbol, value in self.tape.constants
             if symbol not in self.geometry
         ]
-        own = self.prefix if self.dtype == "double" else None
-        first, calls = self.angles(own) if own else ((), [])
+        first, calls = self.angles(self.own) if self.own else ((), [])
         stores = self.stores()
         lines += stores.pop(None, [])
         done = {symbol for symbol, _ in first}

@@ -12,7 +12,7 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from importlib import resources
 from itertools import accumulate
@@ -26,6 +26,7 @@ from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
+from symgen.codegen.panels import panel, panelled
 from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.values import Values, values_header
@@ -48,9 +49,9 @@ from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
 #: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
-_VERSION = "1.1.0"
+_VERSION = "1.2.0"
 _LINE = 100  # line length of a header
-_SINCOS = "math.h"
+_SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: The C runtime: least squares, and the online identifier.
 _RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
 #: Limits of [limits] that C has as constants.
@@ -157,13 +158,17 @@ def _backends(target: str, kernels: Sequence[Kernel], robot: Robot) -> tuple[str
     return (target,)
 
 
-def library(model: Model, kernels: Sequence[str] | None = None) -> dict[str, bytes]:
+def library(
+    model: Model, kernels: Sequence[str] | None = None, *, panels: bool = False
+) -> dict[str, bytes]:
     """Return the C sources and headers of a model in double, for an evaluator.
 
-    They are the functions of `generate` for target "c", without the other files.
+    They are the functions of `generate` for target "c", without the other files. Without panels,
+    batches are loops of single calls, which compile faster.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
     writer = _Writer(model, "c", "double", chosen, False, model.robot.name, ())
+    writer = replace(writer, panels=panels)
     return {path: content.encode() for path, content in writer.library().items()}
 
 
@@ -207,10 +212,12 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data
         data: further values for the template.
     """
     declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
-    sqrt = "sqrtf" if dtype == "float" else "sqrt"
+    names = ("bytes", "bits", "ps", "f", "sqrt")
+    values = (4, 32, "ps", "f", "sqrtf") if dtype == "float" else (8, 64, "pd", "", "sqrt")
+    kind = dict(zip(names, values, strict=True))
     return rendered(
         f"c/runtime/{path}",
-        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, sqrt=sqrt, **data,
+        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind, **data,
     )  # fmt: skip
 
 
@@ -224,6 +231,7 @@ class _Writer:
     name: str
     backends: tuple[str, ...]
     values: Values | None = None
+    panels: bool = True
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
@@ -317,7 +325,12 @@ class _Writer:
         out |= {f"{self.name}_{k['name']}.c": self.render("kernel.c", k=k) for k in kernels}
         plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
         if any(k["needs_sincos"] for k in kernels):
-            plain.append(_SINCOS)  # not a public header
+            plain.append(_SINCOS)
+        if on_panels := [k for k in kernels if k["panel"]]:
+            plain.append(_LANES)
+            out[f"{self.name}_panels.h"] = self.render("panels.h", kernels=on_panels)
+            for k in on_panels:
+                out[f"{self.name}_{k['name']}_panels.c"] = self.render("panels.c", k=k)
         for path in plain:
             data = self.standard() if "project" in path else {}
             source = runtime_source(path, robot.gravity_input, self.dtype, **data)
@@ -355,7 +368,7 @@ class _Writer:
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
         out = self.library()
-        private = f"{self.name}_{_SINCOS}"
+        private = [f"{self.name}_{header}" for header in (_SINCOS, _LANES)]
         sources = [path for path in out if path.endswith(".c")]
         if frames := self.frames():
             out[f"{self.name}_links.h"] = self.render("links.h", frames=frames)
@@ -373,7 +386,7 @@ class _Writer:
                 standard=[p.name for p in base.standard],
             )
         out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
-        headers = [p for p in out if p.endswith((".h", ".hpp")) and p != private]
+        headers = [p for p in out if p.endswith((".h", ".hpp")) and p not in private]
         out[f"{self.name}_check.c"] = self.render(
             "check.c",
             kernels=[
@@ -418,6 +431,7 @@ class _Writer:
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
+        on_panels = self.panels and panelled(kernel)
         counts = vars(kernel.tape.operations)
         names = [a.name for a in listed]
         shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
@@ -435,7 +449,8 @@ class _Writer:
             "fallible": kernel.fallible,
             "guarded": bool(kernel.guards),
             "links": kernel.links,
-            "batch": kernel.batch,
+            "loop": kernel.batch and not on_panels,
+            "panel": on_panels and panel(kernel, macros, robot.values(), self.dtype, self.name),
             "parameters": kernel.listed(self.dtype),
             "batch_parameters": kernel.listed(self.dtype, batch=True),
             "strides": ", ".join(
@@ -469,7 +484,8 @@ class _Writer:
         robot, base = self.model.robot, self.model.base
         known = _worst_case()
         counts = known["robots"].get(robot_key(robot), {})
-        stems = (*(k.name for k in self.kernels), *self.runtime)
+        panels = (f"{k.name}_panels" for k in self.kernels if panelled(k))
+        stems = (*(k.name for k in self.kernels), *panels, *self.runtime)
         return self.render(
             "README.md",
             casadi=self.kernels[-1].name if self.target in ("casadi", "all") else "",

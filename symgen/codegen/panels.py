@@ -1,8 +1,8 @@
-"""Kernels on panels: as many samples at once as a vector register of this machine holds.
+"""Kernels on panels: as many samples at once as a vector register holds.
 
-A panel has the steps of the single call in the same order, on vectors instead of numbers. Values
-that depend only on X stay numbers. gcc or clang compile panels with the flags of `runtime.flags`;
-packages use a plain loop.
+A panel has the steps of the single call in the same order, on vectors instead of numbers. The
+compiler's flags choose the width; without vector extensions of gcc and clang, it is 1, and the
+sources are loops of single calls.
 """
 
 from __future__ import annotations
@@ -12,51 +12,57 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.c_printer import Printer
-from symgen.codegen.kernels import SHARED, Kernel
-from symgen.codegen.model import Model
-from symgen.files import rendered, templates
-from symgen.symbolic.tape import Steps, Values, real_symbol
+from symgen.codegen.c_printer import Printer, literal
+from symgen.codegen.kernels import Kernel
+from symgen.codegen.parts import LIMIT
+from symgen.symbolic.tape import Steps, Values
 
 #: Largest number of output entries of a sample; larger panels need too much stack.
 LARGEST = 1024
 
 
 def panelled(kernel: Kernel) -> bool:
-    """Whether a kernel has panels: array inputs, separate outputs, and not too many entries."""
+    """Whether a kernel has panels: array inputs, separate outputs, neither too many nor too long.
+
+    Larger kernels and kernels that come in parts have a loop of single calls.
+    """
     arrays = not any(a.plain or (a.read and a.written) for a in kernel.arguments)
-    return arrays and kernel.batch and kernel.size <= LARGEST
+    short = len(kernel.tape.steps) + kernel.size <= LIMIT and kernel.size <= LARGEST
+    return arrays and kernel.batch and short
 
 
-def panel_sources(model: Model, kernel: Kernel) -> dict[str, bytes]:
-    """Return C source and header of a kernel on panels, and other files that they need."""
-    name = model.robot.name
-    geometry = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in model.robot.geometry}
-    printer = _PanelPrinter(kernel, geometry, model.robot.values())
+def panel(
+    kernel: Kernel, geometry: Mapping[sp.Symbol, str], values: Values, dtype: str, prefix: str
+) -> dict[str, Any]:
+    """Return the data of a kernel on panels for the template.
+
+    Args:
+        kernel: a kernel that is `panelled`.
+        geometry: named length -> its macro.
+        values: named length -> exact value.
+        dtype: double or float.
+        prefix: prefix of the package's names.
+    """
+    printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
     body = printer.function().body
     read, written = kernel.inputs, kernel.outputs
-    lanes = [f"const {'double' if a.shared else 'lanes'} *{a.name}" for a in read]
-    passed = [a.name if a.shared else f"lanes_{a.name}" for a in read]
-    described = {
-        "name": kernel.name,
-        "arguments": read,
+    outputs = [f"lanes_{o.name}" for o in written]
+    lanes = [f"lanes_{a.name}" for a in read]
+    rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
+    return {
+        "inputs": read,
         "outputs": written,
         "largest": max(o.size for o in written),
-        "parameters": ", ".join([*lanes, *(f"lanes *{o.name}" for o in written)]),
-        "plain": kernel.listed("double", batch=True),
-        "call": ", ".join([*passed, *(f"lanes_{o.name}" for o in written)]),
+        "parameters": ", ".join(
+            [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
+        ),
+        "names": ", ".join([*(a.name for a in read), *(o.name for o in written)]),
+        "passed": ", ".join([*lanes, *outputs]),
+        "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
+        "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
         "body": body,
-        "names": ", ".join(a.name for a in kernel.arguments),
         "status": printer.status,
     }
-    files = {
-        f"{name}_{kernel.name}_panels{suffix}": rendered(
-            f"c/panels{suffix}", name=name, k=described
-        ).encode()
-        for suffix in (".h", ".c")
-    }
-    plain = (templates() / "c" / "runtime" / "lanes.inc").read_text("utf-8")
-    return files | {f"{name}_lanes.inc": plain.replace("NAME", name).encode()}
 
 
 class _PanelPrinter(Printer):
@@ -65,15 +71,16 @@ class _PanelPrinter(Printer):
         kernel: Kernel,
         geometry: Mapping[sp.Symbol, str],
         values: Values,
+        dtype: str,
+        prefix: str,
     ) -> None:
-        super().__init__(kernel, geometry, values, "double", "lanes")
-        self.value = "lanes"
+        super().__init__(kernel, geometry, values, dtype, prefix)
+        self.value, self.own = "lanes", "lanes"
         self.status = "0"
-        sampled = {s for name, symbols in self.tape.inputs if name not in SHARED for s in symbols}
+        self.sampled = {s for _, symbols in self.tape.inputs for s in symbols}
         for symbol, expr in self.tape.steps:
-            if expr.free_symbols & sampled:
-                sampled.add(symbol)
-        self.sampled = sampled
+            if expr.free_symbols & self.sampled:
+                self.sampled.add(symbol)
 
     def of_sample(self, expr: sp.Expr) -> bool:
         """Whether a value depends on the sample."""
@@ -101,13 +108,17 @@ class _PanelPrinter(Printer):
             return []
         results = self.tape.outputs[: self.kernel.size]
         guards = [self.spread(g) for g in self.tape.outputs[self.kernel.size :]]
-        singular = " | ".join(f"({g} <= 0.0)" for g in guards)
-        odd = [f"(~({g} > 0.0) & ~({g} <= 0.0))" for g in guards]
-        odd += [f"~({self.spread(r)} - {self.spread(r)} == 0.0)" for r in results]
+        zero = literal(sp.S.Zero, self.dtype)
+        singular = " | ".join(f"(mask)({g} <= {zero})" for g in guards)
+        odd = [f"~(mask)({g} > {zero}) & ~(mask)({g} <= {zero})" for g in guards]
+        odd += [f"~(mask)({r} - {r} == {zero})" for r in map(self.spread, results)]
+        of = self.prefix
         self.status = "status"
         return [
-            f"const int status = (lanes_any({singular}) ? 1 : 0)",
-            f"    | (lanes_any(({' | '.join(odd)}) & ~({singular})) ? 2 : 0);",
+            f"const mask singular = {singular};",
+            f"const mask odd = {' | '.join(f'({x})' for x in odd)};",
+            f"const int status = (lanes_any(singular) ? (int){of}_NOT_POSITIVE_DEFINITE : 0)",
+            f"    | (lanes_any(odd & ~singular) ? (int){of}_NOT_FINITE : 0);",
         ]
 
     def angles(self, own: str) -> tuple[Steps, list[str]]:

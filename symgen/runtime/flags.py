@@ -28,7 +28,6 @@ from symgen.cache import cache_folder, make_private
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import derive
 from symgen.codegen.package import library
-from symgen.codegen.panels import panel_sources
 from symgen.distributed import digest
 from symgen.errors import BuildError
 from symgen.places import written
@@ -143,8 +142,8 @@ def _panel_contest() -> Contest:
     """Return the first of them on panels, outputs in panels and in rows."""
     model = derive(read_robot(_ROBOT), _KERNELS[:1])
     (kernel,) = model.kernels
-    entries = [_entry(kernel, layout, (0, _SAMPLES)) for layout in ("panels", "rows")]
-    return library(model, ()) | panel_sources(model, kernel), entries
+    entries = [_entry(kernel, layout, (0, _SAMPLES, 0)) for layout in ("panels", "rows")]
+    return library(model, panels=True), entries
 
 
 def _entry(kernel: Kernel, form: str, leading: tuple[int, ...]) -> dict[str, Any]:

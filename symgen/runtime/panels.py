@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.package import library
-from symgen.codegen.panels import panel_sources
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
 from symgen.runtime.calls import Bound, FloatArray, buffers, checked, result
@@ -34,7 +33,7 @@ class Panels:
 
     Attributes:
         kernel: the kernel.
-        width: number of samples in a panel: 2, 4 or 8.
+        width: number of samples in a panel: 8, 4, 2 or, without vectors, 1.
     """
 
     def __init__(self, model: Model, compiler: Compiler, kernel: Kernel) -> None:
@@ -47,10 +46,10 @@ class Panels:
         listed = kernel.listed("double", batch=True)
         declarations = (
             f"size_t {name}_width(void);\n"
-            f"int {name}_rows(int stream, size_t N, {listed});\n"
-            f"int {name}_panels(int stream, size_t N, {listed});\n"
+            f"int {name}_rows(int stream, size_t N, const size_t *strides, {listed});\n"
+            f"int {name}_panels(int stream, size_t N, const size_t *strides, {listed});\n"
         )
-        sources = library(model, ()) | panel_sources(model, kernel)
+        sources = library(model, (kernel.name,), panels=True)
         flags = panel_flags(compiler).flags.flags
         module = build_module(sources, declarations, compiler, flags)
         self.kernel = kernel
@@ -71,7 +70,7 @@ class Panels:
         outputs = [aligned((count, *o.shape)) for o in self.kernel.outputs]
         pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
         # Not past the cache: new pages come from the kernel through it, and are still there.
-        status = self._rows(0, count, *pointers)
+        status = self._rows(0, count, self._ffi.NULL, *pointers)
         found: FloatArray | tuple[FloatArray, ...] = result(self.kernel, outputs, status)
         return found
 
@@ -102,10 +101,10 @@ class Panels:
             size = sum(o.nbytes for o in outputs)
             part = min(count, count * 2 * cache_bytes() // size) if size else 0
             stream = size > cache_bytes() and _streaming_pays(
-                lambda past: function(past, part, *pointers)
+                lambda past: function(past, part, self._ffi.NULL, *pointers)
             )
         past = bool(stream)
-        return Bound(inputs, outputs, lambda: function(past, count, *pointers))
+        return Bound(inputs, outputs, lambda: function(past, count, self._ffi.NULL, *pointers))
 
 
 def _streaming_pays(evaluate: Callable[[bool], object]) -> bool:

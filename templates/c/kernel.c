@@ -54,7 +54,7 @@ static int of_link({{ k.parameters }})
 {% else %}
 {{ work("    ") }}{% endif %}
 }
-{% if k.batch %}
+{% if k.loop %}
 
 {{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
 {

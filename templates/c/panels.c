@@ -1,32 +1,124 @@
+{% set inputs = k.panel.inputs %}
+{% set outputs = k.panel.outputs %}
+{% macro strides() %}
+{% for a in inputs %}
+    const size_t stride_{{ a.name }} = (strides != NULL) ? strides[{{ loop.index0 }}] : {{ 0 if a.shared else a.size }}u;
+{% endfor %}
+{% endmacro %}
+{% macro lanes() %}
+{{ strides() }}{% for a in inputs %}
+    {{ k.dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
+    lanes lanes_{{ a.name }}[BLOCKS({{ a.size }}u)];
+{% endfor %}
+{% for a in inputs %}
+    if (stride_{{ a.name }} == 0u) {
+        lanes_shared({{ a.name }}, {{ a.size }}u, lanes_{{ a.name }});
+    }
+{% endfor %}
+{% endmacro %}
+{% macro loaded() %}
+{% for a in inputs %}
+        if (stride_{{ a.name }} != 0u) {
+            lanes_load({{ a.name }}, {{ a.size }}u, stride_{{ a.name }}, k, N, padded_{{ a.name }}, lanes_{{ a.name }});
+        }
+{% endfor %}
+{% endmacro %}
 /* {{ name }}: {{ k.name }} of as many samples at once as a vector register holds. */
-#include "{{ name }}.h"
-#include "{{ name }}_{{ k.name }}_panels.h"
-#include "{{ name }}_lanes.inc"
+#include "{{ name }}_panels.h"
+#include "{{ name }}_lanes.h"
 
-/* One panel; not 0 where a sample has no result. What is zero for every sample is not written. */
-ALWAYS int panel({{ k.parameters }}, const int stream)
+#if {{ name }}_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 {
     (void)stream;
-{% for line in k.body %}
+{% for line in k.panel.body %}
     {{ line }}
 {% endfor %}
-    return {{ k.status }};
+    return {{ k.panel.status }};
 }
+
+/* Compiled once for rows and panels. */
+ONCE int plain({{ k.panel.parameters }})
+{
+    return panel({{ k.panel.names }}, 0);
+}
+
+int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
+{
+    int status = 0;
+{{ lanes() }}{% for o in outputs %}
+    lanes lanes_{{ o.name }}[BLOCKS({{ o.size }}u)];
+{% endfor %}
+    {{ k.dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
+{% for o in outputs %}
+    memset(lanes_{{ o.name }}, 0, sizeof lanes_{{ o.name }});
+{% endfor %}
+    for (size_t k = 0; k < N; k += {{ name }}_WIDTH) {
+        const size_t count = (N - k < {{ name }}_WIDTH) ? (N - k) : {{ name }}_WIDTH;
+{{ loaded() }}        status |= plain({{ k.panel.call }});
+{% for o in outputs %}
+        lanes_store(lanes_{{ o.name }}, {{ o.size }}u, count, stream, scratch, &{{ o.name }}[k * {{ o.size }}u]);
+{% endfor %}
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, {{ k.batch_parameters }})
+{
+    int status = 0;
+{{ lanes() }}    for (size_t k = 0; k < N; k += {{ name }}_WIDTH) {
+{{ loaded() }}{% for o in outputs %}
+        apart *lanes_{{ o.name }} = (apart *)&{{ o.name }}[k * {{ o.size }}u];
+{% endfor %}
+        status |= stream ? panel({{ k.panel.passed }}, 1) : plain({{ k.panel.passed }});
+    }
+    return status;
+}
+
+int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
+{
+    if (!({% for o in outputs %}{{ " && " if not loop.first }}streamed(stream, {{ o.name }}){% endfor %})) {
+        return panels(0, N, strides, {{ k.names }});
+    }
+    const int status = panels(1, N, strides, {{ k.names }});
+    stream_end();
+    return status;
+}
+
+#else
+
+int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
+{
+    int status = 0;
+{{ strides() }}    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.panel.single }});
+    }
+    return status;
+}
+
+int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
+{
+    return {{ name }}_{{ k.name }}_rows(stream, N, strides, {{ k.names }});
+}
+
+#endif
 
 size_t {{ name }}_{{ k.name }}_width(void)
 {
-    return WIDTH;
+    return {{ name }}_WIDTH;
 }
 
-{% macro loaded() %}
-        const size_t count = N - k < WIDTH ? N - k : WIDTH;
-{% for a in k.arguments if not a.shared %}
-        const double *rows_{{ a.name }} = &{{ a.name }}[k * {{ a.size }}u];
-        if (k * {{ a.size }}u + REACH({{ a.size }}u) > N * {{ a.size }}u) {
-            rows_{{ a.name }} = lanes_last(rows_{{ a.name }}, {{ a.size }}u, count, padded_{{ a.name }});
-        }
-        lanes lanes_{{ a.name }}[BLOCKS({{ a.size }}u)];
-        lanes_load(rows_{{ a.name }}, {{ a.size }}u, lanes_{{ a.name }});
-{% endfor %}
-{% endmacro %}
-{% include "panels_loops.c" %}
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
+{
+    {{ "return " if k.fallible else "(void)" }}{{ name }}_{{ k.name }}_rows(0, N, NULL, {{ k.names }});
+}

@@ -35,7 +35,7 @@ and the two pipelines of the processor change the time of a call. Measure the ti
 
 - **Instructions** include called functions and libm. A number is the largest of four points, with
   angles up to 100 rad.
-- **Bytes** are code and constants of the source file, batch function included.
+- **Bytes** are code and constants of the source file. Batches are in other files.
 - **Stack**: `symgen check` prints it for every function.
 - **Double**: all four points give the same number, except for smooth friction (tanh) and for
   effects that call functions of libm. Tests check this.

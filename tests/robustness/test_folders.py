@@ -220,6 +220,25 @@ def test_what_the_user_changed_is_kept_under_another_name(tmp_path: Path) -> Non
     assert (folder / "manifest.json").read_text() == "changed"
 
 
+def test_casadi_files_of_an_older_symgen_go_and_those_of_the_user_stay(tmp_path: Path) -> None:
+    """Packages without NAME_casadi.py had NAME_KERNEL.casadi, and no digests of them."""
+    folder = tmp_path / "package"
+    tree = symgen.generate(symgen.derive(symgen.read_robot("planar2r"), ("energy",)))
+    symgen.write_package(tree, folder)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    (folder / "planar2r_casadi.py").unlink()
+    del manifest["digests"]["planar2r_casadi.py"]
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    for name in ("planar2r_energy", "planar2r_friction", "energy"):
+        (folder / f"{name}.casadi").write_text(name)
+    symgen.write_package(tree, folder)
+    kept = {path.name for path in folder.glob("*.casadi")}
+    assert kept == {"planar2r_friction.casadi", "energy.casadi"}
+    (folder / "planar2r_energy.casadi").write_text("saved by NAME_casadi.py")
+    symgen.write_package(tree, folder)
+    assert (folder / "planar2r_energy.casadi").is_file()
+
+
 def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
     tree = symgen.generate(symgen.derive(symgen.read_robot("planar2r"), ("energy",)))
     symgen.write_package(tree, tmp_path)

@@ -239,7 +239,7 @@ def test_nothing_is_written_outside_the_output_wherever_it_begins(shift, stream,
         room = np.full(size + 64, 7.5)
         out = room[16 + shift : 16 + shift + size]
         pointers = [panels._ffi.from_buffer("double *", a) for a in (*inputs, out)]
-        assert panels._rows(stream, count, *pointers) == 0
+        assert panels._rows(stream, count, panels._ffi.NULL, *pointers) == 0
         np.testing.assert_array_equal(room[: 16 + shift], 7.5)
         np.testing.assert_array_equal(room[16 + shift + size :], 7.5)
         np.testing.assert_array_equal(out.reshape(count, 4), panels(*inputs))

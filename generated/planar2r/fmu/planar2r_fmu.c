@@ -23,7 +23,7 @@ enum {
     VALUES
 };
 
-static const char guid[] = "{d1a142b891af16255cd926d181bd27c7}";
+static const char guid[] = "{8cb5b880817d9111f4d4955a8153f37d}";
 static const fmi2Real start[VALUES] = {
     [X] = 0.898583, 0.214296, 0.143341, -0.268162, 0.0001,
 };

@@ -1,45 +1,50 @@
 /* A panel: the same number of as many samples as a vector register holds, side by side.
  *
- * Vector extensions of gcc and clang: no intrinsics, whose headers cost more time than they save.
- * The width follows from the instruction set that the compiler was told. Private to the sources
- * that symgen compiles for the machine at hand: a package has plain C99 loops.
+ * Vector extensions of gcc and clang, no intrinsics. The width follows from the instruction set
+ * that the compiler was told; 1 stands for a compiler without them, and for C++: loops of single calls.
+ * Private to the kernels.
  */
-#ifndef NAME_LANES
-#define NAME_LANES
+#ifndef panda_LANES_H
+#define panda_LANES_H
 
+#include "panda.h"
+
+#if !defined(__GNUC__) || defined(__cplusplus)
+#define panda_WIDTH 1
+#elif defined(__AVX512F__)
+#define panda_WIDTH 8
+#elif defined(__AVX__)
+#define panda_WIDTH 4
+#elif defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__))
+#define panda_WIDTH 2
+#else
+#define panda_WIDTH 1
+#endif
+
+#if panda_WIDTH > 1
 #include <math.h>
-#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__AVX512F__)
-#define WIDTH 8
-#elif defined(__AVX__)
-#define WIDTH 4
-#else
-#define WIDTH 2
-#endif
-
 /* The next multiple of the width: arrays of panels are read and written in whole blocks. */
-#define BLOCKS(size) (((size) + WIDTH - 1u) / WIDTH * WIDTH)
-#define ALWAYS static inline __attribute__((always_inline))
+#define BLOCKS(size) (((size) + panda_WIDTH - 1u) / panda_WIDTH * panda_WIDTH)
+/* Numbers from the first row of a panel to the end of the blocks of the last. */
+#define REACH(size) ((panda_WIDTH - 1u) * (size) + BLOCKS(size))
+#define ALWAYS static inline __attribute__((always_inline, unused))
+#define ONCE static __attribute__((noinline))
 
-typedef double lanes __attribute__((vector_size(8 * WIDTH)));
-typedef int64_t mask __attribute__((vector_size(8 * WIDTH)));
+typedef double lanes __attribute__((vector_size(8 * panda_WIDTH)));
+typedef int64_t mask __attribute__((vector_size(8 * panda_WIDTH)));
 /* The same anywhere in memory. */
-typedef double apart __attribute__((vector_size(8 * WIDTH), aligned(8), may_alias));
+typedef double apart __attribute__((vector_size(8 * panda_WIDTH), aligned(8), may_alias));
 
 /* Blocks of a transposition stay in registers where their loops are unrolled. */
 #if defined(__clang__)
 #define UNROLLED _Pragma("clang loop unroll(full)")
-#else
-#define UNROLLED _Pragma("GCC unroll 8")
-#endif
-
-#if defined(__clang__)
 #define SHUFFLED(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 #define STREAM(place, value) __builtin_nontemporal_store(value, place)
 #else
+#define UNROLLED _Pragma("GCC unroll 16")
 #define SHUFFLED(a, b, ...) __builtin_shuffle(a, b, (mask) { __VA_ARGS__ })
 #if defined(__AVX512F__)
 #define STREAM(place, value) __builtin_ia32_movntpd512((double *)(place), value)
@@ -60,15 +65,21 @@ ALWAYS void stream_end(void)
 #endif
 }
 
-ALWAYS lanes lanes_all(double value)
+/* Only whole lines of the cache are worth streaming, and only to an address that can take them. */
+ALWAYS int streamed(int wanted, const double *place)
 {
-    return (lanes) { 0.0 } + value;
+    return (wanted != 0) && (sizeof(lanes) == 64u) && ((uintptr_t)place % sizeof(lanes) == 0u);
 }
 
-ALWAYS void lanes_put(lanes *place, lanes value, const int stream)
+ALWAYS lanes lanes_all(double value)
+{
+    return (lanes) { 0 } + value;
+}
+
+ALWAYS void lanes_put(apart *place, lanes value, const int stream)
 {
     if (stream) {
-        STREAM(place, value);
+        STREAM((lanes *)place, value);
     } else {
         *place = value;
     }
@@ -83,25 +94,29 @@ ALWAYS lanes lanes_abs(lanes x)
 ALWAYS lanes lanes_sign(lanes x)
 {
     const mask one = (mask)lanes_all(1.0);
-    return (lanes)(one & (x > 0.0)) - (lanes)(one & (x < 0.0));
+    return (lanes)(one & (mask)(x > 0.0)) - (lanes)(one & (mask)(x < 0.0));
 }
 
 ALWAYS int lanes_any(mask m)
 {
 #if defined(__AVX512F__)
-    const lanes where = (lanes)m;
-    return __builtin_ia32_cmppd512_mask(where, where, 3, 255, 4) != 0; /* true is a NaN */
+    const lanes where = (lanes)m; /* true is a NaN */
+    return __builtin_ia32_cmppd512_mask(where, where, 3, 255u, 4) != 0;
 #elif defined(__AVX__)
     return __builtin_ia32_movmskpd256((lanes)m) != 0;
 #else
-    return (m[0] | m[1]) != 0;
+    int any = 0;
+    for (size_t i = 0; i < panda_WIDTH; ++i) {
+        any |= m[i] != 0;
+    }
+    return any;
 #endif
 }
 
 #define LANES_OF(function)                                                                         \
     static inline __attribute__((unused)) lanes lanes_##function(lanes x)                          \
     {                                                                                              \
-        for (size_t i = 0; i < WIDTH; ++i) {                                                       \
+        for (size_t i = 0; i < panda_WIDTH; ++i) {                                                  \
             x[i] = function(x[i]);                                                                 \
         }                                                                                          \
         return x;                                                                                  \
@@ -114,8 +129,12 @@ LANES_OF(log)
 
 typedef struct { lanes c; lanes s; } turned;
 
-/* Cosine and sine of near angles, as in the single call (see NAME_math.h). */
+/* Cosine and sine of near angles, as in the single call (see panda_math.h). */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+#define NEAR (-1.0)
+#else
 #define NEAR 1e5
+#endif
 #define ROUND 6755399441055744.0
 
 ALWAYS turned lanes_turn(lanes x)
@@ -158,7 +177,7 @@ ALWAYS turned lanes_turn(lanes x)
  * go in and out: a variable whose address is known to another function lives in memory. */
 static __attribute__((noinline, unused)) turned lanes_far(lanes x, turned near)
 {
-    for (size_t i = 0; i < WIDTH; ++i) {
+    for (size_t i = 0; i < panda_WIDTH; ++i) {
         if (!(fabs(x[i]) <= NEAR)) {
             near.c[i] = cos(x[i]);
             near.s[i] = sin(x[i]);
@@ -175,10 +194,51 @@ static __attribute__((noinline, unused)) turned lanes_far(lanes x, turned near)
         a = above;                                                                                 \
     } while (0)
 
-/* Transpose a block of WIDTH rows of WIDTH numbers. */
-ALWAYS void transpose(lanes v[WIDTH])
+/* Transpose a block of panda_WIDTH rows of panda_WIDTH numbers. */
+ALWAYS void transpose(lanes v[panda_WIDTH])
 {
-#if WIDTH == 8
+#if panda_WIDTH == 16
+#define LOW1 0, 16, 2, 18, 4, 20, 6, 22, 8, 24, 10, 26, 12, 28, 14, 30
+#define HIGH1 1, 17, 3, 19, 5, 21, 7, 23, 9, 25, 11, 27, 13, 29, 15, 31
+#define LOW2 0, 1, 16, 17, 4, 5, 20, 21, 8, 9, 24, 25, 12, 13, 28, 29
+#define HIGH2 2, 3, 18, 19, 6, 7, 22, 23, 10, 11, 26, 27, 14, 15, 30, 31
+#define LOW4 0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27
+#define HIGH4 4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31
+#define LOW8 0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23
+#define HIGH8 8, 9, 10, 11, 12, 13, 14, 15, 24, 25, 26, 27, 28, 29, 30, 31
+    EXCHANGE(v[0], v[1], LOW1, HIGH1);
+    EXCHANGE(v[2], v[3], LOW1, HIGH1);
+    EXCHANGE(v[4], v[5], LOW1, HIGH1);
+    EXCHANGE(v[6], v[7], LOW1, HIGH1);
+    EXCHANGE(v[8], v[9], LOW1, HIGH1);
+    EXCHANGE(v[10], v[11], LOW1, HIGH1);
+    EXCHANGE(v[12], v[13], LOW1, HIGH1);
+    EXCHANGE(v[14], v[15], LOW1, HIGH1);
+    EXCHANGE(v[0], v[2], LOW2, HIGH2);
+    EXCHANGE(v[1], v[3], LOW2, HIGH2);
+    EXCHANGE(v[4], v[6], LOW2, HIGH2);
+    EXCHANGE(v[5], v[7], LOW2, HIGH2);
+    EXCHANGE(v[8], v[10], LOW2, HIGH2);
+    EXCHANGE(v[9], v[11], LOW2, HIGH2);
+    EXCHANGE(v[12], v[14], LOW2, HIGH2);
+    EXCHANGE(v[13], v[15], LOW2, HIGH2);
+    EXCHANGE(v[0], v[4], LOW4, HIGH4);
+    EXCHANGE(v[1], v[5], LOW4, HIGH4);
+    EXCHANGE(v[2], v[6], LOW4, HIGH4);
+    EXCHANGE(v[3], v[7], LOW4, HIGH4);
+    EXCHANGE(v[8], v[12], LOW4, HIGH4);
+    EXCHANGE(v[9], v[13], LOW4, HIGH4);
+    EXCHANGE(v[10], v[14], LOW4, HIGH4);
+    EXCHANGE(v[11], v[15], LOW4, HIGH4);
+    EXCHANGE(v[0], v[8], LOW8, HIGH8);
+    EXCHANGE(v[1], v[9], LOW8, HIGH8);
+    EXCHANGE(v[2], v[10], LOW8, HIGH8);
+    EXCHANGE(v[3], v[11], LOW8, HIGH8);
+    EXCHANGE(v[4], v[12], LOW8, HIGH8);
+    EXCHANGE(v[5], v[13], LOW8, HIGH8);
+    EXCHANGE(v[6], v[14], LOW8, HIGH8);
+    EXCHANGE(v[7], v[15], LOW8, HIGH8);
+#elif panda_WIDTH == 8
 #define LOW1 0, 8, 2, 10, 4, 12, 6, 14
 #define HIGH1 1, 9, 3, 11, 5, 13, 7, 15
 #define LOW2 0, 1, 8, 9, 4, 5, 12, 13
@@ -197,7 +257,7 @@ ALWAYS void transpose(lanes v[WIDTH])
     EXCHANGE(v[1], v[5], LOW4, HIGH4);
     EXCHANGE(v[2], v[6], LOW4, HIGH4);
     EXCHANGE(v[3], v[7], LOW4, HIGH4);
-#elif WIDTH == 4
+#elif panda_WIDTH == 4
 #define LOW1 0, 4, 2, 6
 #define HIGH1 1, 5, 3, 7
 #define LOW2 0, 1, 4, 5
@@ -206,93 +266,106 @@ ALWAYS void transpose(lanes v[WIDTH])
     EXCHANGE(v[2], v[3], LOW1, HIGH1);
     EXCHANGE(v[0], v[2], LOW2, HIGH2);
     EXCHANGE(v[1], v[3], LOW2, HIGH2);
-#else
+#elif panda_WIDTH == 2
 #define LOW1 0, 2
 #define HIGH1 1, 3
     EXCHANGE(v[0], v[1], LOW1, HIGH1);
 #endif
 }
 
-/* How many numbers lanes_load reads from the first row of a panel on. */
-#define REACH(size) ((WIDTH - 1u) * (size) + BLOCKS(size))
-
-/* Read a panel from WIDTH rows of `size` numbers into BLOCKS(size) lanes; reads REACH(size). */
-ALWAYS void lanes_load(const double *rows, size_t size, lanes *to)
+/* One row that all samples share. */
+ALWAYS void lanes_shared(const double *row, size_t size, lanes *to)
 {
-    for (size_t at = 0; at < size; at += WIDTH) {
-        lanes v[WIDTH];
-        UNROLLED
-        for (size_t i = 0; i < WIDTH; ++i) {
-            v[i] = *(const apart *)&rows[i * size + at];
-        }
-        transpose(v);
-        UNROLLED
-        for (size_t i = 0; i < WIDTH; ++i) {
-            to[at + i] = v[i];
-        }
+    for (size_t i = 0; i < size; ++i) {
+        to[i] = lanes_all(row[i]);
     }
 }
 
 /* Return a copy of the last rows from which a panel can be read: the last one stands for those that
  * are missing. `padded` holds REACH(size). */
 static __attribute__((noinline, unused)) const double *lanes_last(
-    const double *rows, size_t size, size_t count, double *padded)
+    const double *rows, size_t size, size_t stride, size_t count, double *padded)
 {
     memset(padded, 0, REACH(size) * sizeof(double));
-    memcpy(padded, rows, count * size * sizeof(double));
-    for (size_t i = count; i < WIDTH; ++i) {
-        memcpy(&padded[i * size], &rows[(count - 1u) * size], size * sizeof(double));
+    for (size_t i = 0; i < panda_WIDTH; ++i) {
+        const size_t row = (i < count) ? i : (count - 1u);
+        memcpy(&padded[i * size], &rows[row * stride], size * sizeof(double));
     }
     return padded;
 }
 
-/* Write a panel of `size` lanes as WIDTH rows. */
+/* Read the panel of sample k from rows of `size` numbers, `stride` apart, into BLOCKS(size) lanes.
+ * Blocks reach behind a row, not behind the last one. */
+ALWAYS void lanes_load(const double *rows, size_t size, size_t stride, size_t k, size_t N,
+    double *padded, lanes *to)
+{
+    rows = &rows[k * stride];
+    if ((N - k < panda_WIDTH) || ((N - k - panda_WIDTH) * stride < BLOCKS(size) - size)) {
+        rows = lanes_last(rows, size, stride, N - k < panda_WIDTH ? N - k : panda_WIDTH, padded);
+        stride = size;
+    }
+    for (size_t at = 0; at < size; at += panda_WIDTH) {
+        lanes v[panda_WIDTH];
+        UNROLLED
+        for (size_t i = 0; i < panda_WIDTH; ++i) {
+            v[i] = *(const apart *)&rows[i * stride + at];
+        }
+        transpose(v);
+        UNROLLED
+        for (size_t i = 0; i < panda_WIDTH; ++i) {
+            to[at + i] = v[i];
+        }
+    }
+}
+
+/* Write a panel of `size` lanes as panda_WIDTH rows. */
 ALWAYS void lanes_rows(const lanes *from, size_t size, double *rows)
 {
     size_t at = 0;
     while (at < size) {
-        lanes v[WIDTH];
-        if (at + WIDTH > size && size >= WIDTH) {
-            at = size - WIDTH; /* the last block overlaps the one before */
+        lanes v[panda_WIDTH];
+        if ((at + panda_WIDTH > size) && (size >= panda_WIDTH)) {
+            at = size - panda_WIDTH; /* the last block overlaps the one before */
         }
         UNROLLED
-        for (size_t i = 0; i < WIDTH; ++i) {
+        for (size_t i = 0; i < panda_WIDTH; ++i) {
             v[i] = from[at + i];
         }
         transpose(v);
         UNROLLED
-        for (size_t i = 0; i < WIDTH; ++i) {
-            if (size >= WIDTH) {
+        for (size_t i = 0; i < panda_WIDTH; ++i) {
+            if (size >= panda_WIDTH) {
                 *(apart *)&rows[i * size + at] = v[i];
             } else {
-                memcpy(&rows[i * size], &v[i], size * sizeof(double));
+                memcpy(&rows[i * size], &v[i],
+                    (size < panda_WIDTH ? size : panda_WIDTH) * sizeof(double));
             }
         }
-        at += WIDTH;
+        at += panda_WIDTH;
     }
 }
 
 /* Copy past the cache. */
-static inline void stream_copy(double *to, const double *from, size_t count)
+static __attribute__((unused)) void stream_copy(double *to, const double *from, size_t count)
 {
-    for (; count > 0 && (uintptr_t)to % sizeof(lanes) != 0; --count) {
+    for (; (count > 0u) && ((uintptr_t)to % sizeof(lanes) != 0u); --count) {
         *to++ = *from++;
     }
-    for (; count >= WIDTH; count -= WIDTH) {
+    for (; count >= panda_WIDTH; count -= panda_WIDTH) {
         STREAM((lanes *)to, *(const apart *)from);
-        to += WIDTH;
-        from += WIDTH;
+        to += panda_WIDTH;
+        from += panda_WIDTH;
     }
-    for (; count > 0; --count) {
+    for (; count > 0u; --count) {
         *to++ = *from++;
     }
 }
 
-/* Write `count` rows of a panel; `scratch` holds WIDTH rows. */
-ALWAYS void lanes_store(
-    const lanes *from, size_t size, size_t count, int stream, double *scratch, double *rows)
+/* Write `count` rows of a panel; `scratch` holds panda_WIDTH rows. */
+ALWAYS void lanes_store(const lanes *from, size_t size, size_t count, int stream,
+    double *scratch, double *rows)
 {
-    if (count == WIDTH && !stream) {
+    if ((count == panda_WIDTH) && !stream) {
         lanes_rows(from, size, rows);
         return;
     }
@@ -303,5 +376,7 @@ ALWAYS void lanes_store(
         memcpy(rows, scratch, count * size * sizeof(double));
     }
 }
+
+#endif
 
 #endif

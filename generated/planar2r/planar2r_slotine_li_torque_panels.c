@@ -1,0 +1,208 @@
+/* planar2r: slotine_li_torque of as many samples at once as a vector register holds. */
+#include "planar2r_panels.h"
+#include "planar2r_lanes.h"
+
+#if planar2r_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *qddr, const lanes *X, apart *tau, const int stream)
+{
+    (void)stream;
+    turned q_1 = lanes_turn(q[1]);
+    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+        q_1 = lanes_far(q[1], q_1);
+    }
+    const lanes C2 = q_1.c;
+    const lanes S2 = q_1.s;
+    const lanes W32 = qd[0] + qd[1];
+    const lanes vP33d2 = qd[0] * qdr[0];
+    const lanes v1d2 = -planar2r_geometry_L1 * vP33d2;
+    const lanes v2d2 = qddr[0] * planar2r_geometry_L1;
+    const lanes l1e2 = C2 * v1d2 + S2 * v2d2;
+    const lanes l2e2 = C2 * v2d2 - S2 * v1d2;
+    const lanes e3j2 = qddr[0] + qddr[1];
+    const lanes N2_3 = X[1] * e3j2 + X[2] * l2e2 - X[3] * l1e2;
+    lanes_put(&tau[1], N2_3, stream);
+    const lanes E3j2 = qdr[0] + qdr[1];
+    const lanes N1_3 = qddr[0] * X[0];
+    const lanes h2_1 = -X[3] * W32;
+    const lanes h2_2 = X[2] * W32;
+    const lanes F2_1 = -X[3] * e3j2 - E3j2 * h2_2;
+    const lanes F2_2 = X[2] * e3j2 + E3j2 * h2_1;
+    const lanes Fbs2e2 = C2 * F2_2 + S2 * F2_1;
+    const lanes Nbs3d2 = planar2r_geometry_L1 * Fbs2e2 + N2_3;
+    const lanes Nss1_2_3 = N1_3 + Nbs3d2;
+    lanes_put(&tau[0], Nss1_2_3, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *qddr, const lanes *X, apart *tau)
+{
+    return panel(q, qd, qdr, qddr, X, tau, 0);
+}
+
+int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 2u;
+    const size_t stride_qdr = (strides != NULL) ? strides[2] : 2u;
+    const size_t stride_qddr = (strides != NULL) ? strides[3] : 2u;
+    const size_t stride_X = (strides != NULL) ? strides[4] : 0u;
+    double padded_q[REACH(2u)];
+    lanes lanes_q[BLOCKS(2u)];
+    double padded_qd[REACH(2u)];
+    lanes lanes_qd[BLOCKS(2u)];
+    double padded_qdr[REACH(2u)];
+    lanes lanes_qdr[BLOCKS(2u)];
+    double padded_qddr[REACH(2u)];
+    lanes lanes_qddr[BLOCKS(2u)];
+    double padded_X[REACH(4u)];
+    lanes lanes_X[BLOCKS(4u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 2u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 2u, lanes_qd);
+    }
+    if (stride_qdr == 0u) {
+        lanes_shared(qdr, 2u, lanes_qdr);
+    }
+    if (stride_qddr == 0u) {
+        lanes_shared(qddr, 2u, lanes_qddr);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 4u, lanes_X);
+    }
+    lanes lanes_tau[BLOCKS(2u)];
+    double scratch[2u * planar2r_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_tau, 0, sizeof lanes_tau);
+    for (size_t k = 0; k < N; k += planar2r_WIDTH) {
+        const size_t count = (N - k < planar2r_WIDTH) ? (N - k) : planar2r_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_qdr != 0u) {
+            lanes_load(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+        }
+        if (stride_qddr != 0u) {
+            lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+        }
+        status |= plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, (apart *)lanes_tau);
+        lanes_store(lanes_tau, 2u, count, stream, scratch, &tau[k * 2u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 2u;
+    const size_t stride_qdr = (strides != NULL) ? strides[2] : 2u;
+    const size_t stride_qddr = (strides != NULL) ? strides[3] : 2u;
+    const size_t stride_X = (strides != NULL) ? strides[4] : 0u;
+    double padded_q[REACH(2u)];
+    lanes lanes_q[BLOCKS(2u)];
+    double padded_qd[REACH(2u)];
+    lanes lanes_qd[BLOCKS(2u)];
+    double padded_qdr[REACH(2u)];
+    lanes lanes_qdr[BLOCKS(2u)];
+    double padded_qddr[REACH(2u)];
+    lanes lanes_qddr[BLOCKS(2u)];
+    double padded_X[REACH(4u)];
+    lanes lanes_X[BLOCKS(4u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 2u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 2u, lanes_qd);
+    }
+    if (stride_qdr == 0u) {
+        lanes_shared(qdr, 2u, lanes_qdr);
+    }
+    if (stride_qddr == 0u) {
+        lanes_shared(qddr, 2u, lanes_qddr);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 4u, lanes_X);
+    }
+    for (size_t k = 0; k < N; k += planar2r_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_qdr != 0u) {
+            lanes_load(qdr, 2u, stride_qdr, k, N, padded_qdr, lanes_qdr);
+        }
+        if (stride_qddr != 0u) {
+            lanes_load(qddr, 2u, stride_qddr, k, N, padded_qddr, lanes_qddr);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 4u, stride_X, k, N, padded_X, lanes_X);
+        }
+        apart *lanes_tau = (apart *)&tau[k * 2u];
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau, 1) : plain(lanes_q, lanes_qd, lanes_qdr, lanes_qddr, lanes_X, lanes_tau);
+    }
+    return status;
+}
+
+int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    if (!(streamed(stream, tau))) {
+        return panels(0, N, strides, q, qd, qdr, qddr, X, tau);
+    }
+    const int status = panels(1, N, strides, q, qd, qdr, qddr, X, tau);
+    stream_end();
+    return status;
+}
+
+#else
+
+int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 2u;
+    const size_t stride_qdr = (strides != NULL) ? strides[2] : 2u;
+    const size_t stride_qddr = (strides != NULL) ? strides[3] : 2u;
+    const size_t stride_X = (strides != NULL) ? strides[4] : 0u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        planar2r_slotine_li_torque(&q[k * stride_q], &qd[k * stride_qd], &qdr[k * stride_qdr], &qddr[k * stride_qddr], &X[k * stride_X], &tau[k * 2u]);
+    }
+    return status;
+}
+
+int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    return planar2r_slotine_li_torque_rows(stream, N, strides, q, qd, qdr, qddr, X, tau);
+}
+
+#endif
+
+size_t planar2r_slotine_li_torque_width(void)
+{
+    return planar2r_WIDTH;
+}
+
+void planar2r_slotine_li_torque_batch(size_t N, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+{
+    (void)planar2r_slotine_li_torque_rows(0, N, NULL, q, qd, qdr, qddr, X, tau);
+}

@@ -1,0 +1,145 @@
+/* puma560: friction_torque of as many samples at once as a vector register holds. */
+#include "puma560_panels.h"
+#include "puma560_lanes.h"
+
+#if puma560_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *qd, apart *out, const int stream)
+{
+    (void)stream;
+    (void)q;
+    lanes_put(&out[1], qd[0], stream);
+    lanes_put(&out[15], qd[1], stream);
+    lanes_put(&out[29], qd[2], stream);
+    lanes_put(&out[43], qd[3], stream);
+    lanes_put(&out[57], qd[4], stream);
+    lanes_put(&out[71], qd[5], stream);
+    const lanes sFS1 = lanes_sign(qd[0]);
+    lanes_put(&out[0], sFS1, stream);
+    const lanes sFS2 = lanes_sign(qd[1]);
+    lanes_put(&out[14], sFS2, stream);
+    const lanes sFS3 = lanes_sign(qd[2]);
+    lanes_put(&out[28], sFS3, stream);
+    const lanes sFS4 = lanes_sign(qd[3]);
+    lanes_put(&out[42], sFS4, stream);
+    const lanes sFS5 = lanes_sign(qd[4]);
+    lanes_put(&out[56], sFS5, stream);
+    const lanes sFS6 = lanes_sign(qd[5]);
+    lanes_put(&out[70], sFS6, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, apart *out)
+{
+    return panel(q, qd, out, 0);
+}
+
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_qd[REACH(6u)];
+    lanes lanes_qd[BLOCKS(6u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 6u, lanes_qd);
+    }
+    lanes lanes_out[BLOCKS(72u)];
+    double scratch[72u * puma560_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_out, 0, sizeof lanes_out);
+    for (size_t k = 0; k < N; k += puma560_WIDTH) {
+        const size_t count = (N - k < puma560_WIDTH) ? (N - k) : puma560_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        status |= plain(lanes_q, lanes_qd, (apart *)lanes_out);
+        lanes_store(lanes_out, 72u, count, stream, scratch, &out[k * 72u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_qd[REACH(6u)];
+    lanes lanes_qd[BLOCKS(6u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 6u, lanes_qd);
+    }
+    for (size_t k = 0; k < N; k += puma560_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        apart *lanes_out = (apart *)&out[k * 72u];
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_out, 1) : plain(lanes_q, lanes_qd, lanes_out);
+    }
+    return status;
+}
+
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
+{
+    if (!(streamed(stream, out))) {
+        return panels(0, N, strides, q, qd, out);
+    }
+    const int status = panels(1, N, strides, q, qd, out);
+    stream_end();
+    return status;
+}
+
+#else
+
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        puma560_friction_torque(&q[k * stride_q], &qd[k * stride_qd], &out[k * 72u]);
+    }
+    return status;
+}
+
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
+{
+    return puma560_friction_torque_rows(stream, N, strides, q, qd, out);
+}
+
+#endif
+
+size_t puma560_friction_torque_width(void)
+{
+    return puma560_WIDTH;
+}
+
+void puma560_friction_torque_batch(size_t N, const double *q, const double *qd, double *out)
+{
+    (void)puma560_friction_torque_rows(0, N, NULL, q, qd, out);
+}

@@ -1,0 +1,265 @@
+/* rx90: energy of as many samples at once as a vector register holds. */
+#include "rx90_panels.h"
+#include "rx90_lanes.h"
+
+#if rx90_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, apart *U_out, const int stream)
+{
+    (void)stream;
+    const double gz = 9.81;
+    turned q_1 = lanes_turn(q[1]);
+    turned q_2 = lanes_turn(q[2]);
+    turned q_3 = lanes_turn(q[3]);
+    turned q_4 = lanes_turn(q[4]);
+    turned q_5 = lanes_turn(q[5]);
+    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+        q_1 = lanes_far(q[1], q_1);
+        q_2 = lanes_far(q[2], q_2);
+        q_3 = lanes_far(q[3], q_3);
+        q_4 = lanes_far(q[4], q_4);
+        q_5 = lanes_far(q[5], q_5);
+    }
+    const lanes C2 = q_1.c;
+    const lanes S2 = q_1.s;
+    const lanes C3 = q_2.c;
+    const lanes S3 = q_2.s;
+    const lanes C4 = q_3.c;
+    const lanes S4 = q_3.s;
+    const lanes C5 = q_4.c;
+    const lanes S5 = q_4.s;
+    const lanes C6 = q_5.c;
+    const lanes S6 = q_5.s;
+    const lanes W1e2 = qd[0] * S2;
+    const lanes G1e2 = -gz * S2;
+    const lanes W2e2 = qd[0] * C2;
+    const lanes G2e2 = -gz * C2;
+    const lanes V2d3 = qd[1] * rx90_geometry_D3;
+    const lanes V3d3 = -rx90_geometry_D3 * W2e2;
+    const lanes W1e3 = C3 * W1e2 + S3 * W2e2;
+    const lanes W2e3 = C3 * W2e2 - S3 * W1e2;
+    const lanes V1e3 = S3 * V2d3;
+    const lanes V2e3 = C3 * V2d3;
+    const lanes W33 = qd[1] + qd[2];
+    const lanes W1e4 = C4 * W1e3 - S4 * W33;
+    const lanes W2e4 = -C4 * W33 - S4 * W1e3;
+    const lanes V1e4 = C4 * V1e3 - S4 * V3d3;
+    const lanes V1r4 = rx90_geometry_R4 * W2e4 + V1e4;
+    const lanes V2e4 = -C4 * V3d3 - S4 * V1e3;
+    const lanes V2r4 = V2e4 - rx90_geometry_R4 * W1e4;
+    const lanes DMY3 = V3d3 * W1e3 - V1e3 * W33;
+    const lanes DMX3 = V2e3 * W33 - V3d3 * W2e3;
+    const lanes W34 = qd[3] + W2e3;
+    const lanes W1e5 = C5 * W1e4 + S5 * W34;
+    const lanes W2e5 = C5 * W34 - S5 * W1e4;
+    const lanes V1e5 = C5 * V1r4 + S5 * V2e3;
+    const lanes V2e5 = C5 * V2e3 - S5 * V1r4;
+    const lanes DMY4 = V2e3 * W1e4 - W34 * V1r4;
+    const lanes DMX4 = W34 * V2r4 - V2e3 * W2e4;
+    const lanes W35 = qd[4] - W2e4;
+    const lanes W1e6 = C6 * W1e5 - S6 * W35;
+    const lanes W2e6 = -C6 * W35 - S6 * W1e5;
+    const lanes V1e6 = C6 * V1e5 + S6 * V2r4;
+    const lanes V2e6 = C6 * V2r4 - S6 * V1e5;
+    const lanes DMY5 = -V2r4 * W1e5 - V1e5 * W35;
+    const lanes DMX5 = V2r4 * W2e5 + V2e5 * W35;
+    const lanes W36 = qd[5] + W2e5;
+    const lanes DMX6 = V2e6 * W36 - V2e5 * W2e6;
+    const lanes DMY6 = V2e5 * W1e6 - V1e6 * W36;
+    const lanes G1e3 = C3 * G1e2 + S3 * G2e2;
+    const lanes G2e3 = C3 * G2e2 - S3 * G1e2;
+    const lanes G1e4 = C4 * G1e3;
+    const lanes G2e4 = -S4 * G1e3;
+    const lanes G1e5 = C5 * G1e4 + S5 * G2e3;
+    const lanes G2e5 = C5 * G2e3 - S5 * G1e4;
+    const lanes G1e6 = C6 * G1e5 + S6 * G2e4;
+    const lanes G2e6 = C6 * G2e4 - S6 * G1e5;
+    const lanes Usum = -X[6] * G1e2 - X[7] * G2e2 - X[13] * G1e3 - X[14] * G2e3 - X[21] * G1e4 - X[22] * G2e4 - X[29] * G1e5 - X[30] * G2e5 - X[37] * G1e6 - X[38] * G2e6;
+    lanes_put(&U_out[0], Usum, stream);
+    const lanes Hqd1 = 0.5 * qd[0];
+    const lanes DZZ1 = qd[0] * Hqd1;
+    const lanes HW1e2 = 0.5 * W1e2;
+    const lanes DXX2 = W1e2 * HW1e2;
+    const lanes DXY2 = W1e2 * W2e2;
+    const lanes DXZ2 = qd[1] * W1e2;
+    const lanes DYZ2 = qd[1] * W2e2;
+    const lanes Hqd2 = 0.5 * qd[1];
+    const lanes DZZ2 = qd[1] * Hqd2;
+    const lanes HW1e3 = 0.5 * W1e3;
+    const lanes DXX3 = W1e3 * HW1e3;
+    const lanes DXY3 = W1e3 * W2e3;
+    const lanes DXZ3 = W1e3 * W33;
+    const lanes DYZ3 = W2e3 * W33;
+    const lanes HW33 = 0.5 * W33;
+    const lanes DZZ3 = W33 * HW33;
+    const lanes Hqd3 = 0.5 * qd[2];
+    const lanes DIA3 = qd[2] * Hqd3;
+    const lanes HW1e4 = 0.5 * W1e4;
+    const lanes DXX4 = W1e4 * HW1e4;
+    const lanes DXY4 = W1e4 * W2e4;
+    const lanes DXZ4 = W1e4 * W34;
+    const lanes DYZ4 = W2e4 * W34;
+    const lanes HW34 = 0.5 * W34;
+    const lanes DZZ4 = W34 * HW34;
+    const lanes Hqd4 = 0.5 * qd[3];
+    const lanes DIA4 = qd[3] * Hqd4;
+    const lanes HW1e5 = 0.5 * W1e5;
+    const lanes DXX5 = W1e5 * HW1e5;
+    const lanes DXY5 = W1e5 * W2e5;
+    const lanes DXZ5 = W1e5 * W35;
+    const lanes DYZ5 = W2e5 * W35;
+    const lanes HW35 = 0.5 * W35;
+    const lanes DZZ5 = W35 * HW35;
+    const lanes Hqd5 = 0.5 * qd[4];
+    const lanes DIA5 = qd[4] * Hqd5;
+    const lanes HW1e6 = 0.5 * W1e6;
+    const lanes DXX6 = W1e6 * HW1e6;
+    const lanes DXY6 = W1e6 * W2e6;
+    const lanes DXZ6 = W1e6 * W36;
+    const lanes DYZ6 = W2e6 * W36;
+    const lanes HW36 = 0.5 * W36;
+    const lanes DZZ6 = W36 * HW36;
+    const lanes Hqd6 = 0.5 * qd[5];
+    const lanes DIA6 = qd[5] * Hqd6;
+    const lanes Tsum = X[0] * DZZ1 + X[1] * DXX2 + X[2] * DXY2 + X[3] * DXZ2 + X[4] * DYZ2 + X[5] * DZZ2 + X[8] * DXX3 + X[9] * DXY3 + X[10] * DXZ3 + X[11] * DYZ3 + X[12] * DZZ3 + X[13] * DMX3 + X[14] * DMY3 + X[15] * DIA3 + X[16] * DXX4 + X[17] * DXY4 + X[18] * DXZ4 + X[19] * DYZ4 + X[20] * DZZ4 + X[21] * DMX4 + X[22] * DMY4 + X[23] * DIA4 + X[24] * DXX5 + X[25] * DXY5 + X[26] * DXZ5 + X[27] * DYZ5 + X[28] * DZZ5 + X[29] * DMX5 + X[30] * DMY5 + X[31] * DIA5 + X[32] * DXX6 + X[33] * DXY6 + X[34] * DXZ6 + X[35] * DYZ6 + X[36] * DZZ6 + X[37] * DMX6 + X[38] * DMY6 + X[39] * DIA6;
+    lanes_put(&T_out[0], Tsum, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, apart *U_out)
+{
+    return panel(q, qd, X, T_out, U_out, 0);
+}
+
+int rx90_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_qd[REACH(6u)];
+    lanes lanes_qd[BLOCKS(6u)];
+    double padded_X[REACH(40u)];
+    lanes lanes_X[BLOCKS(40u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 6u, lanes_qd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 40u, lanes_X);
+    }
+    lanes lanes_T_out[BLOCKS(1u)];
+    lanes lanes_U_out[BLOCKS(1u)];
+    double scratch[1u * rx90_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_T_out, 0, sizeof lanes_T_out);
+    memset(lanes_U_out, 0, sizeof lanes_U_out);
+    for (size_t k = 0; k < N; k += rx90_WIDTH) {
+        const size_t count = (N - k < rx90_WIDTH) ? (N - k) : rx90_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+        }
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_T_out, (apart *)lanes_U_out);
+        lanes_store(lanes_T_out, 1u, count, stream, scratch, &T_out[k * 1u]);
+        lanes_store(lanes_U_out, 1u, count, stream, scratch, &U_out[k * 1u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_qd[REACH(6u)];
+    lanes lanes_qd[BLOCKS(6u)];
+    double padded_X[REACH(40u)];
+    lanes lanes_X[BLOCKS(40u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 6u, lanes_qd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 40u, lanes_X);
+    }
+    for (size_t k = 0; k < N; k += rx90_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+        }
+        apart *lanes_T_out = (apart *)&T_out[k * 1u];
+        apart *lanes_U_out = (apart *)&U_out[k * 1u];
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_T_out, lanes_U_out, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_T_out, lanes_U_out);
+    }
+    return status;
+}
+
+int rx90_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
+        return panels(0, N, strides, q, qd, X, T_out, U_out);
+    }
+    const int status = panels(1, N, strides, q, qd, X, T_out, U_out);
+    stream_end();
+    return status;
+}
+
+#else
+
+int rx90_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        rx90_energy(&q[k * stride_q], &qd[k * stride_qd], &X[k * stride_X], &T_out[k * 1u], &U_out[k * 1u]);
+    }
+    return status;
+}
+
+int rx90_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    return rx90_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
+}
+
+#endif
+
+size_t rx90_energy_width(void)
+{
+    return rx90_WIDTH;
+}
+
+void rx90_energy_batch(size_t N, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+{
+    (void)rx90_energy_rows(0, N, NULL, q, qd, X, T_out, U_out);
+}

@@ -1,0 +1,303 @@
+/* rx90: mass_matrix of as many samples at once as a vector register holds. */
+#include "rx90_panels.h"
+#include "rx90_lanes.h"
+
+#if rx90_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
+{
+    (void)stream;
+    turned q_1 = lanes_turn(q[1]);
+    turned q_2 = lanes_turn(q[2]);
+    turned q_3 = lanes_turn(q[3]);
+    turned q_4 = lanes_turn(q[4]);
+    turned q_5 = lanes_turn(q[5]);
+    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+        q_1 = lanes_far(q[1], q_1);
+        q_2 = lanes_far(q[2], q_2);
+        q_3 = lanes_far(q[3], q_3);
+        q_4 = lanes_far(q[4], q_4);
+        q_5 = lanes_far(q[5], q_5);
+    }
+    const lanes M6_6 = X[36] + X[39];
+    lanes_put(&M[35], M6_6, stream);
+    const lanes C2 = q_1.c;
+    const lanes S2 = q_1.s;
+    const lanes C3 = q_2.c;
+    const lanes S3 = q_2.s;
+    const lanes C4 = q_3.c;
+    const lanes S4 = q_3.s;
+    const lanes C5 = q_4.c;
+    const lanes S5 = q_4.s;
+    const lanes C6 = q_5.c;
+    const lanes S6 = q_5.s;
+    const lanes Te6_6 = 2.0 * X[33];
+    const lanes ze6_6 = X[32] * S6 + C6 * Te6_6;
+    const lanes J11e6_6 = X[32] - S6 * ze6_6;
+    const lanes J11s5_6 = X[24] + J11e6_6;
+    const lanes J22e6_6 = S6 * ze6_6;
+    const lanes J12e6_6 = C6 * ze6_6 - X[33];
+    const lanes J13s5_6 = X[26] - J12e6_6;
+    const lanes J33s5_6 = X[28] + J22e6_6;
+    const lanes M5_5 = X[31] + J33s5_6;
+    lanes_put(&M[28], M5_5, stream);
+    const lanes J13e6_6 = X[34] * C6 - X[35] * S6;
+    const lanes J23e6_6 = X[34] * S6 + X[35] * C6;
+    lanes_put(&M[29], -J23e6_6, stream);
+    lanes_put(&M[34], -J23e6_6, stream);
+    const lanes m6_1e6 = X[37] * C6 - X[38] * S6;
+    const lanes m6_2e6 = X[37] * S6 + X[38] * C6;
+    const lanes J12s5_6 = X[25] + J13e6_6;
+    const lanes J23s5_6 = X[27] - J23e6_6;
+    const lanes m1s5_6 = X[29] + m6_1e6;
+    const lanes De5_5 = J11s5_6 - X[36];
+    const lanes Te5_5 = 2.0 * J12s5_6;
+    const lanes ze5_5 = C5 * Te5_5 + S5 * De5_5;
+    const lanes J11e5_5 = J11s5_6 - S5 * ze5_5;
+    const lanes J12e5_5 = C5 * ze5_5 - J12s5_6;
+    const lanes J22e5_5 = X[36] + S5 * ze5_5;
+    const lanes J11s4_5 = X[16] + J11e5_5;
+    const lanes J13s4_5 = X[18] + J12e5_5;
+    const lanes J33s4_5 = X[20] + J22e5_5;
+    const lanes M4_4 = X[23] + J33s4_5;
+    lanes_put(&M[21], M4_4, stream);
+    const lanes J13e5_5 = C5 * J13s5_6 - S5 * J23s5_6;
+    const lanes J23e5_5 = C5 * J23s5_6 + S5 * J13s5_6;
+    lanes_put(&M[22], J23e5_5, stream);
+    lanes_put(&M[27], J23e5_5, stream);
+    const lanes m5_1e5 = C5 * m1s5_6 - X[30] * S5;
+    const lanes m5_2e5 = X[30] * C5 + S5 * m1s5_6;
+    const lanes J12s4_5 = X[17] - J13e5_5;
+    const lanes J23s4_5 = X[19] - J23e5_5;
+    const lanes m1s4_5 = X[21] + m5_1e5;
+    const lanes J13r4_4 = J13s4_5 - rx90_geometry_R4 * m1s4_5;
+    const lanes m2s4_5 = X[22] + m6_2e6;
+    const lanes J23r4_4 = J23s4_5 - rx90_geometry_R4 * m2s4_5;
+    const lanes xr4_4 = 2.0 * rx90_geometry_R4 * m5_2e5;
+    const lanes J11r4_4 = J11s4_5 + xr4_4;
+    const lanes J22r4_4 = J33s5_6 + xr4_4;
+    const lanes Nbm52r4 = -rx90_geometry_R4 * m5_2e5 - J33s5_6;
+    const lanes De4_4 = J11r4_4 - J22r4_4;
+    const lanes Te4_4 = 2.0 * J12s4_5;
+    const lanes ze4_4 = C4 * Te4_4 + S4 * De4_4;
+    const lanes J11e4_4 = J11r4_4 - S4 * ze4_4;
+    const lanes J22e4_4 = S4 * ze4_4 + J22r4_4;
+    const lanes J12e4_4 = C4 * ze4_4 - J12s4_5;
+    const lanes J11s3_4 = X[8] + J11e4_4;
+    const lanes J13s3_4 = X[10] - J12e4_4;
+    const lanes J33s3_4 = X[12] + J22e4_4;
+    const lanes M3_3 = X[15] + J33s3_4;
+    lanes_put(&M[14], M3_3, stream);
+    const lanes J13e4_4 = C4 * J13r4_4 - S4 * J23r4_4;
+    const lanes J23e4_4 = C4 * J23r4_4 + S4 * J13r4_4;
+    lanes_put(&M[15], -J23e4_4, stream);
+    lanes_put(&M[20], -J23e4_4, stream);
+    const lanes m4_1e4 = C4 * m1s4_5 - S4 * m2s4_5;
+    const lanes m4_2e4 = C4 * m2s4_5 + S4 * m1s4_5;
+    const lanes J12s3_4 = X[9] + J13e4_4;
+    const lanes J23s3_4 = X[11] - J23e4_4;
+    const lanes m1s3_4 = X[13] + m4_1e4;
+    const lanes m2s3_4 = X[14] + m5_2e5;
+    const lanes De3_3 = J11s3_4 - J33s4_5;
+    const lanes Te3_3 = 2.0 * J12s3_4;
+    const lanes ze3_3 = C3 * Te3_3 + S3 * De3_3;
+    const lanes J11e3_3 = J11s3_4 - S3 * ze3_3;
+    const lanes J12e3_3 = C3 * ze3_3 - J12s3_4;
+    const lanes J22e3_3 = S3 * ze3_3 + J33s4_5;
+    const lanes J11s2_3 = X[1] + J11e3_3;
+    const lanes J13e3_3 = C3 * J13s3_4 - S3 * J23s3_4;
+    const lanes J23e3_3 = C3 * J23s3_4 + S3 * J13s3_4;
+    const lanes Nbm32e2 = C2 * J23e3_3 + S2 * J13e3_3;
+    lanes_put(&M[2], Nbm32e2, stream);
+    lanes_put(&M[12], Nbm32e2, stream);
+    const lanes J13d3_3 = rx90_geometry_D3 * m4_2e4 + J13e3_3;
+    const lanes J13s2_3 = X[3] + J13d3_3;
+    const lanes J23s2_3 = X[4] + J23e3_3;
+    const lanes J23e2_2 = C2 * J23s2_3 + S2 * J13s2_3;
+    lanes_put(&M[1], J23e2_2, stream);
+    lanes_put(&M[6], J23e2_2, stream);
+    const lanes Fbm42e3 = -S3 * m4_2e4;
+    const lanes Nbm43d3 = rx90_geometry_D3 * Fbm42e3 - J23e4_4;
+    lanes_put(&M[9], Nbm43d3, stream);
+    lanes_put(&M[19], Nbm43d3, stream);
+    const lanes m3_1e3 = C3 * m1s3_4 - S3 * m2s3_4;
+    const lanes m3_2e3 = C3 * m2s3_4 + S3 * m1s3_4;
+    const lanes J12d3_3 = J12e3_3 - rx90_geometry_D3 * m3_2e3;
+    const lanes J12s2_3 = X[2] + J12d3_3;
+    const lanes Te2_2 = 2.0 * J12s2_3;
+    const lanes Nbm33d3 = rx90_geometry_D3 * m3_1e3 + J33s3_4;
+    lanes_put(&M[8], Nbm33d3, stream);
+    lanes_put(&M[13], Nbm33d3, stream);
+    const lanes xd3_3 = 2.0 * rx90_geometry_D3 * m3_1e3;
+    const lanes J22d3_3 = J22e3_3 + xd3_3;
+    const lanes J33d3_3 = J33s3_4 + xd3_3;
+    const lanes J33s2_3 = X[5] + J33d3_3;
+    lanes_put(&M[7], J33s2_3, stream);
+    const lanes De2_2 = J11s2_3 - J22d3_3;
+    const lanes ze2_2 = C2 * Te2_2 + S2 * De2_2;
+    const lanes J22e2_2 = S2 * ze2_2 + J22d3_3;
+    const lanes J33s1_2 = X[0] + J22e2_2;
+    lanes_put(&M[0], J33s1_2, stream);
+    const lanes Nbm41e3 = C3 * J13e4_4 - S3 * J33s4_5;
+    const lanes Nbm42e3 = C3 * J33s4_5 + S3 * J13e4_4;
+    const lanes Nbm42d3 = rx90_geometry_D3 * m4_1e4 + Nbm42e3;
+    const lanes Nbm42e2 = C2 * Nbm42d3 + S2 * Nbm41e3;
+    lanes_put(&M[3], Nbm42e2, stream);
+    lanes_put(&M[18], Nbm42e2, stream);
+    const lanes Fbm51e4 = -C4 * m5_2e5;
+    const lanes Fbm52e4 = -S4 * m5_2e5;
+    const lanes Fbm52e3 = C3 * m5_1e5 + S3 * Fbm51e4;
+    const lanes Nbm51e4 = C4 * J13e5_5 - S4 * Nbm52r4;
+    const lanes Nbm52e4 = C4 * Nbm52r4 + S4 * J13e5_5;
+    lanes_put(&M[16], -Nbm52e4, stream);
+    lanes_put(&M[26], -Nbm52e4, stream);
+    const lanes Nbm53d3 = rx90_geometry_D3 * Fbm52e3 - Nbm52e4;
+    lanes_put(&M[10], Nbm53d3, stream);
+    lanes_put(&M[25], Nbm53d3, stream);
+    const lanes Nbm51e3 = C3 * Nbm51e4 - S3 * J23e5_5;
+    const lanes Nbm52e3 = C3 * J23e5_5 + S3 * Nbm51e4;
+    const lanes Nbm52d3 = rx90_geometry_D3 * Fbm52e4 + Nbm52e3;
+    const lanes Nbm52e2 = C2 * Nbm52d3 + S2 * Nbm51e3;
+    lanes_put(&M[4], Nbm52e2, stream);
+    lanes_put(&M[24], Nbm52e2, stream);
+    const lanes Fbm61e5 = -C5 * m6_2e6;
+    const lanes Fbm62e5 = -S5 * m6_2e6;
+    const lanes Nbm62r4 = rx90_geometry_R4 * Fbm61e5 + J23e6_6;
+    const lanes Nbm61e5 = C5 * J13e6_6 - X[36] * S5;
+    const lanes Nbm62e5 = X[36] * C5 + S5 * J13e6_6;
+    lanes_put(&M[23], Nbm62e5, stream);
+    lanes_put(&M[33], Nbm62e5, stream);
+    const lanes Nbm61r4 = Nbm61e5 - rx90_geometry_R4 * m6_1e6;
+    const lanes Fbm61e4 = C4 * Fbm61e5 - S4 * m6_1e6;
+    const lanes Fbm62e4 = C4 * m6_1e6 + S4 * Fbm61e5;
+    const lanes Fbm62e3 = C3 * Fbm62e5 + S3 * Fbm61e4;
+    const lanes Nbm61e4 = C4 * Nbm61r4 - S4 * Nbm62r4;
+    const lanes Nbm62e4 = C4 * Nbm62r4 + S4 * Nbm61r4;
+    lanes_put(&M[17], -Nbm62e4, stream);
+    lanes_put(&M[32], -Nbm62e4, stream);
+    const lanes Nbm63d3 = rx90_geometry_D3 * Fbm62e3 - Nbm62e4;
+    lanes_put(&M[11], Nbm63d3, stream);
+    lanes_put(&M[31], Nbm63d3, stream);
+    const lanes Nbm61e3 = C3 * Nbm61e4 - S3 * Nbm62e5;
+    const lanes Nbm62e3 = C3 * Nbm62e5 + S3 * Nbm61e4;
+    const lanes Nbm62d3 = rx90_geometry_D3 * Fbm62e4 + Nbm62e3;
+    const lanes Nbm62e2 = C2 * Nbm62d3 + S2 * Nbm61e3;
+    lanes_put(&M[5], Nbm62e2, stream);
+    lanes_put(&M[30], Nbm62e2, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *X, apart *M)
+{
+    return panel(q, X, M, 0);
+}
+
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[1] : 0u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_X[REACH(40u)];
+    lanes lanes_X[BLOCKS(40u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 40u, lanes_X);
+    }
+    lanes lanes_M[BLOCKS(36u)];
+    double scratch[36u * rx90_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_M, 0, sizeof lanes_M);
+    for (size_t k = 0; k < N; k += rx90_WIDTH) {
+        const size_t count = (N - k < rx90_WIDTH) ? (N - k) : rx90_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+        }
+        status |= plain(lanes_q, lanes_X, (apart *)lanes_M);
+        lanes_store(lanes_M, 36u, count, stream, scratch, &M[k * 36u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[1] : 0u;
+    double padded_q[REACH(6u)];
+    lanes lanes_q[BLOCKS(6u)];
+    double padded_X[REACH(40u)];
+    lanes lanes_X[BLOCKS(40u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 6u, lanes_q);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 40u, lanes_X);
+    }
+    for (size_t k = 0; k < N; k += rx90_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 40u, stride_X, k, N, padded_X, lanes_X);
+        }
+        apart *lanes_M = (apart *)&M[k * 36u];
+        status |= stream ? panel(lanes_q, lanes_X, lanes_M, 1) : plain(lanes_q, lanes_X, lanes_M);
+    }
+    return status;
+}
+
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
+{
+    if (!(streamed(stream, M))) {
+        return panels(0, N, strides, q, X, M);
+    }
+    const int status = panels(1, N, strides, q, X, M);
+    stream_end();
+    return status;
+}
+
+#else
+
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
+    const size_t stride_X = (strides != NULL) ? strides[1] : 0u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        rx90_mass_matrix(&q[k * stride_q], &X[k * stride_X], &M[k * 36u]);
+    }
+    return status;
+}
+
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
+{
+    return rx90_mass_matrix_rows(stream, N, strides, q, X, M);
+}
+
+#endif
+
+size_t rx90_mass_matrix_width(void)
+{
+    return rx90_WIDTH;
+}
+
+void rx90_mass_matrix_batch(size_t N, const double *q, const double *X, double *M)
+{
+    (void)rx90_mass_matrix_rows(0, N, NULL, q, X, M);
+}

@@ -1,0 +1,342 @@
+/* twin: generalized_momentum of as many samples at once as a vector register holds. */
+#include "twin_panels.h"
+#include "twin_lanes.h"
+
+#if twin_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, apart *rate_out, const int stream)
+{
+    (void)stream;
+    const double d2 = 0.2;
+    const double d3 = 0.3;
+    const double r4 = 0.25;
+    const double gz = 9.81;
+    turned q_1 = lanes_turn(q[1]);
+    turned q_2 = lanes_turn(q[2]);
+    turned q_3 = lanes_turn(q[3]);
+    turned q_4 = lanes_turn(q[4]);
+    turned q_6 = lanes_turn(q[6]);
+    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+        q_1 = lanes_far(q[1], q_1);
+        q_2 = lanes_far(q[2], q_2);
+        q_3 = lanes_far(q[3], q_3);
+        q_4 = lanes_far(q[4], q_4);
+        q_6 = lanes_far(q[6], q_6);
+    }
+    const lanes C2 = q_1.c;
+    const lanes S2 = q_1.s;
+    const lanes C3 = q_2.c;
+    const lanes S3 = q_2.s;
+    const lanes C4 = q_3.c;
+    const lanes S4 = q_3.s;
+    const lanes C5 = q_4.c;
+    const lanes S5 = q_4.s;
+    const lanes R6 = q[5] + d3;
+    const lanes C7 = q_6.c;
+    const lanes S7 = q_6.s;
+    const lanes V3d2 = -qd[0] * d2;
+    const lanes W1e2 = qd[0] * S2;
+    const lanes W2e2 = qd[0] * C2;
+    const lanes V2d3 = qd[1] * d3;
+    const lanes V3d3 = V3d2 - d3 * W2e2;
+    const lanes W1e3 = C3 * W1e2 + S3 * W2e2;
+    const lanes W2e3 = C3 * W2e2 - S3 * W1e2;
+    const lanes V1e3 = S3 * V2d3;
+    const lanes V2e3 = C3 * V2d3;
+    const lanes W33 = qd[1] + qd[2];
+    const lanes W1e4 = C4 * W1e3 + S4 * W33;
+    const lanes W2e4 = C4 * W33 - S4 * W1e3;
+    const lanes V1e4 = C4 * V1e3 + S4 * V3d3;
+    const lanes V1r4 = r4 * W2e4 + V1e4;
+    const lanes V2e4 = C4 * V3d3 - S4 * V1e3;
+    const lanes V2r4 = V2e4 - r4 * W1e4;
+    const lanes W34 = qd[3] - W2e3;
+    const lanes W1e5 = qd[0] * S5;
+    const lanes W2e5 = qd[0] * C5;
+    const lanes V1r6 = qd[4] * R6;
+    const lanes V2r6 = V3d2 - R6 * W1e5;
+    const lanes W1e7 = C7 * W1e5 + S7 * W2e5;
+    const lanes W2e7 = C7 * W2e5 - S7 * W1e5;
+    const lanes V1e7 = C7 * V1r6 - qd[5] * S7;
+    const lanes V2e7 = -qd[5] * C7 - S7 * V1r6;
+    const lanes W37 = qd[4] + qd[6];
+    const lanes k1_3 = qd[0] * X[0];
+    const lanes l2_3 = X[7] * W1e2 - X[6] * W2e2;
+    const lanes k2_1 = qd[1] * X[3] + X[1] * W1e2 + X[2] * W2e2 + X[7] * V3d2;
+    const lanes k2_2 = qd[1] * X[4] + X[2] * W1e2 - X[6] * V3d2;
+    const lanes k2_3 = qd[1] * X[5] + X[3] * W1e2 + X[4] * W2e2;
+    const lanes l3_1 = -X[14] * W33;
+    const lanes l3_2 = X[13] * W33;
+    const lanes l3_3 = X[14] * W1e3 - X[13] * W2e3;
+    const lanes k3_1 = X[8] * W1e3 + X[9] * W2e3 + X[10] * W33 + X[14] * V3d3;
+    const lanes k3_2 = X[9] * W1e3 + X[11] * W33 - X[13] * V3d3;
+    const lanes k3_3 = X[10] * W1e3 + X[11] * W2e3 + X[12] * W33 + X[13] * V2e3 - X[14] * V1e3;
+    const lanes l4_1 = -X[22] * W34;
+    const lanes l4_2 = X[21] * W34;
+    const lanes l4_3 = X[22] * W1e4 - X[21] * W2e4;
+    const lanes Fks3_4_2 = l3_2 - l4_3;
+    const lanes k4_1 = X[16] * W1e4 + X[17] * W2e4 + X[18] * W34 - X[22] * V2e3;
+    const lanes k4_2 = X[17] * W1e4 + X[19] * W34 + X[21] * V2e3;
+    const lanes k4_3 = X[18] * W1e4 + X[19] * W2e4 + X[20] * W34 + X[21] * V2r4 - X[22] * V1r4;
+    const lanes Nks3_4_2 = k3_2 - k4_3;
+    const lanes r4_ = W2e4 * k4_1 + V2r4 * l4_1 - W1e4 * k4_2 - V1r4 * l4_2;
+    const lanes Nbk1r4 = k4_1 - r4 * l4_2;
+    const lanes Nbk2r4 = r4 * l4_1 + k4_2;
+    const lanes p4 = qd[3] * X[23] + k4_3;
+    lanes_put(&p_out[3], p4, stream);
+    const lanes l5_3 = X[30] * W1e5 - X[29] * W2e5;
+    const lanes k5_1 = qd[4] * X[26] + X[24] * W1e5 + X[25] * W2e5 + X[30] * V3d2;
+    const lanes k5_2 = qd[4] * X[27] + X[25] * W1e5 - X[29] * V3d2;
+    const lanes k5_3 = qd[4] * X[28] + X[26] * W1e5 + X[27] * W2e5;
+    const lanes l6_1 = qd[4] * X[33] + X[32] * W2e5 + X[34] * V1r6;
+    const lanes l6_2 = X[34] * V2r6 - X[31] * W2e5 - X[33] * W1e5;
+    const lanes l6_3 = qd[5] * X[34] + X[32] * W1e5 - qd[4] * X[31];
+    const lanes k6_1 = qd[5] * X[32] - X[33] * V2r6;
+    const lanes k6_2 = X[33] * V1r6 - qd[5] * X[31];
+    const lanes k6_3 = X[31] * V2r6 - X[32] * V1r6;
+    const lanes l7_1 = -X[42] * W37;
+    const lanes l7_2 = X[41] * W37;
+    const lanes l7_3 = X[42] * W1e7 - X[41] * W2e7;
+    const lanes Fks6_7_2 = l6_2 + l7_3;
+    const lanes Fks5_6_3 = l5_3 + Fks6_7_2;
+    const lanes k7_1 = X[36] * W1e7 + X[37] * W2e7 + X[38] * W37 + X[42] * V2r6;
+    const lanes k7_2 = X[37] * W1e7 + X[39] * W37 - X[41] * V2r6;
+    const lanes k7_3 = X[38] * W1e7 + X[39] * W2e7 + X[40] * W37 + X[41] * V2e7 - X[42] * V1e7;
+    const lanes Nks6_7_2 = k6_2 + k7_3;
+    const lanes r7 = W2e7 * k7_1 + V2e7 * l7_1 - W1e7 * k7_2 - V1e7 * l7_2;
+    const lanes p7 = qd[6] * X[43] + k7_3;
+    lanes_put(&p_out[6], p7, stream);
+    const lanes Fbk1e7 = C7 * l7_1 - S7 * l7_2;
+    const lanes Fbk2e7 = C7 * l7_2 + S7 * l7_1;
+    const lanes Fks6_7_1 = l6_1 + Fbk1e7;
+    const lanes Fks6_7_3 = l6_3 - Fbk2e7;
+    const lanes Nbk2r6 = R6 * Fks6_7_1 + Nks6_7_2;
+    const lanes Nks5_6_3 = k5_3 + Nbk2r6;
+    lanes_put(&p_out[4], Nks5_6_3, stream);
+    const lanes r6 = qd[4] * Fks6_7_1 - W1e5 * Fks6_7_2;
+    const lanes p6 = qd[5] * X[35] + Fks6_7_3;
+    lanes_put(&p_out[5], p6, stream);
+    const lanes Nbk1e7 = C7 * k7_1 - S7 * k7_2;
+    const lanes Nbk2e7 = C7 * k7_2 + S7 * k7_1;
+    const lanes Nks6_7_1 = k6_1 + Nbk1e7;
+    const lanes Nks6_7_3 = k6_3 - Nbk2e7;
+    const lanes Nbk1r6 = Nks6_7_1 - R6 * Fks6_7_2;
+    const lanes Nks5_6_1 = k5_1 + Nbk1r6;
+    const lanes Nks5_6_2 = k5_2 - Nks6_7_3;
+    const lanes r5 = W2e5 * Nks5_6_1 - W1e5 * Nks5_6_2;
+    const lanes Nbk2e5 = C5 * Nks5_6_2 + S5 * Nks5_6_1;
+    const lanes Nbk2d5 = Nbk2e5 - d2 * Fks5_6_3;
+    const lanes Nks1_5_3 = k1_3 + Nbk2d5;
+    const lanes Fbk1e4 = C4 * l4_1 - S4 * l4_2;
+    const lanes Fbk2e4 = C4 * l4_2 + S4 * l4_1;
+    const lanes Fks3_4_1 = l3_1 + Fbk1e4;
+    const lanes Fks3_4_3 = l3_3 + Fbk2e4;
+    const lanes Fks2_3_3 = l2_3 + Fks3_4_3;
+    const lanes Nbk1e4 = C4 * Nbk1r4 - S4 * Nbk2r4;
+    const lanes Nbk2e4 = C4 * Nbk2r4 + S4 * Nbk1r4;
+    const lanes Nks3_4_1 = k3_1 + Nbk1e4;
+    const lanes Nks3_4_3 = k3_3 + Nbk2e4;
+    const lanes r3 = W2e3 * Nks3_4_1 + V2e3 * Fks3_4_1 - W1e3 * Nks3_4_2 - V1e3 * Fks3_4_2;
+    const lanes Fbk2e3 = C3 * Fks3_4_2 + S3 * Fks3_4_1;
+    const lanes Nbk3d3 = d3 * Fbk2e3 + Nks3_4_3;
+    const lanes Nks2_3_3 = k2_3 + Nbk3d3;
+    lanes_put(&p_out[1], Nks2_3_3, stream);
+    const lanes p3 = qd[2] * X[15] + Nks3_4_3;
+    lanes_put(&p_out[2], p3, stream);
+    const lanes Nbk1e3 = C3 * Nks3_4_1 - S3 * Nks3_4_2;
+    const lanes Nbk2e3 = C3 * Nks3_4_2 + S3 * Nks3_4_1;
+    const lanes Nbk2d3 = Nbk2e3 - d3 * Fks3_4_3;
+    const lanes Nks2_3_1 = k2_1 + Nbk1e3;
+    const lanes Nks2_3_2 = k2_2 + Nbk2d3;
+    const lanes r2 = W2e2 * Nks2_3_1 - W1e2 * Nks2_3_2;
+    const lanes Nbk2e2 = C2 * Nks2_3_2 + S2 * Nks2_3_1;
+    const lanes Nbk2d2 = Nbk2e2 - d2 * Fks2_3_3;
+    const lanes Nks1_2_3 = Nks1_5_3 + Nbk2d2;
+    lanes_put(&p_out[0], Nks1_2_3, stream);
+    const lanes Z1e2 = gz * S2;
+    const lanes Z2e2 = gz * C2;
+    const lanes Z1e3 = C3 * Z1e2 + S3 * Z2e2;
+    const lanes Z2e3 = C3 * Z2e2 - S3 * Z1e2;
+    const lanes N2_3 = X[6] * Z2e2 - X[7] * Z1e2;
+    const lanes Z1e4 = C4 * Z1e3;
+    const lanes Z2e4 = -S4 * Z1e3;
+    const lanes N3_3 = X[13] * Z2e3 - X[14] * Z1e3;
+    const lanes N4_3 = X[21] * Z2e4 - X[22] * Z1e4;
+    const lanes R4 = r4_ - N4_3;
+    lanes_put(&rate_out[3], R4, stream);
+    const lanes Z1e5 = gz * S5;
+    const lanes Z2e5 = gz * C5;
+    const lanes Z1e7 = C7 * Z1e5 + S7 * Z2e5;
+    const lanes Z2e7 = C7 * Z2e5 - S7 * Z1e5;
+    const lanes N7_3 = X[41] * Z2e7 - X[42] * Z1e7;
+    const lanes R7 = r7 - N7_3;
+    lanes_put(&rate_out[6], R7, stream);
+    const lanes N4_1 = -X[22] * Z2e3;
+    const lanes N4_2 = X[21] * Z2e3;
+    const lanes N5_3 = X[29] * Z2e5 - X[30] * Z1e5;
+    const lanes F6_1 = X[34] * Z1e5;
+    const lanes F6_3 = -X[34] * Z2e5;
+    const lanes R6_ = r6 - F6_3;
+    lanes_put(&rate_out[5], R6_, stream);
+    const lanes N6_1 = -X[32] * Z2e5;
+    const lanes N6_2 = X[31] * Z2e5 + X[33] * Z1e5;
+    const lanes N6_3 = -X[32] * Z1e5;
+    const lanes Ns6_7_2 = N6_2 + N7_3;
+    const lanes Nb2r6 = R6 * F6_1 + Ns6_7_2;
+    const lanes Ns5_6_3 = N5_3 + Nb2r6;
+    const lanes Nb2e5 = S5 * N6_1 - C5 * N6_3;
+    const lanes R5 = r5 - Ns5_6_3;
+    lanes_put(&rate_out[4], R5, stream);
+    const lanes Nb1e4 = C4 * N4_1 - S4 * N4_2;
+    const lanes Nb2e4 = C4 * N4_2 + S4 * N4_1;
+    const lanes Ns3_4_3 = N3_3 + Nb2e4;
+    const lanes Ns2_3_3 = N2_3 + Ns3_4_3;
+    const lanes R2 = r2 - Ns2_3_3;
+    lanes_put(&rate_out[1], R2, stream);
+    const lanes R3 = r3 - Ns3_4_3;
+    lanes_put(&rate_out[2], R3, stream);
+    const lanes Nb1e3 = C3 * Nb1e4 + S3 * N4_3;
+    const lanes Nb2e3 = S3 * Nb1e4 - C3 * N4_3;
+    const lanes Nb2e2 = C2 * Nb2e3 + S2 * Nb1e3;
+    const lanes Ns1_2_3 = Nb2e5 + Nb2e2;
+    lanes_put(&rate_out[0], -Ns1_2_3, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, apart *rate_out)
+{
+    return panel(q, qd, X, p_out, rate_out, 0);
+}
+
+int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    double padded_q[REACH(7u)];
+    lanes lanes_q[BLOCKS(7u)];
+    double padded_qd[REACH(7u)];
+    lanes lanes_qd[BLOCKS(7u)];
+    double padded_X[REACH(44u)];
+    lanes lanes_X[BLOCKS(44u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 7u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 7u, lanes_qd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 44u, lanes_X);
+    }
+    lanes lanes_p_out[BLOCKS(7u)];
+    lanes lanes_rate_out[BLOCKS(7u)];
+    double scratch[7u * twin_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_p_out, 0, sizeof lanes_p_out);
+    memset(lanes_rate_out, 0, sizeof lanes_rate_out);
+    for (size_t k = 0; k < N; k += twin_WIDTH) {
+        const size_t count = (N - k < twin_WIDTH) ? (N - k) : twin_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 7u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 44u, stride_X, k, N, padded_X, lanes_X);
+        }
+        status |= plain(lanes_q, lanes_qd, lanes_X, (apart *)lanes_p_out, (apart *)lanes_rate_out);
+        lanes_store(lanes_p_out, 7u, count, stream, scratch, &p_out[k * 7u]);
+        lanes_store(lanes_rate_out, 7u, count, stream, scratch, &rate_out[k * 7u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    double padded_q[REACH(7u)];
+    lanes lanes_q[BLOCKS(7u)];
+    double padded_qd[REACH(7u)];
+    lanes lanes_qd[BLOCKS(7u)];
+    double padded_X[REACH(44u)];
+    lanes lanes_X[BLOCKS(44u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 7u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 7u, lanes_qd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 44u, lanes_X);
+    }
+    for (size_t k = 0; k < N; k += twin_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 7u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 44u, stride_X, k, N, padded_X, lanes_X);
+        }
+        apart *lanes_p_out = (apart *)&p_out[k * 7u];
+        apart *lanes_rate_out = (apart *)&rate_out[k * 7u];
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_X, lanes_p_out, lanes_rate_out, 1) : plain(lanes_q, lanes_qd, lanes_X, lanes_p_out, lanes_rate_out);
+    }
+    return status;
+}
+
+int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
+        return panels(0, N, strides, q, qd, X, p_out, rate_out);
+    }
+    const int status = panels(1, N, strides, q, qd, X, p_out, rate_out);
+    stream_end();
+    return status;
+}
+
+#else
+
+int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[2] : 0u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        twin_generalized_momentum(&q[k * stride_q], &qd[k * stride_qd], &X[k * stride_X], &p_out[k * 7u], &rate_out[k * 7u]);
+    }
+    return status;
+}
+
+int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    return twin_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
+}
+
+#endif
+
+size_t twin_generalized_momentum_width(void)
+{
+    return twin_WIDTH;
+}
+
+void twin_generalized_momentum_batch(size_t N, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+{
+    (void)twin_generalized_momentum_rows(0, N, NULL, q, qd, X, p_out, rate_out);
+}

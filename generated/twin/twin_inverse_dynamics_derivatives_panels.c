@@ -1,0 +1,966 @@
+/* twin: inverse_dynamics_derivatives of as many samples at once as a vector register holds. */
+#include "twin_panels.h"
+#include "twin_lanes.h"
+
+#if twin_WIDTH > 1
+
+/* One panel. What is zero for every sample is not written. */
+ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X, apart *dq_out, apart *dqd_out, const int stream)
+{
+    (void)stream;
+    const double d2 = 0.2;
+    const double d3 = 0.3;
+    const double r4 = 0.25;
+    const double gz = 9.81;
+    lanes_put(&dqd_out[40], X[55], stream);
+    turned q_1 = lanes_turn(q[1]);
+    turned q_2 = lanes_turn(q[2]);
+    turned q_3 = lanes_turn(q[3]);
+    turned q_4 = lanes_turn(q[4]);
+    turned q_6 = lanes_turn(q[6]);
+    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+        q_1 = lanes_far(q[1], q_1);
+        q_2 = lanes_far(q[2], q_2);
+        q_3 = lanes_far(q[3], q_3);
+        q_4 = lanes_far(q[4], q_4);
+        q_6 = lanes_far(q[6], q_6);
+    }
+    const lanes C2 = q_1.c;
+    const lanes S2 = q_1.s;
+    const lanes C3 = q_2.c;
+    const lanes S3 = q_2.s;
+    const lanes C4 = q_3.c;
+    const lanes S4 = q_3.s;
+    const lanes C5 = q_4.c;
+    const lanes S5 = q_4.s;
+    const lanes R6 = q[5] + d3;
+    const lanes C7 = q_6.c;
+    const lanes S7 = q_6.s;
+    const lanes V3d2 = -qd[0] * d2;
+    const lanes W1e2 = qd[0] * S2;
+    const lanes W2e2 = qd[0] * C2;
+    const lanes V2d3 = qd[1] * d3;
+    const lanes V3d3 = V3d2 - d3 * W2e2;
+    const lanes W1e3 = C3 * W1e2 + S3 * W2e2;
+    const lanes W2e3 = C3 * W2e2 - S3 * W1e2;
+    const lanes V1e3 = S3 * V2d3;
+    const lanes V2e3 = C3 * V2d3;
+    const lanes W33 = qd[1] + qd[2];
+    const lanes W1e4 = C4 * W1e3 + S4 * W33;
+    const lanes W2e4 = C4 * W33 - S4 * W1e3;
+    const lanes V1e4 = C4 * V1e3 + S4 * V3d3;
+    const lanes V1r4 = r4 * W2e4 + V1e4;
+    const lanes V2e4 = C4 * V3d3 - S4 * V1e3;
+    const lanes V2r4 = V2e4 - r4 * W1e4;
+    const lanes W34 = qd[3] - W2e3;
+    const lanes W1e5 = qd[0] * S5;
+    const lanes W2e5 = qd[0] * C5;
+    const lanes V1r6 = qd[4] * R6;
+    const lanes V2r6 = V3d2 - R6 * W1e5;
+    const lanes W1e7 = C7 * W1e5 + S7 * W2e5;
+    const lanes W2e7 = C7 * W2e5 - S7 * W1e5;
+    const lanes V1e7 = C7 * V1r6 - qd[5] * S7;
+    const lanes V2e7 = -qd[5] * C7 - S7 * V1r6;
+    const lanes W37 = qd[4] + qd[6];
+    const lanes ZP22d2 = qd[0] * qd[0];
+    const lanes Z1d2 = -d2 * ZP22d2;
+    const lanes Z3d2 = -qdd[0] * d2;
+    const lanes X1e2 = qdd[0] * S2;
+    const lanes X12 = qd[1] * W2e2 + X1e2;
+    const lanes X2e2 = qdd[0] * C2;
+    const lanes X22 = X2e2 - qd[1] * W1e2;
+    const lanes Z1e2 = gz * S2 + C2 * Z1d2;
+    const lanes Z2e2 = gz * C2 - S2 * Z1d2;
+    const lanes ZP12d3 = W1e2 * W2e2;
+    const lanes ZA2d3 = qdd[1] + ZP12d3;
+    const lanes A122 = ZP12d3 - qdd[1];
+    const lanes ZP13d3 = qd[1] * W1e2;
+    const lanes ZA3d3 = ZP13d3 - X22;
+    const lanes ZP22d3 = W2e2 * W2e2;
+    const lanes ZP33d3 = qd[1] * qd[1];
+    const lanes ZA1d3 = ZP22d3 + ZP33d3;
+    const lanes Z1d3 = Z1e2 - d3 * ZA1d3;
+    const lanes Z2d3 = d3 * ZA2d3 + Z2e2;
+    const lanes Z3d3 = d3 * ZA3d3 + Z3d2;
+    const lanes X1e3 = C3 * X12 + S3 * X22;
+    const lanes X13 = qd[2] * W2e3 + X1e3;
+    const lanes X2e3 = C3 * X22 - S3 * X12;
+    const lanes X23 = X2e3 - qd[2] * W1e3;
+    const lanes A3212 = X22 + ZP13d3;
+    const lanes Z1e3 = C3 * Z1d3 + S3 * Z2d3;
+    const lanes Z2e3 = C3 * Z2d3 - S3 * Z1d3;
+    const lanes X33 = qdd[1] + qdd[2];
+    const lanes X1e4 = C4 * X13 + S4 * X33;
+    const lanes X14 = qd[3] * W2e4 + X1e4;
+    const lanes X2e4 = C4 * X33 - S4 * X13;
+    const lanes X24 = X2e4 - qd[3] * W1e4;
+    const lanes Z1e4 = C4 * Z1e3 + S4 * Z3d3;
+    const lanes Z2e4 = C4 * Z3d3 - S4 * Z1e3;
+    const lanes X34 = qdd[3] - X23;
+    const lanes ZP13r4 = W1e4 * W34;
+    const lanes ZA1r4 = X24 + ZP13r4;
+    const lanes Z1r4 = r4 * ZA1r4 + Z1e4;
+    const lanes A314 = ZP13r4 - X24;
+    const lanes ZP23r4 = W2e4 * W34;
+    const lanes ZA2r4 = ZP23r4 - X14;
+    const lanes Z2r4 = r4 * ZA2r4 + Z2e4;
+    const lanes ZP11r4 = W1e4 * W1e4;
+    const lanes ZP22r4 = W2e4 * W2e4;
+    const lanes ZA3r4 = ZP11r4 + ZP22r4;
+    const lanes Z3r4 = -r4 * ZA3r4 - Z2e3;
+    const lanes X1e5 = qdd[0] * S5;
+    const lanes X15 = qd[4] * W2e5 + X1e5;
+    const lanes X2e5 = qdd[0] * C5;
+    const lanes X25 = X2e5 - qd[4] * W1e5;
+    const lanes Z1e5 = gz * S5 + C5 * Z1d2;
+    const lanes Z2e5 = gz * C5 - S5 * Z1d2;
+    const lanes ZP13r6 = -W1e5 * W2e5;
+    const lanes ZA1r6 = qdd[4] + ZP13r6;
+    const lanes A215 = qdd[4] - ZP13r6;
+    const lanes ZP23r6 = -qd[4] * W2e5;
+    const lanes ZA2r6 = ZP23r6 - X15;
+    const lanes ZP11r6 = W1e5 * W1e5;
+    const lanes ZP22r6 = qd[4] * qd[4];
+    const lanes ZA3r6 = ZP11r6 + ZP22r6;
+    const lanes fp6_3 = -X[34] * ZA3r6;
+    lanes_put(&dq_out[40], fp6_3, stream);
+    const lanes Z1r6 = R6 * ZA1r6 + Z1e5;
+    const lanes Z2r6 = R6 * ZA2r6 + Z3d2;
+    const lanes Z3r6 = -R6 * ZA3r6 - Z2e5;
+    const lanes Z36 = qdd[5] + Z3r6;
+    const lanes Y6 = 2.0 * qd[5];
+    const lanes Z16 = qd[4] * Y6 + Z1r6;
+    const lanes Z26 = Z2r6 - W1e5 * Y6;
+    const lanes X1e7 = C7 * X15 + S7 * X25;
+    const lanes X17 = qd[6] * W2e7 + X1e7;
+    const lanes X2e7 = C7 * X25 - S7 * X15;
+    const lanes X27 = X2e7 - qd[6] * W1e7;
+    const lanes Z1e7 = C7 * Z16 - S7 * Z36;
+    const lanes Z2e7 = -C7 * Z36 - S7 * Z16;
+    const lanes N6_1 = X[32] * Z36 - X[33] * Z26;
+    const lanes X37 = qdd[4] + qdd[6];
+    const lanes P112 = W1e2 * W1e2;
+    const lanes P232 = qd[1] * W2e2;
+    const lanes A322 = X12 + P232;
+    const lanes B12 = ZP22d3 - ZP33d3;
+    const lanes B22 = ZP33d3 - P112;
+    const lanes N2_1 = X[1] * X12 + X[3] * ZA2d3 + X[4] * B12 + X[5] * P232 + X[7] * Z3d2 - X[2] * ZA3d3;
+    const lanes A3122 = X12 - P232;
+    const lanes Q32 = ZP22d3 + P112;
+    const lanes J31_2 = X[1] - X[5];
+    const lanes N2_2 = X[2] * A322 + X[3] * B22 + ZP13d3 * J31_2 - X[4] * A122 - X[6] * Z3d2;
+    const lanes R312 = X[2] * W1e2 - qd[1] * X[4] - X[6] * V3d2 - W2e2 * J31_2;
+    const lanes P113 = W1e3 * W1e3;
+    const lanes P123 = W1e3 * W2e3;
+    const lanes P133 = W1e3 * W33;
+    const lanes P223 = W2e3 * W2e3;
+    const lanes P233 = W2e3 * W33;
+    const lanes P333 = W33 * W33;
+    const lanes Q13 = P223 + P333;
+    const lanes A213 = X33 + P123;
+    const lanes A123 = P123 - X33;
+    const lanes F3_1 = X[14] * A123 - X[13] * Q13;
+    const lanes A313 = P133 - X23;
+    const lanes A3213 = X23 + P133;
+    const lanes Q23 = P113 + P333;
+    const lanes F3_2 = X[13] * A213 - X[14] * Q23;
+    const lanes A323 = X13 + P233;
+    const lanes B13 = P223 - P333;
+    const lanes B23 = P333 - P113;
+    const lanes N3_1 = X[8] * X13 + X[10] * A213 + X[11] * B13 + X[12] * P233 + X[14] * Z3d3 - X[9] * A313;
+    const lanes A3123 = X13 - P233;
+    const lanes F3_3 = X[13] * A313 + X[14] * A323;
+    const lanes Q33 = P113 + P223;
+    const lanes J31_3 = X[8] - X[12];
+    const lanes N3_2 = X[9] * A323 + X[10] * B23 + P133 * J31_3 - X[11] * A123 - X[13] * Z3d3;
+    const lanes R313 = X[9] * W1e3 - X[11] * W33 - X[13] * V3d3 - W2e3 * J31_3;
+    const lanes P124 = W1e4 * W2e4;
+    const lanes P334 = W34 * W34;
+    const lanes Q14 = ZP22r4 + P334;
+    const lanes A214 = X34 + P124;
+    const lanes Q24 = ZP11r4 + P334;
+    const lanes F4_2 = X[21] * A214 - X[22] * Q24;
+    const lanes A324 = X14 + ZP23r4;
+    const lanes A124 = P124 - X34;
+    const lanes F4_1 = X[22] * A124 - X[21] * Q14;
+    const lanes B14 = ZP22r4 - P334;
+    const lanes B24 = P334 - ZP11r4;
+    const lanes B34 = ZP11r4 - ZP22r4;
+    const lanes N4_1 = X[16] * X14 + X[18] * A214 + X[19] * B14 + X[20] * ZP23r4 + X[22] * Z3r4 - X[17] * A314;
+    const lanes F4_3 = X[21] * A314 + X[22] * A324;
+    const lanes N4_3 = X[17] * B34 + X[19] * ZA1r4 + X[20] * X34 + X[21] * Z2r4 - X[16] * P124 - X[18] * ZA2r4 - X[22] * Z1r4;
+    const lanes Fs3_4_2 = F3_2 - F4_3;
+    const lanes Ns3_4_2 = N3_2 - N4_3;
+    const lanes J31_4 = X[16] - X[20];
+    const lanes N4_2 = X[17] * A324 + X[18] * B24 + ZP13r4 * J31_4 - X[19] * A124 - X[21] * Z3r4;
+    const lanes R314 = X[17] * W1e4 + X[21] * V2e3 - X[19] * W34 - W2e4 * J31_4;
+    const lanes P135 = qd[4] * W1e5;
+    const lanes P225 = W2e5 * W2e5;
+    const lanes Q15 = ZP22r6 + P225;
+    const lanes A315 = P135 - X25;
+    const lanes A3215 = X25 + P135;
+    const lanes F6_1 = X[32] * A3215 + X[33] * ZA1r6 + X[34] * Z16 - X[31] * Q15;
+    const lanes N6_3 = X[31] * Z26 - X[32] * Z16;
+    const lanes B15 = P225 - ZP22r6;
+    const lanes B25 = ZP22r6 - ZP11r6;
+    const lanes N5_1 = X[24] * X15 + X[26] * A215 + X[27] * B15 + X[30] * Z3d2 - X[25] * A315 - X[28] * ZP23r6;
+    const lanes A3125 = X15 + ZP23r6;
+    const lanes Q26 = ZP11r6 + P225;
+    const lanes F6_2 = X[31] * A315 + X[33] * ZA2r6 + X[34] * Z26 - X[32] * Q26;
+    const lanes J31_5 = X[24] - X[28];
+    const lanes N5_2 = X[26] * B25 + X[27] * ZA1r6 + P135 * J31_5 - X[25] * ZA2r6 - X[29] * Z3d2;
+    const lanes R315 = X[25] * W1e5 - qd[4] * X[27] - X[29] * V3d2 - W2e5 * J31_5;
+    const lanes P117 = W1e7 * W1e7;
+    const lanes P127 = W1e7 * W2e7;
+    const lanes P137 = W1e7 * W37;
+    const lanes P227 = W2e7 * W2e7;
+    const lanes P237 = W2e7 * W37;
+    const lanes P337 = W37 * W37;
+    const lanes Q17 = P227 + P337;
+    const lanes A217 = X37 + P127;
+    const lanes A127 = P127 - X37;
+    const lanes F7_1 = X[42] * A127 - X[41] * Q17;
+    const lanes A317 = P137 - X27;
+    const lanes A3217 = X27 + P137;
+    const lanes Q27 = P117 + P337;
+    const lanes F7_2 = X[41] * A217 - X[42] * Q27;
+    const lanes A327 = X17 + P237;
+    const lanes B17 = P227 - P337;
+    const lanes B27 = P337 - P117;
+    const lanes N7_1 = X[36] * X17 + X[38] * A217 + X[39] * B17 + X[40] * P237 + X[42] * Z26 - X[37] * A317;
+    const lanes A3127 = X17 - P237;
+    const lanes F7_3 = X[41] * A317 + X[42] * A327;
+    const lanes Fs6_7_2 = F6_2 + F7_3;
+    const lanes Q37 = P117 + P227;
+    const lanes J31_7 = X[36] - X[40];
+    const lanes N7_2 = X[37] * A327 + X[38] * B27 + P137 * J31_7 - X[39] * A127 - X[41] * Z26;
+    const lanes R317 = X[37] * W1e7 - X[39] * W37 - X[41] * V2r6 - W2e7 * J31_7;
+    const lanes Fb1e7 = C7 * F7_1 - S7 * F7_2;
+    const lanes Fs6_7_1 = F6_1 + Fb1e7;
+    const lanes Nb1e7 = C7 * N7_1 - S7 * N7_2;
+    const lanes Ns6_7_1 = N6_1 + Nb1e7;
+    const lanes Nb1r6 = Ns6_7_1 - R6 * Fs6_7_2;
+    const lanes Ns5_6_1 = N5_1 + Nb1r6;
+    const lanes Nb2e7 = C7 * N7_2 + S7 * N7_1;
+    const lanes Ns6_7_3 = N6_3 - Nb2e7;
+    const lanes Ns5_6_2 = N5_2 - Ns6_7_3;
+    const lanes Nb1r4 = N4_1 - r4 * F4_2;
+    const lanes Nb2r4 = r4 * F4_1 + N4_2;
+    const lanes Nb1e4 = C4 * Nb1r4 - S4 * Nb2r4;
+    const lanes Ns3_4_1 = N3_1 + Nb1e4;
+    const lanes Fb1e4 = C4 * F4_1 - S4 * F4_2;
+    const lanes Fs3_4_1 = F3_1 + Fb1e4;
+    const lanes Fb2e4 = C4 * F4_2 + S4 * F4_1;
+    const lanes Fs3_4_3 = F3_3 + Fb2e4;
+    const lanes Nb1e3 = C3 * Ns3_4_1 - S3 * Ns3_4_2;
+    const lanes Ns2_3_1 = N2_1 + Nb1e3;
+    const lanes Nb2e3 = C3 * Ns3_4_2 + S3 * Ns3_4_1;
+    const lanes Nb2d3 = Nb2e3 - d3 * Fs3_4_3;
+    const lanes Ns2_3_2 = N2_2 + Nb2d3;
+    const lanes l2_1 = -qd[1] * X[7];
+    const lanes l2_2 = qd[1] * X[6];
+    const lanes k2_1 = qd[1] * X[3] + X[1] * W1e2 + X[2] * W2e2 + X[7] * V3d2;
+    const lanes k2_2 = qd[1] * X[4] + X[2] * W1e2 - X[6] * V3d2;
+    const lanes k2_3 = qd[1] * X[5] + X[3] * W1e2 + X[4] * W2e2;
+    const lanes l3_1 = -X[14] * W33;
+    const lanes l3_2 = X[13] * W33;
+    const lanes l3_3 = X[14] * W1e3 - X[13] * W2e3;
+    const lanes k3_1 = X[8] * W1e3 + X[9] * W2e3 + X[10] * W33 + X[14] * V3d3;
+    const lanes k3_2 = X[9] * W1e3 + X[11] * W33 - X[13] * V3d3;
+    const lanes k3_3 = X[10] * W1e3 + X[11] * W2e3 + X[12] * W33 + X[13] * V2e3 - X[14] * V1e3;
+    const lanes l4_1 = -X[22] * W34;
+    const lanes l4_2 = X[21] * W34;
+    const lanes l4_3 = X[22] * W1e4 - X[21] * W2e4;
+    const lanes m2s3_4 = l3_2 - l4_3;
+    const lanes k4_1 = X[16] * W1e4 + X[17] * W2e4 + X[18] * W34 - X[22] * V2e3;
+    const lanes k4_2 = X[17] * W1e4 + X[19] * W34 + X[21] * V2e3;
+    const lanes k4_3 = X[18] * W1e4 + X[19] * W2e4 + X[20] * W34 + X[21] * V2r4 - X[22] * V1r4;
+    const lanes Nks3_4_2 = k3_2 - k4_3;
+    const lanes l5_1 = -qd[4] * X[30];
+    const lanes l5_2 = qd[4] * X[29];
+    const lanes k5_1 = qd[4] * X[26] + X[24] * W1e5 + X[25] * W2e5 + X[30] * V3d2;
+    const lanes k5_2 = qd[4] * X[27] + X[25] * W1e5 - X[29] * V3d2;
+    const lanes k5_3 = qd[4] * X[28] + X[26] * W1e5 + X[27] * W2e5;
+    const lanes l6_1 = qd[4] * X[33] + X[32] * W2e5 + X[34] * V1r6;
+    const lanes l6_2 = X[34] * V2r6 - X[31] * W2e5 - X[33] * W1e5;
+    const lanes l6_3 = qd[5] * X[34] + X[32] * W1e5 - qd[4] * X[31];
+    const lanes k6_1 = qd[5] * X[32] - X[33] * V2r6;
+    const lanes k6_2 = X[33] * V1r6 - qd[5] * X[31];
+    const lanes k6_3 = X[31] * V2r6 - X[32] * V1r6;
+    const lanes l7_1 = -X[42] * W37;
+    const lanes l7_2 = X[41] * W37;
+    const lanes l7_3 = X[42] * W1e7 - X[41] * W2e7;
+    const lanes m2s6_7 = l6_2 + l7_3;
+    const lanes k7_1 = X[36] * W1e7 + X[37] * W2e7 + X[38] * W37 + X[42] * V2r6;
+    const lanes k7_2 = X[37] * W1e7 + X[39] * W37 - X[41] * V2r6;
+    const lanes k7_3 = X[38] * W1e7 + X[39] * W2e7 + X[40] * W37 + X[41] * V2e7 - X[42] * V1e7;
+    const lanes Nks6_7_2 = k6_2 + k7_3;
+    const lanes r12 = X[3] * W2e2 - qd[1] * X[2];
+    const lanes R112 = 2.0 * r12;
+    const lanes R122 = qd[1] * X[1] + X[4] * W2e2 - X[3] * W1e2;
+    const lanes r22 = qd[1] * X[2] - X[4] * W1e2;
+    const lanes R222 = 2.0 * r22;
+    const lanes R232 = qd[1] * X[3] - X[2] * W2e2 - X[5] * W1e2 - X[7] * V3d2;
+    const lanes r32 = X[4] * W1e2 - X[3] * W2e2;
+    const lanes R332 = 2.0 * r32;
+    const lanes a2_1 = 2.0 * W2e2;
+    const lanes a2_2 = -2.0 * W1e2;
+    const lanes c2_1 = Z2e2 - V3d2 * a2_2;
+    const lanes c2_2 = V3d2 * a2_1 - Z1e2;
+    const lanes r13 = X[10] * W2e3 + X[14] * V2e3 - X[9] * W33;
+    const lanes R113 = 2.0 * r13;
+    const lanes R123 = X[8] * W33 + X[11] * W2e3 - X[10] * W1e3 - X[13] * V2e3 - X[14] * V1e3;
+    const lanes r23 = X[9] * W33 + X[13] * V1e3 - X[11] * W1e3;
+    const lanes R223 = 2.0 * r23;
+    const lanes R233 = X[10] * W33 - X[9] * W2e3 - X[12] * W1e3 - X[14] * V3d3;
+    const lanes r33 = X[11] * W1e3 + X[13] * V1e3 + X[14] * V2e3 - X[10] * W2e3;
+    const lanes R333 = 2.0 * r33;
+    const lanes a3_1 = 2.0 * W2e3;
+    const lanes a3_2 = -2.0 * W1e3;
+    const lanes c3_1 = Z2e3 - V3d3 * a3_2;
+    const lanes c3_2 = V3d3 * a3_1 - Z1e3;
+    const lanes r14 = X[18] * W2e4 + X[22] * V2r4 - X[17] * W34;
+    const lanes R114 = 2.0 * r14;
+    const lanes R124 = X[16] * W34 + X[19] * W2e4 - X[18] * W1e4 - X[21] * V2r4 - X[22] * V1r4;
+    const lanes r24 = X[17] * W34 + X[21] * V1r4 - X[19] * W1e4;
+    const lanes R224 = 2.0 * r24;
+    const lanes R234 = X[18] * W34 + X[22] * V2e3 - X[17] * W2e4 - X[20] * W1e4;
+    const lanes r34 = X[19] * W1e4 + X[21] * V1r4 + X[22] * V2r4 - X[18] * W2e4;
+    const lanes R334 = 2.0 * r34;
+    const lanes J22s3_4 = R223 + R334;
+    const lanes a4_1 = 2.0 * W2e4;
+    const lanes a4_2 = -2.0 * W1e4;
+    const lanes c4_1 = V2e3 * a4_2 + Z2r4;
+    const lanes c4_2 = -V2e3 * a4_1 - Z1r4;
+    const lanes fp4_1 = X[22] * ZA3r4 + l4_3 * a4_2 - F4_2;
+    const lanes fp4_2 = F4_1 - X[21] * ZA3r4 - l4_3 * a4_1;
+    const lanes xr4_4 = 2.0 * r4 * l4_3;
+    const lanes r15 = X[26] * W2e5 - qd[4] * X[25];
+    const lanes R115 = 2.0 * r15;
+    const lanes R125 = qd[4] * X[24] + X[27] * W2e5 - X[26] * W1e5;
+    const lanes r25 = qd[4] * X[25] - X[27] * W1e5;
+    const lanes R225 = 2.0 * r25;
+    const lanes R235 = qd[4] * X[26] - X[25] * W2e5 - X[28] * W1e5 - X[30] * V3d2;
+    const lanes r35 = X[27] * W1e5 - X[26] * W2e5;
+    const lanes R335 = 2.0 * r35;
+    const lanes a5_1 = 2.0 * W2e5;
+    const lanes a5_2 = -2.0 * W1e5;
+    const lanes c5_1 = Z2e5 - V3d2 * a5_2;
+    const lanes c5_2 = V3d2 * a5_1 - Z1e5;
+    const lanes r16 = qd[5] * X[33] + X[32] * V2r6;
+    const lanes R116 = 2.0 * r16;
+    const lanes R126 = -X[31] * V2r6 - X[32] * V1r6;
+    const lanes r26 = qd[5] * X[33] + X[31] * V1r6;
+    const lanes R226 = 2.0 * r26;
+    const lanes R236 = -qd[5] * X[32] - X[33] * V2r6;
+    const lanes r36 = X[31] * V1r6 + X[32] * V2r6;
+    const lanes R336 = 2.0 * r36;
+    const lanes R316 = -qd[5] * X[31] - X[33] * V1r6;
+    const lanes r17 = X[38] * W2e7 + X[42] * V2e7 - X[37] * W37;
+    const lanes R117 = 2.0 * r17;
+    const lanes R127 = X[36] * W37 + X[39] * W2e7 - X[38] * W1e7 - X[41] * V2e7 - X[42] * V1e7;
+    const lanes r27 = X[37] * W37 + X[41] * V1e7 - X[39] * W1e7;
+    const lanes R227 = 2.0 * r27;
+    const lanes R237 = X[38] * W37 - X[37] * W2e7 - X[40] * W1e7 - X[42] * V2r6;
+    const lanes r37 = X[39] * W1e7 + X[41] * V1e7 + X[42] * V2e7 - X[38] * W2e7;
+    const lanes R337 = 2.0 * r37;
+    const lanes J22s6_7 = R226 + R337;
+    const lanes a7_1 = 2.0 * W2e7;
+    const lanes a7_2 = -2.0 * W1e7;
+    const lanes c7_1 = Z2e7 - V2r6 * a7_2;
+    const lanes c7_2 = V2r6 * a7_1 - Z1e7;
+    const lanes fp7_1 = X[42] * Q37 + l7_3 * a7_2 - F7_2;
+    const lanes fp7_2 = F7_1 - X[41] * Q37 - l7_3 * a7_1;
+    const lanes Fbp72e7 = C7 * fp7_2 + S7 * fp7_1;
+    lanes_put(&dq_out[41], -Fbp72e7, stream);
+    const lanes Fbp71e7 = C7 * fp7_1 - S7 * fp7_2;
+    const lanes Te7_7 = 2.0 * X[37];
+    const lanes ze7_7 = X[36] * S7 + C7 * Te7_7;
+    const lanes J11e7_7 = X[36] - S7 * ze7_7;
+    const lanes J22e7_7 = S7 * ze7_7;
+    const lanes J12e7_7 = C7 * ze7_7 - X[37];
+    const lanes J13e7_7 = X[38] * C7 - X[39] * S7;
+    const lanes J23e7_7 = X[38] * S7 + X[39] * C7;
+    const lanes Q7_5 = R337 + J13e7_7 * a5_1 + J23e7_7 * a5_2;
+    lanes_put(&dqd_out[46], Q7_5, stream);
+    const lanes m7_1e7 = X[41] * C7 - X[42] * S7;
+    const lanes m7_2e7 = X[41] * S7 + X[42] * C7;
+    const lanes P7_6 = ZA3r6 * m7_1e7 - ZA1r6 * m7_2e7;
+    lanes_put(&dq_out[47], P7_6, stream);
+    const lanes m1s6_7 = X[31] + m7_1e7;
+    const lanes J13r6_6 = -R6 * m1s6_7 - J12e7_7;
+    const lanes J12s5_6 = X[25] - J13r6_6;
+    const lanes m3s6_7 = X[33] - m7_2e7;
+    const lanes np6_1 = -X[32] * ZA3r6 - ZA2r6 * m3s6_7 - Fs6_7_2;
+    const lanes np6_2 = ZA1r6 * m3s6_7 + ZA3r6 * m1s6_7 + Fs6_7_1;
+    const lanes wr6_6 = X[34] * R6;
+    const lanes xr6_6 = R6 * (2.0 * m3s6_7 + wr6_6);
+    const lanes J11r6_6 = J11e7_7 + xr6_6;
+    const lanes J22r6_6 = X[40] + xr6_6;
+    const lanes m3r6_6 = m3s6_7 + wr6_6;
+    const lanes J11s5_6 = X[24] + J11r6_6;
+    const lanes J33s5_6 = X[28] + J22r6_6;
+    const lanes m2s5_6 = X[30] - m3r6_6;
+    const lanes J23r6_6 = -X[32] * R6 - J23e7_7;
+    const lanes J23s5_6 = X[27] - J23r6_6;
+    const lanes J13s5_6 = X[26] + J13e7_7;
+    const lanes m1s5_6 = X[29] + m1s6_7;
+    const lanes J13r4_4 = X[18] - X[21] * r4;
+    const lanes J23r4_4 = X[19] - X[22] * r4;
+    const lanes Te4_4 = 2.0 * X[17];
+    const lanes ze4_4 = X[16] * S4 + C4 * Te4_4;
+    const lanes J11e4_4 = X[16] - S4 * ze4_4;
+    const lanes J11s3_4 = X[8] + J11e4_4;
+    const lanes J22e4_4 = S4 * ze4_4;
+    const lanes J12e4_4 = C4 * ze4_4 - X[17];
+    const lanes J13s3_4 = X[10] + J12e4_4;
+    const lanes J33s3_4 = X[12] + J22e4_4;
+    const lanes J13e4_4 = C4 * J13r4_4 - S4 * J23r4_4;
+    const lanes J23e4_4 = C4 * J23r4_4 + S4 * J13r4_4;
+    const lanes m4_1e4 = X[21] * C4 - X[22] * S4;
+    const lanes m4_2e4 = X[21] * S4 + X[22] * C4;
+    const lanes J12s3_4 = X[9] - J13e4_4;
+    const lanes J23s3_4 = X[11] - J23e4_4;
+    const lanes m1s3_4 = X[13] + m4_1e4;
+    const lanes De3_3 = J11s3_4 - X[20];
+    const lanes Te3_3 = 2.0 * J12s3_4;
+    const lanes ze3_3 = C3 * Te3_3 + S3 * De3_3;
+    const lanes J11e3_3 = J11s3_4 - S3 * ze3_3;
+    const lanes J11s2_3 = X[1] + J11e3_3;
+    const lanes J22e3_3 = X[20] + S3 * ze3_3;
+    const lanes J12e3_3 = C3 * ze3_3 - J12s3_4;
+    const lanes J13e3_3 = C3 * J13s3_4 - S3 * J23s3_4;
+    const lanes J23e3_3 = C3 * J23s3_4 + S3 * J13s3_4;
+    const lanes m3_1e3 = C3 * m1s3_4 - X[14] * S3;
+    const lanes m3_2e3 = X[14] * C3 + S3 * m1s3_4;
+    const lanes J12d3_3 = J12e3_3 - d3 * m3_2e3;
+    const lanes J12s2_3 = X[2] + J12d3_3;
+    const lanes xd3_3 = 2.0 * d3 * m3_1e3;
+    const lanes J22d3_3 = J22e3_3 + xd3_3;
+    const lanes J33d3_3 = J33s3_4 + xd3_3;
+    const lanes J33s2_3 = X[5] + J33d3_3;
+    const lanes J13d3_3 = J13e3_3 - d3 * m4_2e4;
+    const lanes J13s2_3 = X[3] + J13d3_3;
+    const lanes J23s2_3 = X[4] + J23e3_3;
+    const lanes m1s2_3 = X[6] + m3_1e3;
+    const lanes m2s2_3 = X[7] + m3_2e3;
+    const lanes De7_7 = R117 - R227;
+    const lanes Te7_7_ = 2.0 * R127;
+    const lanes ze7_7_ = C7 * Te7_7_ + S7 * De7_7;
+    const lanes J11e7_7_ = R117 - S7 * ze7_7_;
+    const lanes J11s6_7 = R116 + J11e7_7_;
+    const lanes g7_1 = 0.5 * k7_3 * a7_2 + 0.5 * R117 * a7_1 + 0.5 * R127 * a7_2;
+    const lanes g7_2 = 0.5 * R127 * a7_1 + 0.5 * R227 * a7_2 - 0.5 * k7_3 * a7_1;
+    const lanes J22e7_7_ = S7 * ze7_7_ + R227;
+    const lanes J12e7_7_ = C7 * ze7_7_ - R127;
+    const lanes J13s6_7 = R316 - J12e7_7_;
+    const lanes J33s6_7 = R336 + J22e7_7_;
+    const lanes J22s5_6 = R225 + J33s6_7;
+    const lanes J13e7_7_ = C7 * R317 - S7 * R237;
+    const lanes J12s6_7 = R126 + J13e7_7_;
+    const lanes J13s5_6_ = R315 + J12s6_7;
+    const lanes J23e7_7_ = C7 * R237 + S7 * R317;
+    const lanes J23s6_7 = R236 - J23e7_7_;
+    const lanes J23r6_6_ = J23s6_7 - R6 * m2s6_7;
+    const lanes J23s5_6_ = R235 - J23r6_6_;
+    const lanes m7_1e7_ = C7 * l7_1 - S7 * l7_2;
+    const lanes m1s6_7_ = l6_1 + m7_1e7_;
+    const lanes J13r6_6_ = J13s6_7 - R6 * m1s6_7_;
+    const lanes J12s5_6_ = R125 - J13r6_6_;
+    const lanes m1s5_6_ = l5_1 + m1s6_7_;
+    const lanes Nbk2r6 = R6 * m1s6_7_ + Nks6_7_2;
+    const lanes Nks5_6_3 = k5_3 + Nbk2r6;
+    const lanes nu6_2 = -2.0 * m1s6_7_;
+    const lanes Q6_5 = X[32] * a5_1 + nu6_2;
+    lanes_put(&dqd_out[39], Q6_5, stream);
+    const lanes m7_2e7_ = C7 * l7_2 + S7 * l7_1;
+    const lanes m3s6_7_ = l6_3 - m7_2e7_;
+    const lanes m2s5_6_ = l5_2 - m3s6_7_;
+    const lanes xr6_6_ = 2.0 * R6 * m3s6_7_;
+    const lanes J11r6_6_ = J11s6_7 + xr6_6_;
+    const lanes J22r6_6_ = J22s6_7 + xr6_6_;
+    const lanes J11s5_6_ = R115 + J11r6_6_;
+    const lanes J33s5_6_ = R335 + J22r6_6_;
+    const lanes nq5_3 = J13s5_6 * a5_1 + J23s5_6 * a5_2 + J33s5_6_;
+    const lanes Dqd5_5 = X[53] + nq5_3;
+    lanes_put(&dqd_out[32], Dqd5_5, stream);
+    const lanes De5_5_ = J11s5_6_ - J22s5_6;
+    const lanes g5_1 = 0.5 * J11s5_6_ * a5_1 + 0.5 * J12s5_6_ * a5_2 + 0.5 * Nks5_6_3 * a5_2;
+    const lanes g5_2 = 0.5 * J12s5_6_ * a5_1 + 0.5 * J22s5_6 * a5_2 - 0.5 * Nks5_6_3 * a5_1;
+    const lanes Te5_5_ = 2.0 * J12s5_6_;
+    const lanes ze5_5_ = C5 * Te5_5_ + S5 * De5_5_;
+    const lanes J22e5_5_ = S5 * ze5_5_ + J22s5_6;
+    const lanes np5_1 = A3215 * J11s5_6 + g5_1 - X[32] * c5_2 - A3125 * J12s5_6 - Q26 * J13s5_6 - Ns5_6_2;
+    const lanes np5_2 = X[32] * c5_1 + A3215 * J12s5_6 + Ns5_6_1 + g5_2 - A3125 * J22e7_7 - Q26 * J23s5_6;
+    const lanes Nbp52e5 = C5 * np5_2 + S5 * np5_1;
+    const lanes m5_1e5_ = C5 * m1s5_6_ - S5 * m2s5_6_;
+    const lanes xd5_5_ = 2.0 * d2 * m5_1e5_;
+    const lanes J22d5_5_ = J22e5_5_ + xd5_5_;
+    const lanes fp5_3 = A3215 * m2s5_6 + A3125 * m1s5_6 + m2s5_6_ * a5_1 - m1s5_6_ * a5_2;
+    const lanes Nbp52d5 = Nbp52e5 - d2 * fp5_3;
+    lanes_put(&dq_out[4], Nbp52d5, stream);
+    const lanes J11r4_4 = R114 + xr4_4;
+    const lanes J22r4_4 = R224 + xr4_4;
+    const lanes g4_1 = 0.5 * k4_3 * a4_2 + 0.5 * R114 * a4_1 + 0.5 * R124 * a4_2;
+    const lanes g4_2 = 0.5 * R124 * a4_1 + 0.5 * R224 * a4_2 - 0.5 * k4_3 * a4_1;
+    const lanes J13r4_4_ = R314 - r4 * l4_1;
+    const lanes J23r4_4_ = R234 - r4 * l4_2;
+    const lanes De4_4 = J11r4_4 - J22r4_4;
+    const lanes Te4_4_ = 2.0 * R124;
+    const lanes ze4_4_ = C4 * Te4_4_ + S4 * De4_4;
+    const lanes J11e4_4_ = J11r4_4 - S4 * ze4_4_;
+    const lanes J22e4_4_ = S4 * ze4_4_ + J22r4_4;
+    const lanes J12e4_4_ = C4 * ze4_4_ - R124;
+    const lanes J11s3_4_ = R113 + J11e4_4_;
+    const lanes J13s3_4_ = R313 + J12e4_4_;
+    const lanes J33s3_4_ = R333 + J22e4_4_;
+    const lanes Q3_2 = J13e3_3 * a2_1 + J23e3_3 * a2_2 + J33s3_4_;
+    lanes_put(&dqd_out[15], Q3_2, stream);
+    const lanes J13e4_4_ = C4 * J13r4_4_ - S4 * J23r4_4_;
+    const lanes J23e4_4_ = C4 * J23r4_4_ + S4 * J13r4_4_;
+    const lanes J12s3_4_ = R123 - J13e4_4_;
+    const lanes J23s3_4_ = R233 - J23e4_4_;
+    const lanes m4_1e4_ = C4 * l4_1 - S4 * l4_2;
+    const lanes m1s3_4_ = l3_1 + m4_1e4_;
+    const lanes m4_2e4_ = C4 * l4_2 + S4 * l4_1;
+    const lanes m3s3_4 = l3_3 + m4_2e4_;
+    const lanes fp3_1 = X[14] * Q33 + m3s3_4 * a3_2 - A3123 * m4_2e4 - Fs3_4_2;
+    const lanes fp3_2 = Fs3_4_1 - A3213 * m4_2e4 - m1s3_4 * Q33 - m3s3_4 * a3_1;
+    const lanes Fbp32e3 = C3 * fp3_2 + S3 * fp3_1;
+    const lanes De3_3_ = J11s3_4_ - J22s3_4;
+    const lanes Te3_3_ = 2.0 * J12s3_4_;
+    const lanes ze3_3_ = C3 * Te3_3_ + S3 * De3_3_;
+    const lanes J11e3_3_ = J11s3_4_ - S3 * ze3_3_;
+    const lanes J11s2_3_ = R112 + J11e3_3_;
+    const lanes J22e3_3_ = S3 * ze3_3_ + J22s3_4;
+    const lanes J12e3_3_ = C3 * ze3_3_ - J12s3_4_;
+    const lanes J13e3_3_ = C3 * J13s3_4_ - S3 * J23s3_4_;
+    const lanes J13d3_3_ = J13e3_3_ - d3 * m3s3_4;
+    const lanes J13s2_3_ = R312 + J13d3_3_;
+    const lanes J23e3_3_ = C3 * J23s3_4_ + S3 * J13s3_4_;
+    const lanes J23s2_3_ = R232 + J23e3_3_;
+    const lanes m3_1e3_ = C3 * m1s3_4_ - S3 * m2s3_4;
+    const lanes m1s2_3_ = l2_1 + m3_1e3_;
+    const lanes xd3_3_ = 2.0 * d3 * m3_1e3_;
+    const lanes J22d3_3_ = J22e3_3_ + xd3_3_;
+    const lanes J33d3_3_ = J33s3_4_ + xd3_3_;
+    const lanes J22s2_3 = R222 + J22d3_3_;
+    const lanes J33s2_3_ = R332 + J33d3_3_;
+    const lanes nq2_3 = J13s2_3 * a2_1 + J23s2_3 * a2_2 + J33s2_3_;
+    const lanes Dqd2_2 = X[47] + nq2_3;
+    lanes_put(&dqd_out[8], Dqd2_2, stream);
+    const lanes m3_2e3_ = C3 * m2s3_4 + S3 * m1s3_4_;
+    const lanes J12d3_3_ = J12e3_3_ - d3 * m3_2e3_;
+    const lanes J12s2_3_ = R122 + J12d3_3_;
+    const lanes m2s2_3_ = l2_2 + m3_2e3_;
+    const lanes De2_2_ = J11s2_3_ - J22s2_3;
+    const lanes Te2_2_ = 2.0 * J12s2_3_;
+    const lanes ze2_2_ = C2 * Te2_2_ + S2 * De2_2_;
+    const lanes J22e2_2_ = S2 * ze2_2_ + J22s2_3;
+    const lanes m2_1e2_ = C2 * m1s2_3_ - S2 * m2s2_3_;
+    const lanes xd2_2_ = 2.0 * d2 * m2_1e2_;
+    const lanes J22d2_2_ = J22e2_2_ + xd2_2_;
+    const lanes J33s1_2_ = J22d5_5_ + J22d2_2_;
+    const lanes fp2_3 = A3212 * m2s2_3 + A3122 * m1s2_3 + m2s2_3_ * a2_1 - m1s2_3_ * a2_2;
+    const lanes Dqd1_1 = X[45] + J33s1_2_;
+    lanes_put(&dqd_out[0], Dqd1_1, stream);
+    const lanes Nbk1e7 = C7 * k7_1 - S7 * k7_2;
+    const lanes Nks6_7_1 = k6_1 + Nbk1e7;
+    const lanes Nbk1r6 = Nks6_7_1 - R6 * m2s6_7;
+    const lanes Nks5_6_1 = k5_1 + Nbk1r6;
+    const lanes nq5_2 = J22e7_7 * a5_2 + J12s5_6 * a5_1 + J23s5_6_ + Nks5_6_1;
+    const lanes nu6_1 = 2.0 * m2s6_7;
+    const lanes Nbu62e5 = S5 * nu6_1;
+    lanes_put(&dqd_out[35], Nbu62e5, stream);
+    const lanes P6_5 = 0.5 * a5_1 * nu6_1 + X[32] * A3215 + Q26 * m1s6_7 - X[34] * c5_2;
+    lanes_put(&dq_out[39], P6_5, stream);
+    const lanes Nbk2e7 = C7 * k7_2 + S7 * k7_1;
+    const lanes Nks6_7_3 = k6_3 - Nbk2e7;
+    const lanes Nks5_6_2 = k5_2 - Nks6_7_3;
+    const lanes nq5_1 = J11s5_6 * a5_1 + J12s5_6 * a5_2 + J13s5_6_ - Nks5_6_2;
+    const lanes Nbq52e5 = C5 * nq5_2 + S5 * nq5_1;
+    const lanes Nbk1r4 = k4_1 - r4 * l4_2;
+    const lanes Nbk2r4 = r4 * l4_1 + k4_2;
+    const lanes Nbk1e4 = C4 * Nbk1r4 - S4 * Nbk2r4;
+    const lanes Nbk2e4 = C4 * Nbk2r4 + S4 * Nbk1r4;
+    const lanes Nks3_4_1 = k3_1 + Nbk1e4;
+    const lanes Nks3_4_3 = k3_3 + Nbk2e4;
+    const lanes Nbk3d3 = d3 * m3_2e3_ + Nks3_4_3;
+    const lanes Nks2_3_3 = k2_3 + Nbk3d3;
+    const lanes g2_1 = 0.5 * J11s2_3_ * a2_1 + 0.5 * J12s2_3_ * a2_2 + 0.5 * Nks2_3_3 * a2_2;
+    const lanes g2_2 = 0.5 * J12s2_3_ * a2_1 + 0.5 * J22s2_3 * a2_2 - 0.5 * Nks2_3_3 * a2_1;
+    const lanes np2_1 = A3212 * J11s2_3 + g2_1 - A3122 * J12s2_3 - Ns2_3_2 - m4_2e4 * c2_2 - J13s2_3 * Q32;
+    const lanes np2_2 = A3212 * J12s2_3 + Ns2_3_1 + m4_2e4 * c2_1 + g2_2 - A3122 * J22d3_3 - J23s2_3 * Q32;
+    const lanes Nbp22e2 = C2 * np2_2 + S2 * np2_1;
+    const lanes Nbp22d2 = Nbp22e2 - d2 * fp2_3;
+    lanes_put(&dq_out[1], Nbp22d2, stream);
+    const lanes g3_1 = 0.5 * J11s3_4_ * a3_1 + 0.5 * J12s3_4_ * a3_2 + 0.5 * Nks3_4_3 * a3_2;
+    const lanes g3_2 = 0.5 * J12s3_4_ * a3_1 + 0.5 * J22s3_4 * a3_2 - 0.5 * Nks3_4_3 * a3_1;
+    const lanes Nbk1e3 = C3 * Nks3_4_1 - S3 * Nks3_4_2;
+    const lanes Nks2_3_1 = k2_1 + Nbk1e3;
+    const lanes nq2_2 = J22d3_3 * a2_2 + J12s2_3 * a2_1 + J23s2_3_ + Nks2_3_1;
+    const lanes Nbk2e3 = C3 * Nks3_4_2 + S3 * Nks3_4_1;
+    const lanes Nbk2d3 = Nbk2e3 - d3 * m3s3_4;
+    const lanes Nks2_3_2 = k2_2 + Nbk2d3;
+    const lanes nq2_1 = J11s2_3 * a2_1 + J12s2_3 * a2_2 + J13s2_3_ - Nks2_3_2;
+    const lanes Nbq22e2 = C2 * nq2_2 + S2 * nq2_1;
+    const lanes b3_1 = 2.0 * V2e3;
+    const lanes c3_3 = V1e3 * a3_2 - V2e3 * a3_1;
+    const lanes b3_2 = -2.0 * V1e3;
+    const lanes np3_1 = X[14] * c3_3 + A3213 * J11s3_4 + g3_1 - A3123 * J12s3_4 - Ns3_4_2 - m4_2e4 * c3_2 - J13s3_4 * Q33;
+    const lanes np3_2 = A3213 * J12s3_4 + Ns3_4_1 + m4_2e4 * c3_1 + g3_2 - X[20] * A3123 - J23s3_4 * Q33 - m1s3_4 * c3_3;
+    const lanes nq3_1 = J11s3_4 * a3_1 + J12s3_4 * a3_2 + J13s3_4_ - m4_2e4 * b3_2 - Nks3_4_2;
+    const lanes nq3_2 = X[20] * a3_2 + m4_2e4 * b3_1 + J12s3_4 * a3_1 + J23s3_4_ + Nks3_4_1;
+    const lanes nq3_3 = J13s3_4 * a3_1 + J23s3_4 * a3_2 + m1s3_4 * b3_2 + J33s3_4_ - X[14] * b3_1;
+    const lanes Dqd3_3 = X[49] + nq3_3;
+    lanes_put(&dqd_out[16], Dqd3_3, stream);
+    const lanes b4_1 = 2.0 * V2r4;
+    const lanes c4_3 = V1r4 * a4_2 - V2r4 * a4_1;
+    const lanes b4_2 = -2.0 * V1r4;
+    const lanes np4_1 = X[16] * ZA1r4 + X[17] * ZA2r4 + X[22] * c4_3 + g4_1 - X[18] * ZA3r4 - N4_2;
+    const lanes np4_2 = X[17] * ZA1r4 + N4_1 + g4_2 - X[19] * ZA3r4 - X[21] * c4_3;
+    const lanes nq4_3 = X[18] * a4_1 + X[19] * a4_2 + X[21] * b4_2 + R334 - X[22] * b4_1;
+    const lanes Nbp41r4 = np4_1 - r4 * fp4_2;
+    const lanes Nbp42r4 = r4 * fp4_1 + np4_2;
+    const lanes Dqd4_4 = X[51] + nq4_3;
+    lanes_put(&dqd_out[24], Dqd4_4, stream);
+    const lanes a6_1 = 2.0 * qd[4];
+    const lanes Q7_6 = -m7_2e7 * a6_1;
+    lanes_put(&dqd_out[47], Q7_6, stream);
+    const lanes b7_1 = 2.0 * V2e7;
+    const lanes c7_3 = V1e7 * a7_2 - V2e7 * a7_1;
+    const lanes b7_2 = -2.0 * V1e7;
+    const lanes np7_1 = X[36] * A3217 + X[42] * c7_3 + g7_1 - X[37] * A3127 - X[38] * Q37 - N7_2;
+    const lanes np7_2 = X[37] * A3217 + N7_1 + g7_2 - X[39] * Q37 - X[41] * c7_3;
+    const lanes nq7_3 = X[38] * a7_1 + X[39] * a7_2 + X[41] * b7_2 + R337 - X[42] * b7_1;
+    const lanes Dqd7_7 = X[57] + nq7_3;
+    lanes_put(&dqd_out[48], Dqd7_7, stream);
+    const lanes g2_3 = 0.5 * J13s2_3_ * a2_1 + 0.5 * J23s2_3_ * a2_2 + 0.5 * Nks2_3_2 * a2_1 - 0.5 * Nks2_3_1 * a2_2;
+    const lanes np2_3 = A3212 * J13s2_3 + m1s2_3 * c2_2 + g2_3 - A3122 * J23s2_3 - J33s2_3 * Q32 - m2s2_3 * c2_1;
+    lanes_put(&dq_out[8], np2_3, stream);
+    const lanes fq2_3 = m2s2_3 * a2_1 - m1s2_3 * a2_2;
+    const lanes nu2_1 = J13s2_3_ + Nks2_3_2;
+    const lanes nu2_2 = J23s2_3_ - Nks2_3_1;
+    const lanes Nbq22d2 = Nbq22e2 - d2 * fq2_3;
+    lanes_put(&dqd_out[1], Nbq22d2, stream);
+    const lanes Nbu22e2 = C2 * nu2_2 + S2 * nu2_1;
+    lanes_put(&dqd_out[7], Nbu22e2, stream);
+    const lanes g3_3 = 0.5 * J13s3_4_ * a3_1 + 0.5 * J23s3_4_ * a3_2 + 0.5 * Nks3_4_2 * a3_1 - 0.5 * Nks3_4_1 * a3_2;
+    const lanes np3_3 = A3213 * J13s3_4 + m1s3_4 * c3_2 + g3_3 - X[14] * c3_1 - A3123 * J23s3_4 - J33s3_4 * Q33;
+    lanes_put(&dq_out[16], np3_3, stream);
+    const lanes nu3_1 = J13s3_4_ + Nks3_4_2;
+    const lanes nu3_2 = J23s3_4_ - Nks3_4_1;
+    const lanes Nbp33d3 = d3 * Fbp32e3 + np3_3;
+    lanes_put(&dq_out[9], Nbp33d3, stream);
+    const lanes Nbm33d3 = d3 * m3_1e3 + J33s3_4;
+    const lanes fp3_3 = X[14] * A3213 + A3123 * m1s3_4 + m2s3_4 * a3_1 - m1s3_4_ * a3_2;
+    const lanes fq3_1 = m4_2e4 * a3_2 - 2.0 * m2s3_4;
+    const lanes fq3_2 = 2.0 * m1s3_4_ - m4_2e4 * a3_1;
+    const lanes fq3_3 = X[14] * a3_1 - m1s3_4 * a3_2;
+    const lanes Fbq32e3 = C3 * fq3_2 + S3 * fq3_1;
+    const lanes Nbq33d3 = d3 * Fbq32e3 + nq3_3;
+    lanes_put(&dqd_out[9], Nbq33d3, stream);
+    const lanes Nbp31e3 = C3 * np3_1 - S3 * np3_2;
+    const lanes Nbp32e3 = C3 * np3_2 + S3 * np3_1;
+    const lanes Nbp32d3 = Nbp32e3 - d3 * fp3_3;
+    const lanes Nbp32e2 = C2 * Nbp32d3 + S2 * Nbp31e3;
+    const lanes Nbp32d2 = Nbp32e2 - d2 * fp3_3;
+    lanes_put(&dq_out[2], Nbp32d2, stream);
+    const lanes Nbq31e3 = C3 * nq3_1 - S3 * nq3_2;
+    const lanes Nbq32e3 = C3 * nq3_2 + S3 * nq3_1;
+    const lanes Nbq32d3 = Nbq32e3 - d3 * fq3_3;
+    const lanes Nbq32e2 = C2 * Nbq32d3 + S2 * Nbq31e3;
+    const lanes Nbq32d2 = Nbq32e2 - d2 * fq3_3;
+    lanes_put(&dqd_out[2], Nbq32d2, stream);
+    const lanes Nbu31e3 = C3 * nu3_1 - S3 * nu3_2;
+    const lanes Nbu32e3 = C3 * nu3_2 + S3 * nu3_1;
+    const lanes Nbu32e2 = C2 * Nbu32e3 + S2 * Nbu31e3;
+    lanes_put(&dqd_out[14], Nbu32e2, stream);
+    const lanes P3_2 = 0.5 * a2_1 * Nbu31e3 + 0.5 * a2_2 * Nbu32e3 + A3212 * J13e3_3 + m3_1e3 * c2_2 - A3122 * J23e3_3 - m3_2e3 * c2_1 - Q32 * Nbm33d3;
+    lanes_put(&dq_out[15], P3_2, stream);
+    const lanes g4_3 = 0.5 * k4_2 * a4_1 + 0.5 * R234 * a4_2 + 0.5 * R314 * a4_1 - 0.5 * k4_1 * a4_2;
+    const lanes np4_3 = X[18] * ZA1r4 + X[19] * ZA2r4 + X[21] * c4_2 + g4_3 - X[20] * ZA3r4 - X[22] * c4_1;
+    lanes_put(&dq_out[24], np4_3, stream);
+    const lanes fp4_3 = X[22] * ZA1r4 + l4_2 * a4_1 - X[21] * ZA2r4 - l4_1 * a4_2;
+    const lanes fq4_1 = -2.0 * l4_2;
+    const lanes fq4_2 = 2.0 * l4_1;
+    const lanes fq4_3 = X[22] * a4_1 - X[21] * a4_2;
+    const lanes nq4_1 = X[16] * a4_1 + X[17] * a4_2 + R314 - k4_2;
+    const lanes nq4_2 = X[17] * a4_1 + k4_1 + R234;
+    const lanes nu4_1 = k4_2 + R314;
+    const lanes nu4_2 = R234 - k4_1;
+    const lanes Nbq41r4 = nq4_1 - r4 * fq4_2;
+    const lanes Nbq42r4 = r4 * fq4_1 + nq4_2;
+    const lanes Fbp41e4 = C4 * fp4_1 - S4 * fp4_2;
+    const lanes Fbp42e4 = C4 * fp4_2 + S4 * fp4_1;
+    const lanes Fbp42e3 = S3 * Fbp41e4 - C3 * fp4_3;
+    const lanes Nbp41e4 = C4 * Nbp41r4 - S4 * Nbp42r4;
+    const lanes Nbp42e4 = C4 * Nbp42r4 + S4 * Nbp41r4;
+    lanes_put(&dq_out[17], Nbp42e4, stream);
+    const lanes Nbp43d3 = d3 * Fbp42e3 + Nbp42e4;
+    lanes_put(&dq_out[10], Nbp43d3, stream);
+    const lanes Nbp41e3 = C3 * Nbp41e4 + S3 * np4_3;
+    const lanes Nbp42e3 = S3 * Nbp41e4 - C3 * np4_3;
+    const lanes Nbp42d3 = Nbp42e3 - d3 * Fbp42e4;
+    const lanes Nbp42e2 = C2 * Nbp42d3 + S2 * Nbp41e3;
+    const lanes Nbp42d2 = Nbp42e2 - d2 * Fbp42e4;
+    lanes_put(&dq_out[3], Nbp42d2, stream);
+    const lanes Fbq41e4 = C4 * fq4_1 - S4 * fq4_2;
+    const lanes Fbq42e4 = C4 * fq4_2 + S4 * fq4_1;
+    const lanes Fbq42e3 = S3 * Fbq41e4 - C3 * fq4_3;
+    const lanes Nbq41e4 = C4 * Nbq41r4 - S4 * Nbq42r4;
+    const lanes Nbq42e4 = C4 * Nbq42r4 + S4 * Nbq41r4;
+    lanes_put(&dqd_out[17], Nbq42e4, stream);
+    const lanes Nbq43d3 = d3 * Fbq42e3 + Nbq42e4;
+    lanes_put(&dqd_out[10], Nbq43d3, stream);
+    const lanes Nbq41e3 = C3 * Nbq41e4 + S3 * nq4_3;
+    const lanes Nbq42e3 = S3 * Nbq41e4 - C3 * nq4_3;
+    const lanes Nbq42d3 = Nbq42e3 - d3 * Fbq42e4;
+    const lanes Nbq42e2 = C2 * Nbq42d3 + S2 * Nbq41e3;
+    const lanes Nbq42d2 = Nbq42e2 - d2 * Fbq42e4;
+    lanes_put(&dqd_out[3], Nbq42d2, stream);
+    const lanes Fbm41e3 = -C3 * m4_2e4;
+    const lanes Fbm42e3 = -S3 * m4_2e4;
+    const lanes Nbm41e3 = X[20] * S3 + C3 * J13e4_4;
+    const lanes Nbm42e3 = S3 * J13e4_4 - X[20] * C3;
+    const lanes Nbm42d3 = Nbm42e3 - d3 * m4_1e4;
+    const lanes Nbm43d3 = d3 * Fbm42e3 + J23e4_4;
+    const lanes Nbu41e4 = C4 * nu4_1 - S4 * nu4_2;
+    const lanes Nbu42e4 = C4 * nu4_2 + S4 * nu4_1;
+    const lanes P4_3 = 0.5 * a3_1 * Nbu41e4 + X[20] * A3123 + A3213 * J13e4_4 + m4_1e4 * c3_3 - 0.5 * R334 * a3_2 - J23e4_4 * Q33 - m4_2e4 * c3_1;
+    lanes_put(&dq_out[23], P4_3, stream);
+    const lanes Q4_3 = J13e4_4 * a3_1 + Nbu42e4 - X[20] * a3_2 - m4_2e4 * b3_1;
+    lanes_put(&dqd_out[23], Q4_3, stream);
+    const lanes Q4_2 = a2_1 * Nbm41e3 + a2_2 * Nbm42d3 + Nbu42e4;
+    lanes_put(&dqd_out[22], Q4_2, stream);
+    const lanes Nbu41e3 = C3 * Nbu41e4 + S3 * R334;
+    const lanes Nbu42e3 = S3 * Nbu41e4 - C3 * R334;
+    const lanes Nbu42e2 = C2 * Nbu42e3 + S2 * Nbu41e3;
+    lanes_put(&dqd_out[21], Nbu42e2, stream);
+    const lanes P4_2 = 0.5 * a2_1 * Nbu41e3 + 0.5 * a2_2 * Nbu42e3 + A3212 * Nbm41e3 + c2_1 * Fbm41e3 + c2_2 * Fbm42e3 - A3122 * Nbm42d3 - Q32 * Nbm43d3;
+    lanes_put(&dq_out[22], P4_2, stream);
+    const lanes g5_3 = 0.5 * J13s5_6_ * a5_1 + 0.5 * J23s5_6_ * a5_2 + 0.5 * Nks5_6_2 * a5_1 - 0.5 * Nks5_6_1 * a5_2;
+    const lanes np5_3 = A3215 * J13s5_6 + m1s5_6 * c5_2 + g5_3 - A3125 * J23s5_6 - Q26 * J33s5_6 - m2s5_6 * c5_1;
+    lanes_put(&dq_out[32], np5_3, stream);
+    const lanes fq5_3 = m2s5_6 * a5_1 - m1s5_6 * a5_2;
+    const lanes nu5_1 = J13s5_6_ + Nks5_6_2;
+    const lanes nu5_2 = J23s5_6_ - Nks5_6_1;
+    const lanes Nbq52d5 = Nbq52e5 - d2 * fq5_3;
+    lanes_put(&dqd_out[4], Nbq52d5, stream);
+    const lanes Nbu52e5 = C5 * nu5_2 + S5 * nu5_1;
+    lanes_put(&dqd_out[28], Nbu52e5, stream);
+    const lanes fp6_1 = X[34] * ZA1r6;
+    const lanes np6_3 = ZA2r6 * m1s6_7 - X[32] * ZA1r6;
+    const lanes fp6_2 = X[34] * ZA2r6;
+    const lanes nq6_3 = m1s6_7 * a5_2 - X[32] * a6_1;
+    const lanes Nbp61r6 = np6_1 - R6 * fp6_2;
+    const lanes Nbp62r6 = R6 * fp6_1 + np6_2;
+    lanes_put(&dq_out[33], Nbp62r6, stream);
+    const lanes Nbp62e5 = S5 * Nbp61r6 - C5 * np6_3;
+    const lanes Nbp62d5 = Nbp62e5 - d2 * fp6_2;
+    lanes_put(&dq_out[5], Nbp62d5, stream);
+    const lanes fq6_1 = X[34] * a6_1;
+    const lanes nq6_2 = m3s6_7 * a6_1;
+    const lanes nq6_1 = -m3s6_7 * a5_2;
+    const lanes Nbq62r6 = R6 * fq6_1 + nq6_2;
+    lanes_put(&dqd_out[33], Nbq62r6, stream);
+    const lanes fq6_2 = X[34] * a5_2;
+    const lanes Nbq61r6 = nq6_1 - R6 * fq6_2;
+    const lanes Nbq62e5 = S5 * Nbq61r6 - C5 * nq6_3;
+    const lanes Nbq62d5 = Nbq62e5 - d2 * fq6_2;
+    lanes_put(&dqd_out[5], Nbq62d5, stream);
+    const lanes g7_3 = 0.5 * k7_2 * a7_1 + 0.5 * R237 * a7_2 + 0.5 * R317 * a7_1 - 0.5 * k7_1 * a7_2;
+    const lanes np7_3 = X[38] * A3217 + X[41] * c7_2 + g7_3 - X[39] * A3127 - X[40] * Q37 - X[42] * c7_1;
+    lanes_put(&dq_out[48], np7_3, stream);
+    const lanes fp7_3 = X[41] * A3127 + X[42] * A3217 + l7_2 * a7_1 - l7_1 * a7_2;
+    const lanes fq7_1 = -2.0 * l7_2;
+    const lanes fq7_2 = 2.0 * l7_1;
+    const lanes Nbp72r6 = R6 * Fbp71e7 + np7_3;
+    lanes_put(&dq_out[34], Nbp72r6, stream);
+    const lanes Fbq72e7 = C7 * fq7_2 + S7 * fq7_1;
+    lanes_put(&dqd_out[41], -Fbq72e7, stream);
+    const lanes Fbq71e7 = C7 * fq7_1 - S7 * fq7_2;
+    const lanes Nbq72r6 = R6 * Fbq71e7 + nq7_3;
+    lanes_put(&dqd_out[34], Nbq72r6, stream);
+    const lanes fq7_3 = X[42] * a7_1 - X[41] * a7_2;
+    const lanes nq7_1 = X[36] * a7_1 + X[37] * a7_2 + R317 - k7_2;
+    const lanes nq7_2 = X[37] * a7_1 + k7_1 + R237;
+    const lanes nu7_1 = k7_2 + R317;
+    const lanes nu7_2 = R237 - k7_1;
+    const lanes Nbp71e7 = C7 * np7_1 - S7 * np7_2;
+    const lanes Nbp72e7 = C7 * np7_2 + S7 * np7_1;
+    const lanes Nbp71r6 = Nbp71e7 - R6 * fp7_3;
+    const lanes Nbp72e5 = C5 * Nbp72e7 + S5 * Nbp71r6;
+    const lanes Nbp72d5 = Nbp72e5 - d2 * fp7_3;
+    lanes_put(&dq_out[6], Nbp72d5, stream);
+    const lanes Nbq71e7 = C7 * nq7_1 - S7 * nq7_2;
+    const lanes Nbq72e7 = C7 * nq7_2 + S7 * nq7_1;
+    const lanes Nbq71r6 = Nbq71e7 - R6 * fq7_3;
+    const lanes Nbq72e5 = C5 * Nbq72e7 + S5 * Nbq71r6;
+    const lanes Nbq72d5 = Nbq72e5 - d2 * fq7_3;
+    lanes_put(&dqd_out[6], Nbq72d5, stream);
+    const lanes Nbm72r6 = X[40] - R6 * m7_2e7;
+    const lanes Nbu71e7 = C7 * nu7_1 - S7 * nu7_2;
+    const lanes Nbu72e7 = C7 * nu7_2 + S7 * nu7_1;
+    const lanes Nbu72e5 = C5 * Nbu72e7 + S5 * Nbu71e7;
+    lanes_put(&dqd_out[42], Nbu72e5, stream);
+    const lanes P7_5 = 0.5 * a5_1 * Nbu71e7 + 0.5 * a5_2 * Nbu72e7 + A3215 * J13e7_7 + m7_1e7 * c5_2 - A3125 * J23e7_7 - Q26 * Nbm72r6 - m7_2e7 * c5_1;
+    lanes_put(&dq_out[46], P7_5, stream);
+    return 0;
+}
+
+/* Compiled once for rows and panels. */
+ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X, apart *dq_out, apart *dqd_out)
+{
+    return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
+}
+
+int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_qdd = (strides != NULL) ? strides[2] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[3] : 0u;
+    double padded_q[REACH(7u)];
+    lanes lanes_q[BLOCKS(7u)];
+    double padded_qd[REACH(7u)];
+    lanes lanes_qd[BLOCKS(7u)];
+    double padded_qdd[REACH(7u)];
+    lanes lanes_qdd[BLOCKS(7u)];
+    double padded_X[REACH(58u)];
+    lanes lanes_X[BLOCKS(58u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 7u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 7u, lanes_qd);
+    }
+    if (stride_qdd == 0u) {
+        lanes_shared(qdd, 7u, lanes_qdd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 58u, lanes_X);
+    }
+    lanes lanes_dq_out[BLOCKS(49u)];
+    lanes lanes_dqd_out[BLOCKS(49u)];
+    double scratch[49u * twin_WIDTH] __attribute__((aligned(64)));
+    memset(lanes_dq_out, 0, sizeof lanes_dq_out);
+    memset(lanes_dqd_out, 0, sizeof lanes_dqd_out);
+    for (size_t k = 0; k < N; k += twin_WIDTH) {
+        const size_t count = (N - k < twin_WIDTH) ? (N - k) : twin_WIDTH;
+        if (stride_q != 0u) {
+            lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 7u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_qdd != 0u) {
+            lanes_load(qdd, 7u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 58u, stride_X, k, N, padded_X, lanes_X);
+        }
+        status |= plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, (apart *)lanes_dq_out, (apart *)lanes_dqd_out);
+        lanes_store(lanes_dq_out, 49u, count, stream, scratch, &dq_out[k * 49u]);
+        lanes_store(lanes_dqd_out, 49u, count, stream, scratch, &dqd_out[k * 49u]);
+    }
+    if (stream) {
+        stream_end();
+    }
+    return status;
+}
+
+ALWAYS int panels(const int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_qdd = (strides != NULL) ? strides[2] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[3] : 0u;
+    double padded_q[REACH(7u)];
+    lanes lanes_q[BLOCKS(7u)];
+    double padded_qd[REACH(7u)];
+    lanes lanes_qd[BLOCKS(7u)];
+    double padded_qdd[REACH(7u)];
+    lanes lanes_qdd[BLOCKS(7u)];
+    double padded_X[REACH(58u)];
+    lanes lanes_X[BLOCKS(58u)];
+    if (stride_q == 0u) {
+        lanes_shared(q, 7u, lanes_q);
+    }
+    if (stride_qd == 0u) {
+        lanes_shared(qd, 7u, lanes_qd);
+    }
+    if (stride_qdd == 0u) {
+        lanes_shared(qdd, 7u, lanes_qdd);
+    }
+    if (stride_X == 0u) {
+        lanes_shared(X, 58u, lanes_X);
+    }
+    for (size_t k = 0; k < N; k += twin_WIDTH) {
+        if (stride_q != 0u) {
+            lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);
+        }
+        if (stride_qd != 0u) {
+            lanes_load(qd, 7u, stride_qd, k, N, padded_qd, lanes_qd);
+        }
+        if (stride_qdd != 0u) {
+            lanes_load(qdd, 7u, stride_qdd, k, N, padded_qdd, lanes_qdd);
+        }
+        if (stride_X != 0u) {
+            lanes_load(X, 58u, stride_X, k, N, padded_X, lanes_X);
+        }
+        apart *lanes_dq_out = (apart *)&dq_out[k * 49u];
+        apart *lanes_dqd_out = (apart *)&dqd_out[k * 49u];
+        status |= stream ? panel(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_dq_out, lanes_dqd_out, 1) : plain(lanes_q, lanes_qd, lanes_qdd, lanes_X, lanes_dq_out, lanes_dqd_out);
+    }
+    return status;
+}
+
+int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    if (!(streamed(stream, dq_out) && streamed(stream, dqd_out))) {
+        return panels(0, N, strides, q, qd, qdd, X, dq_out, dqd_out);
+    }
+    const int status = panels(1, N, strides, q, qd, qdd, X, dq_out, dqd_out);
+    stream_end();
+    return status;
+}
+
+#else
+
+int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    int status = 0;
+    const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
+    const size_t stride_qd = (strides != NULL) ? strides[1] : 7u;
+    const size_t stride_qdd = (strides != NULL) ? strides[2] : 7u;
+    const size_t stride_X = (strides != NULL) ? strides[3] : 0u;
+    (void)stream;
+    for (size_t k = 0; k < N; ++k) {
+        twin_inverse_dynamics_derivatives(&q[k * stride_q], &qd[k * stride_qd], &qdd[k * stride_qdd], &X[k * stride_X], &dq_out[k * 49u], &dqd_out[k * 49u]);
+    }
+    return status;
+}
+
+int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    return twin_inverse_dynamics_derivatives_rows(stream, N, strides, q, qd, qdd, X, dq_out, dqd_out);
+}
+
+#endif
+
+size_t twin_inverse_dynamics_derivatives_width(void)
+{
+    return twin_WIDTH;
+}
+
+void twin_inverse_dynamics_derivatives_batch(size_t N, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+{
+    (void)twin_inverse_dynamics_derivatives_rows(0, N, NULL, q, qd, qdd, X, dq_out, dqd_out);
+}
