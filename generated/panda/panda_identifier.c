@@ -283,16 +283,13 @@ static int judged(panda_identifier *s, const panda_real *row, panda_real y, pand
     if (open == 0 && *leverage < least) {
         return panda_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (panda_real)LEAST_WRONG * s->largest) {
-        const panda_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return panda_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return panda_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return panda_OK;

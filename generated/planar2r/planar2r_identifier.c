@@ -283,16 +283,13 @@ static int judged(planar2r_identifier *s, const planar2r_real *row, planar2r_rea
     if (open == 0 && *leverage < least) {
         return planar2r_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (planar2r_real)LEAST_WRONG * s->largest) {
-        const planar2r_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return planar2r_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return planar2r_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return planar2r_OK;

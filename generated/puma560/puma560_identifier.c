@@ -283,16 +283,13 @@ static int judged(puma560_identifier *s, const puma560_real *row, puma560_real y
     if (open == 0 && *leverage < least) {
         return puma560_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (puma560_real)LEAST_WRONG * s->largest) {
-        const puma560_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return puma560_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return puma560_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return puma560_OK;

@@ -283,16 +283,13 @@ static int judged(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_re
     if (open == 0 && *leverage < least) {
         return rx90_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (rx90_real)LEAST_WRONG * s->largest) {
-        const rx90_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return rx90_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return rx90_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return rx90_OK;

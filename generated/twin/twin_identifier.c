@@ -283,16 +283,13 @@ static int judged(twin_identifier *s, const twin_real *row, twin_real y, twin_re
     if (open == 0 && *leverage < least) {
         return twin_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (twin_real)LEAST_WRONG * s->largest) {
-        const twin_real gate = GATE * sqrt(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return twin_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return twin_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return twin_OK;

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shutil
 
+import numpy as np
 import pytest
 from support import sampled
-from workflow.identifier_study import CASES, studied
+from workflow.identifier_study import CASES, Online, moving, plant, studied
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler (gcc)")
 RUNS = [(case, model, dtype) for case in CASES for model in ("energy", "momentum")
@@ -27,3 +28,21 @@ def test_the_identifier_is_right_within_its_standard_deviation(case, model, dtyp
         assert row.gravity < 0.002
     else:
         assert row.gravity < 0.01
+
+
+def test_outliers_that_do_not_stand_in_a_row_are_refused_however_many_they_are() -> None:
+    """A torque that is 1000 times too large, once in two seconds; what is right stands between.
+
+    The noise is such that hardly an equation agrees to a thousandth of the largest.
+    """
+    X = plant()[1]
+    rng = np.random.default_rng(6)
+    q, qd, tau = moving(0, 120_000, X)
+    tau += 30.0 * rng.standard_normal(tau.shape)
+    clean, spoiled = Online("energy", "double"), Online("energy", "double")
+    clean.feed(q, qd, tau)
+    tau[20_000::2_000] *= 1000.0
+    spoiled.feed(q, qd, tau)
+    (_, expected), (found, std) = clean.read(), spoiled.read()
+    assert (std < 1.5 * expected).all()
+    assert (np.abs(found - X) < 4 * std).all()

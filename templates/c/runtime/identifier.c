@@ -284,16 +284,13 @@ static int judged(NAME_identifier *s, const NAME_real *row, NAME_real y, NAME_re
     if (open == 0 && *leverage < least) {
         return NAME_NOT_EXCITED;
     }
+    int outlier = 0;
     if (open == 0 && freedom > 0 && wrong > (NAME_real)LEAST_WRONG * s->largest) {
-        const NAME_real gate = GATE * {{ sqrt }}(past->rss / freedom * (1 + *leverage));
-        if (wrong > gate) {
-            s->refused++;
-            if (s->refused <= patience) {
-                return NAME_OUTLIER;
-            }
-        }
-    } else {
-        s->refused = 0;
+        outlier = wrong > GATE * {{ sqrt }}(past->rss / freedom * (1 + *leverage));
+    }
+    s->refused = outlier != 0 ? s->refused + 1u : 0u;
+    if (outlier != 0 && s->refused <= patience) {
+        return NAME_OUTLIER;
     }
     s->largest = size > s->largest ? size : s->largest;
     return NAME_OK;
