@@ -794,8 +794,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart 
     return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
 }
 
-int panda_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -892,8 +891,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     if (!(streamed(stream, M) && streamed(stream, h) && streamed(stream, tau) && streamed(stream, J_out) && streamed(stream, T_out))) {
         return panels(0, N, strides, q, qd, X, M, h, tau, J_out, T_out);
@@ -905,8 +903,7 @@ int panda_all_terms_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -919,8 +916,7 @@ int panda_all_terms_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     return panda_all_terms_rows(stream, N, strides, q, qd, X, M, h, tau, J_out, T_out);
 }

@@ -320,8 +320,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int panda_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -402,8 +401,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -415,8 +413,7 @@ int panda_bias_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -429,8 +426,7 @@ int panda_bias_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     return panda_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

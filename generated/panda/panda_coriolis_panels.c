@@ -890,8 +890,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int panda_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int panda_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -972,8 +971,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int panda_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -985,8 +983,7 @@ int panda_coriolis_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int panda_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -999,8 +996,7 @@ int panda_coriolis_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int panda_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     return panda_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

@@ -203,8 +203,7 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int panda_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int panda_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -267,8 +266,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int panda_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -280,8 +278,7 @@ int panda_energy_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int panda_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -293,8 +290,7 @@ int panda_energy_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int panda_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     return panda_energy_regressor_rows(stream, N, strides, q, qd, out);
 }

@@ -179,8 +179,7 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int panda_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int panda_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -225,8 +224,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int panda_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -238,8 +236,7 @@ int panda_frames_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int panda_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -250,8 +247,7 @@ int panda_frames_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int panda_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     return panda_frames_rows(stream, N, strides, q, T_out);
 }

@@ -251,8 +251,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int panda_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int panda_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -337,8 +336,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int panda_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -350,8 +348,7 @@ int panda_generalized_momentum_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int panda_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int panda_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -364,8 +361,7 @@ int panda_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int panda_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return panda_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

@@ -103,8 +103,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *tau)
     return panel(q, X, tau, 0);
 }
 
-int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -167,8 +166,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, X, tau);
@@ -180,8 +178,7 @@ int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -193,8 +190,7 @@ int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     return panda_gravity_torque_rows(stream, N, strides, q, X, tau);
 }

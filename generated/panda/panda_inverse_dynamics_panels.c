@@ -335,8 +335,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, tau, 0);
 }
 
-int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -435,8 +434,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdd, X, tau);
@@ -448,8 +446,7 @@ int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -463,8 +460,7 @@ int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     return panda_inverse_dynamics_rows(stream, N, strides, q, qd, qdd, X, tau);
 }

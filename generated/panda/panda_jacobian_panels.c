@@ -147,8 +147,7 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int panda_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -193,8 +192,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int panda_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -206,8 +204,7 @@ int panda_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -218,8 +215,7 @@ int panda_jacobian_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int panda_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     return panda_jacobian_rows(stream, N, strides, q, J_out);
 }

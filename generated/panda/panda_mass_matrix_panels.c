@@ -266,8 +266,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int panda_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int panda_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -330,8 +329,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int panda_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -343,8 +341,7 @@ int panda_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int panda_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -356,8 +353,7 @@ int panda_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int panda_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     return panda_mass_matrix_rows(stream, N, strides, q, X, M);
 }

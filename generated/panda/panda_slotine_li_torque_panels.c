@@ -335,8 +335,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, X, tau, 0);
 }
 
-int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -453,8 +452,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdr, qddr, X, tau);
@@ -466,8 +464,7 @@ int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -482,8 +479,7 @@ int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     return panda_slotine_li_torque_rows(stream, N, strides, q, qd, qdr, qddr, X, tau);
 }

@@ -340,8 +340,7 @@ ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
     return panel(q, b, X, x, 0);
 }
 
-int panda_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int panda_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -422,8 +421,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int panda_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     if (!(streamed(stream, x))) {
         return panels(0, N, strides, q, b, X, x);
@@ -435,8 +433,7 @@ int panda_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int panda_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -449,8 +446,7 @@ int panda_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int panda_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int panda_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     return panda_solve_mass_matrix_rows(stream, N, strides, q, b, X, x);
 }

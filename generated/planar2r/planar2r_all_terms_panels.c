@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart *h, apart *tau, apart *J_out, apart *T_out, const int stream)
 {
     (void)stream;
+    (void)tau;
     lanes_put(&M[3], X[1], stream);
     lanes_put(&J_out[10], lanes_all(1.0), stream);
     lanes_put(&J_out[11], lanes_all(1.0), stream);
@@ -71,8 +72,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart 
     return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
 }
 
-int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -169,8 +169,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     if (!(streamed(stream, M) && streamed(stream, h) && streamed(stream, tau) && streamed(stream, J_out) && streamed(stream, T_out))) {
         return panels(0, N, strides, q, qd, X, M, h, tau, J_out, T_out);
@@ -182,8 +181,7 @@ int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -196,8 +194,7 @@ int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     return planar2r_all_terms_rows(stream, N, strides, q, qd, X, M, h, tau, J_out, T_out);
 }

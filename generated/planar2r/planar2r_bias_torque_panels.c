@@ -36,8 +36,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -118,8 +117,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int planar2r_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -131,8 +129,7 @@ int planar2r_bias_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -145,8 +142,7 @@ int planar2r_bias_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int planar2r_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     return planar2r_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, apart *U_out, const int stream)
 {
     (void)stream;
+    (void)U_out;
     turned q_1 = lanes_turn(q[1]);
     if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
@@ -35,8 +36,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -121,8 +121,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -134,8 +133,7 @@ int planar2r_energy_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -148,8 +146,7 @@ int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return planar2r_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

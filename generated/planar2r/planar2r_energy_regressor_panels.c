@@ -37,8 +37,7 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -101,8 +100,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -114,8 +112,7 @@ int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -127,8 +124,7 @@ int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     return planar2r_energy_regressor_rows(stream, N, strides, q, qd, out);
 }

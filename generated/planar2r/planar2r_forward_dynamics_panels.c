@@ -54,8 +54,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, qdd, 0);
 }
 
-int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -154,8 +153,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     if (!(streamed(stream, qdd))) {
         return panels(0, N, strides, q, qd, tau, X, qdd);
@@ -167,8 +165,7 @@ int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -182,8 +179,7 @@ int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     return planar2r_forward_dynamics_rows(stream, N, strides, q, qd, tau, X, qdd);
 }

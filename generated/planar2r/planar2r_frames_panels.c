@@ -45,8 +45,7 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -91,8 +90,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int planar2r_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -104,8 +102,7 @@ int planar2r_frames_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -116,8 +113,7 @@ int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int planar2r_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     return planar2r_frames_rows(stream, N, strides, q, T_out);
 }

@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *q, const lanes *X, apart *tau, const int stream)
 {
     (void)stream;
+    (void)tau;
     (void)q;
     (void)X;
     return 0;
@@ -19,8 +20,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *tau)
     return panel(q, X, tau, 0);
 }
 
-int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -83,8 +83,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int planar2r_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, X, tau);
@@ -96,8 +95,7 @@ int planar2r_gravity_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -109,8 +107,7 @@ int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int planar2r_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     return planar2r_gravity_torque_rows(stream, N, strides, q, X, tau);
 }

@@ -40,8 +40,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, tau, 0);
 }
 
-int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -140,8 +139,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdd, X, tau);
@@ -153,8 +151,7 @@ int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -168,8 +165,7 @@ int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     return planar2r_inverse_dynamics_rows(stream, N, strides, q, qd, qdd, X, tau);
 }

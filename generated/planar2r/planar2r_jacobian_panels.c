@@ -29,8 +29,7 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -75,8 +74,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -88,8 +86,7 @@ int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -100,8 +97,7 @@ int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     return planar2r_jacobian_rows(stream, N, strides, q, J_out);
 }

@@ -32,8 +32,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -96,8 +95,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -109,8 +107,7 @@ int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -122,8 +119,7 @@ int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     return planar2r_mass_matrix_rows(stream, N, strides, q, X, M);
 }

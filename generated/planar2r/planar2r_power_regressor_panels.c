@@ -42,8 +42,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -124,8 +123,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -137,8 +135,7 @@ int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -151,8 +148,7 @@ int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     return planar2r_power_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

@@ -43,8 +43,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, out, 0);
 }
 
-int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -143,8 +142,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdr, qddr, out);
@@ -156,8 +154,7 @@ int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *str
 
 #else
 
-int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -171,8 +168,7 @@ int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strid
     return status;
 }
 
-int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     return planar2r_slotine_li_regressor_rows(stream, N, strides, q, qd, qdr, qddr, out);
 }

@@ -42,8 +42,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, X, tau, 0);
 }
 
-int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -160,8 +159,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdr, qddr, X, tau);
@@ -173,8 +171,7 @@ int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -189,8 +186,7 @@ int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int planar2r_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     return planar2r_slotine_li_torque_rows(stream, N, strides, q, qd, qdr, qddr, X, tau);
 }

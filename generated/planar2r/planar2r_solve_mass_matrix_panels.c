@@ -41,8 +41,7 @@ ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
     return panel(q, b, X, x, 0);
 }
 
-int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -123,8 +122,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     if (!(streamed(stream, x))) {
         return panels(0, N, strides, q, b, X, x);
@@ -136,8 +134,7 @@ int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -150,8 +147,7 @@ int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     return planar2r_solve_mass_matrix_rows(stream, N, strides, q, b, X, x);
 }

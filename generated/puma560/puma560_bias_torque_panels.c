@@ -277,8 +277,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -359,8 +358,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -372,8 +370,7 @@ int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -386,8 +383,7 @@ int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     return puma560_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

@@ -559,8 +559,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -641,8 +640,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -654,8 +652,7 @@ int puma560_coriolis_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -668,8 +665,7 @@ int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     return puma560_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

@@ -141,8 +141,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int puma560_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -227,8 +226,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -240,8 +238,7 @@ int puma560_energy_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -254,8 +251,7 @@ int puma560_energy_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return puma560_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

@@ -1441,8 +1441,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, dq_out, dqd_out, dtau_out, 0);
 }
 
-int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -1549,8 +1548,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out) && streamed(stream, dtau_out))) {
         return panels(0, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
@@ -1562,8 +1560,7 @@ int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size
 
 #else
 
-int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -1577,8 +1574,7 @@ int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t
     return status;
 }
 
-int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     return puma560_forward_dynamics_derivatives_rows(stream, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
 }

@@ -521,8 +521,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, qdd, 0);
 }
 
-int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -621,8 +620,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int puma560_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     if (!(streamed(stream, qdd))) {
         return panels(0, N, strides, q, qd, tau, X, qdd);
@@ -634,8 +632,7 @@ int puma560_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -649,8 +646,7 @@ int puma560_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int puma560_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     return puma560_forward_dynamics_rows(stream, N, strides, q, qd, tau, X, qdd);
 }

@@ -152,8 +152,7 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int puma560_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int puma560_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -198,8 +197,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int puma560_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -211,8 +209,7 @@ int puma560_frames_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int puma560_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -223,8 +220,7 @@ int puma560_frames_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int puma560_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     return puma560_frames_rows(stream, N, strides, q, T_out);
 }

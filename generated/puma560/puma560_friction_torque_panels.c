@@ -36,8 +36,7 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -100,8 +99,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -113,8 +111,7 @@ int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -126,8 +123,7 @@ int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     return puma560_friction_torque_rows(stream, N, strides, q, qd, out);
 }

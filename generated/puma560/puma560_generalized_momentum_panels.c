@@ -217,8 +217,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -303,8 +302,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int puma560_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -316,8 +314,7 @@ int puma560_generalized_momentum_panels(int stream, size_t N, const size_t *stri
 
 #else
 
-int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -330,8 +327,7 @@ int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *stride
     return status;
 }
 
-int puma560_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int puma560_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return puma560_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

@@ -84,8 +84,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *tau)
     return panel(q, X, tau, 0);
 }
 
-int puma560_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int puma560_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -148,8 +147,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int puma560_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, X, tau);
@@ -161,8 +159,7 @@ int puma560_gravity_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int puma560_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -174,8 +171,7 @@ int puma560_gravity_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int puma560_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     return puma560_gravity_torque_rows(stream, N, strides, q, X, tau);
 }

@@ -104,8 +104,7 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int puma560_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -150,8 +149,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int puma560_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -163,8 +161,7 @@ int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int puma560_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -175,8 +172,7 @@ int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int puma560_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     return puma560_jacobian_rows(stream, N, strides, q, J_out);
 }

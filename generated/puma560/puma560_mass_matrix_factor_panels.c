@@ -282,8 +282,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -350,8 +349,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int puma560_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -363,8 +361,7 @@ int puma560_mass_matrix_factor_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -376,8 +373,7 @@ int puma560_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int puma560_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     return puma560_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

@@ -232,8 +232,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -296,8 +295,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -309,8 +307,7 @@ int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -322,8 +319,7 @@ int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     return puma560_mass_matrix_rows(stream, N, strides, q, X, M);
 }

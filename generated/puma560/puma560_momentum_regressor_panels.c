@@ -570,8 +570,7 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out)
     return panel(q, qd, p_out, dl_out, 0);
 }
 
-int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *p_out, double *dl_out)
+int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -638,8 +637,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *p_out, double *dl_out)
+int puma560_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, dl_out))) {
         return panels(0, N, strides, q, qd, p_out, dl_out);
@@ -651,8 +649,7 @@ int puma560_momentum_regressor_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *p_out, double *dl_out)
+int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -664,8 +661,7 @@ int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *p_out, double *dl_out)
+int puma560_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
 {
     return puma560_momentum_regressor_rows(stream, N, strides, q, qd, p_out, dl_out);
 }

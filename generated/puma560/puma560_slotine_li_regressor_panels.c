@@ -531,8 +531,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, out, 0);
 }
 
-int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -631,8 +630,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdr, qddr, out);
@@ -644,8 +642,7 @@ int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *stri
 
 #else
 
-int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -659,8 +656,7 @@ int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *stride
     return status;
 }
 
-int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     return puma560_slotine_li_regressor_rows(stream, N, strides, q, qd, qdr, qddr, out);
 }

@@ -492,8 +492,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -574,8 +573,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_torque_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int puma560_torque_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -587,8 +585,7 @@ int puma560_torque_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -601,8 +598,7 @@ int puma560_torque_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int puma560_torque_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int puma560_torque_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     return puma560_torque_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

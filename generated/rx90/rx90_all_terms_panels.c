@@ -588,8 +588,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart 
     return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
 }
 
-int rx90_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int rx90_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -686,8 +685,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int rx90_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     if (!(streamed(stream, M) && streamed(stream, h) && streamed(stream, tau) && streamed(stream, J_out) && streamed(stream, T_out))) {
         return panels(0, N, strides, q, qd, X, M, h, tau, J_out, T_out);
@@ -699,8 +697,7 @@ int rx90_all_terms_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int rx90_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -713,8 +710,7 @@ int rx90_all_terms_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int rx90_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     return rx90_all_terms_rows(stream, N, strides, q, qd, X, M, h, tau, J_out, T_out);
 }

@@ -256,8 +256,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -338,8 +337,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -351,8 +349,7 @@ int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -365,8 +362,7 @@ int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *h)
+int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
 {
     return rx90_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

@@ -491,8 +491,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -573,8 +572,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -586,8 +584,7 @@ int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -600,8 +597,7 @@ int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     return rx90_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

@@ -133,8 +133,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int rx90_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int rx90_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -219,8 +218,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int rx90_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -232,8 +230,7 @@ int rx90_energy_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int rx90_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -246,8 +243,7 @@ int rx90_energy_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int rx90_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return rx90_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

@@ -462,8 +462,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, qdd, 0);
 }
 
-int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -562,8 +561,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     if (!(streamed(stream, qdd))) {
         return panels(0, N, strides, q, qd, tau, X, qdd);
@@ -575,8 +573,7 @@ int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -590,8 +587,7 @@ int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     return rx90_forward_dynamics_rows(stream, N, strides, q, qd, tau, X, qdd);
 }

@@ -143,8 +143,7 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int rx90_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int rx90_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -189,8 +188,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int rx90_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -202,8 +200,7 @@ int rx90_frames_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int rx90_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -214,8 +211,7 @@ int rx90_frames_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int rx90_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     return rx90_frames_rows(stream, N, strides, q, T_out);
 }

@@ -35,8 +35,7 @@ ONCE int plain(const lanes *qd, const lanes *X, apart *tau)
     return panel(qd, X, tau, 0);
 }
 
-int rx90_friction_rows(int stream, size_t N, const size_t *strides,
-    const double *qd, const double *X, double *tau)
+int rx90_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 6u;
@@ -99,8 +98,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_friction_panels(int stream, size_t N, const size_t *strides,
-    const double *qd, const double *X, double *tau)
+int rx90_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, qd, X, tau);
@@ -112,8 +110,7 @@ int rx90_friction_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_friction_rows(int stream, size_t N, const size_t *strides,
-    const double *qd, const double *X, double *tau)
+int rx90_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 6u;
@@ -125,8 +122,7 @@ int rx90_friction_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_friction_panels(int stream, size_t N, const size_t *strides,
-    const double *qd, const double *X, double *tau)
+int rx90_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
 {
     return rx90_friction_rows(stream, N, strides, qd, X, tau);
 }

@@ -200,8 +200,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -286,8 +285,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -299,8 +297,7 @@ int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -313,8 +310,7 @@ int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return rx90_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

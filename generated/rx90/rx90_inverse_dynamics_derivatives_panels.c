@@ -887,8 +887,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
 }
 
-int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -991,8 +990,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out))) {
         return panels(0, N, strides, q, qd, qdd, X, dq_out, dqd_out);
@@ -1004,8 +1002,7 @@ int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t 
 
 #else
 
-int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -1019,8 +1016,7 @@ int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *s
     return status;
 }
 
-int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     return rx90_inverse_dynamics_derivatives_rows(stream, N, strides, q, qd, qdd, X, dq_out, dqd_out);
 }

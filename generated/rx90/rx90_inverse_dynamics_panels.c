@@ -272,8 +272,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, tau, 0);
 }
 
-int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -372,8 +371,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdd, X, tau);
@@ -385,8 +383,7 @@ int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -400,8 +397,7 @@ int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     return rx90_inverse_dynamics_rows(stream, N, strides, q, qd, qdd, X, tau);
 }

@@ -95,8 +95,7 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int rx90_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int rx90_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -141,8 +140,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int rx90_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -154,8 +152,7 @@ int rx90_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int rx90_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -166,8 +163,7 @@ int rx90_jacobian_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int rx90_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     return rx90_jacobian_rows(stream, N, strides, q, J_out);
 }

@@ -244,8 +244,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -312,8 +311,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -325,8 +323,7 @@ int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -338,8 +335,7 @@ int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     return rx90_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

@@ -194,8 +194,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -258,8 +257,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -271,8 +269,7 @@ int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -284,8 +281,7 @@ int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     return rx90_mass_matrix_rows(stream, N, strides, q, X, M);
 }

@@ -294,8 +294,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -376,8 +375,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -389,8 +387,7 @@ int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -403,8 +400,7 @@ int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     return rx90_power_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

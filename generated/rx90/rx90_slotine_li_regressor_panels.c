@@ -489,8 +489,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, out, 0);
 }
 
-int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -589,8 +588,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdr, qddr, out);
@@ -602,8 +600,7 @@ int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -617,8 +614,7 @@ int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     return rx90_slotine_li_regressor_rows(stream, N, strides, q, qd, qdr, qddr, out);
 }

@@ -245,8 +245,7 @@ ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
     return panel(q, b, X, x, 0);
 }
 
-int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -327,8 +326,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     if (!(streamed(stream, x))) {
         return panels(0, N, strides, q, b, X, x);
@@ -340,8 +338,7 @@ int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -354,8 +351,7 @@ int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
 {
     return rx90_solve_mass_matrix_rows(stream, N, strides, q, b, X, x);
 }

@@ -396,8 +396,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int twin_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -478,8 +477,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -491,8 +489,7 @@ int twin_coriolis_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_coriolis_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -505,8 +502,7 @@ int twin_coriolis_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_coriolis_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
 {
     return twin_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

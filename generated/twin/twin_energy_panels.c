@@ -147,8 +147,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int twin_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -233,8 +232,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -246,8 +244,7 @@ int twin_energy_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_energy_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -260,8 +257,7 @@ int twin_energy_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_energy_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return twin_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

@@ -187,8 +187,7 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int twin_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int twin_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -251,8 +250,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int twin_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -264,8 +262,7 @@ int twin_energy_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_energy_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int twin_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -277,8 +274,7 @@ int twin_energy_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_energy_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, double *out)
+int twin_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
 {
     return twin_energy_regressor_rows(stream, N, strides, q, qd, out);
 }

@@ -1279,8 +1279,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, dq_out, dqd_out, dtau_out, 0);
 }
 
-int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -1387,8 +1386,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int twin_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out) && streamed(stream, dtau_out))) {
         return panels(0, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
@@ -1400,8 +1398,7 @@ int twin_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t 
 
 #else
 
-int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -1415,8 +1412,7 @@ int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *s
     return status;
 }
 
-int twin_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int twin_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     return twin_forward_dynamics_derivatives_rows(stream, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
 }

@@ -164,8 +164,7 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int twin_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int twin_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -210,8 +209,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int twin_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -223,8 +221,7 @@ int twin_frames_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_frames_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int twin_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -235,8 +232,7 @@ int twin_frames_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_frames_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *T_out)
+int twin_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
 {
     return twin_frames_rows(stream, N, strides, q, T_out);
 }

@@ -83,8 +83,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *tau)
     return panel(q, X, tau, 0);
 }
 
-int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -147,8 +146,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int twin_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, X, tau);
@@ -160,8 +158,7 @@ int twin_gravity_torque_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -173,8 +170,7 @@ int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_gravity_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *tau)
+int twin_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
 {
     return twin_gravity_torque_rows(stream, N, strides, q, X, tau);
 }

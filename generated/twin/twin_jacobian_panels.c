@@ -57,8 +57,7 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int twin_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -103,8 +102,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int twin_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -116,8 +114,7 @@ int twin_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_jacobian_rows(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -128,8 +125,7 @@ int twin_jacobian_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_jacobian_panels(int stream, size_t N, const size_t *strides,
-    const double *q, double *J_out)
+int twin_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
 {
     return twin_jacobian_rows(stream, N, strides, q, J_out);
 }

@@ -210,8 +210,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int twin_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int twin_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -278,8 +277,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int twin_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -291,8 +289,7 @@ int twin_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int twin_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -304,8 +301,7 @@ int twin_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *L_out, double *D_out)
+int twin_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
 {
     return twin_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

@@ -173,8 +173,7 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -237,8 +236,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -250,8 +248,7 @@ int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -263,8 +260,7 @@ int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *X, double *M)
+int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
 {
     return twin_mass_matrix_rows(stream, N, strides, q, X, M);
 }

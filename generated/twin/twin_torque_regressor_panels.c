@@ -412,8 +412,7 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -494,8 +493,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_torque_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int twin_torque_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -507,8 +505,7 @@ int twin_torque_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -521,8 +518,7 @@ int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int twin_torque_regressor_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, double *out)
+int twin_torque_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
 {
     return twin_torque_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

@@ -19,6 +19,8 @@ from symgen.symbolic.tape import Steps, Values
 
 #: Largest number of output entries of a sample; larger panels need too much stack.
 LARGEST = 1024
+#: Forms of a kernel on panels, by the layout of their outputs.
+FORMS = ("rows", "panels")
 
 
 def panelled(kernel: Kernel) -> bool:
@@ -48,10 +50,13 @@ def panel(
     read, written = kernel.inputs, kernel.outputs
     outputs = [f"lanes_{o.name}" for o in written]
     lanes = [f"lanes_{a.name}" for a in read]
+    form = f"int stream, size_t N, const size_t *strides, {kernel.listed(dtype, batch=True)}"
     rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
     return {
         "inputs": read,
         "outputs": written,
+        "form": form,
+        "prototypes": [f"int {prefix}_{kernel.name}_{kind}({form});" for kind in FORMS],
         "largest": max(o.size for o in written),
         "parameters": ", ".join(
             [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
@@ -61,6 +66,7 @@ def panel(
         "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
         "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
         "body": body,
+        "zero": [o.name for o, filled in zip(written, kernel.filled, strict=True) if not filled],
         "status": printer.status,
     }
 

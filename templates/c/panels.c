@@ -33,6 +33,9 @@
 ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 {
     (void)stream;
+{% for output in k.panel.zero %}
+    (void){{ output }};
+{% endfor %}
 {% for line in k.panel.body %}
     {{ line }}
 {% endfor %}
@@ -45,8 +48,7 @@ ONCE int plain({{ k.panel.parameters }})
     return panel({{ k.panel.names }}, 0);
 }
 
-int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
-    {{ k.batch_parameters }})
+int {{ name }}_{{ k.name }}_rows({{ k.panel.form }})
 {
     int status = 0;
 {{ lanes() }}{% for o in outputs %}
@@ -81,8 +83,7 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, {{ k.batch_
     return status;
 }
 
-int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
-    {{ k.batch_parameters }})
+int {{ name }}_{{ k.name }}_panels({{ k.panel.form }})
 {
     if (!({% for o in outputs %}{{ " && " if not loop.first }}streamed(stream, {{ o.name }}){% endfor %})) {
         return panels(0, N, strides, {{ k.names }});
@@ -94,8 +95,7 @@ int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
-    {{ k.batch_parameters }})
+int {{ name }}_{{ k.name }}_rows({{ k.panel.form }})
 {
     int status = 0;
 {{ strides() }}    (void)stream;
@@ -105,8 +105,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
-    {{ k.batch_parameters }})
+int {{ name }}_{{ k.name }}_panels({{ k.panel.form }})
 {
     return {{ name }}_{{ k.name }}_rows(stream, N, strides, {{ k.names }});
 }

@@ -1,7 +1,8 @@
 /* A panel: the same number of as many samples as a vector register holds, side by side.
  *
  * Vector extensions of gcc and clang, no intrinsics. The width follows from the instruction set
- * that the compiler was told; 1 stands for a compiler without them, and for C++: loops of single calls.
+ * that the compiler was told; 1 stands for a compiler without them, and for C++: single calls in a
+ * loop.
  * Private to the kernels.
  */
 #ifndef NAME_LANES_H
