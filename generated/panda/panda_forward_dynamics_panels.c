@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -632,18 +632,13 @@ int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides, con
     lanes lanes_tau[BLOCKS(7u)];
     double padded_X[REACH(62u)];
     lanes lanes_X[BLOCKS(62u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_tau == 0u) {
-        lanes_shared(tau, 7u, lanes_tau);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 62u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(tau, 7u, lanes_tau);
+    lanes_shared(X, 62u, lanes_X);
     lanes lanes_qdd[BLOCKS(7u)];
     double scratch[7u * panda_WIDTH] __attribute__((aligned(64)));
     memset(lanes_qdd, 0, sizeof lanes_qdd);
@@ -685,18 +680,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_tau[BLOCKS(7u)];
     double padded_X[REACH(62u)];
     lanes lanes_X[BLOCKS(62u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_tau == 0u) {
-        lanes_shared(tau, 7u, lanes_tau);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 62u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(tau, 7u, lanes_tau);
+    lanes_shared(X, 62u, lanes_X);
     for (size_t k = 0; k < N; k += panda_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

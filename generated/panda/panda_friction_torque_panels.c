@@ -48,12 +48,11 @@ int panda_friction_torque_rows(int stream, size_t N, const size_t *strides, cons
     lanes lanes_q[BLOCKS(7u)];
     double padded_qd[REACH(7u)];
     lanes lanes_qd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
     lanes lanes_out[BLOCKS(98u)];
     double scratch[98u * panda_WIDTH] __attribute__((aligned(64)));
     memset(lanes_out, 0, sizeof lanes_out);
@@ -83,12 +82,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(7u)];
     double padded_qd[REACH(7u)];
     lanes lanes_qd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
     for (size_t k = 0; k < N; k += panda_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

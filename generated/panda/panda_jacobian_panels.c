@@ -16,7 +16,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -153,9 +153,10 @@ int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const doubl
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
     double padded_q[REACH(7u)];
     lanes lanes_q[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 7u, lanes_q);
     lanes lanes_J_out[BLOCKS(42u)];
     double scratch[42u * panda_WIDTH] __attribute__((aligned(64)));
     memset(lanes_J_out, 0, sizeof lanes_J_out);
@@ -179,9 +180,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
     double padded_q[REACH(7u)];
     lanes lanes_q[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 7u, lanes_q);
     for (size_t k = 0; k < N; k += panda_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

@@ -31,7 +31,7 @@
 #define BLOCKS(size) (((size) + panda_WIDTH - 1u) / panda_WIDTH * panda_WIDTH)
 /* Numbers from the first row of a panel to the end of the blocks of the last. */
 #define REACH(size) ((panda_WIDTH - 1u) * (size) + BLOCKS(size))
-#define ALWAYS static inline __attribute__((always_inline, unused))
+#define ALWAYS static inline __attribute__((always_inline))
 #define ONCE static __attribute__((noinline))
 
 typedef double lanes __attribute__((vector_size(8 * panda_WIDTH)));
@@ -80,7 +80,7 @@ ALWAYS lanes lanes_all(double value)
 ALWAYS void lanes_put(apart *place, lanes value, const int stream)
 {
     if (stream) {
-        STREAM((lanes *)place, value);
+        STREAM((lanes *)(void *)place, value);
     } else {
         *place = value;
     }
@@ -115,7 +115,7 @@ ALWAYS int lanes_any(mask m)
 }
 
 #define LANES_OF(function)                                                                         \
-    static inline __attribute__((unused)) lanes lanes_##function(lanes x)                          \
+    static inline lanes lanes_##function(lanes x)                                                  \
     {                                                                                              \
         for (size_t i = 0; i < panda_WIDTH; ++i) {                                                  \
             x[i] = function(x[i]);                                                                 \
@@ -176,7 +176,7 @@ ALWAYS turned lanes_turn(lanes x)
 
 /* Far angles and NaN, by libm; near ones stay what they are, whatever stands beside them. Values
  * go in and out: a variable whose address is known to another function lives in memory. */
-static __attribute__((noinline, unused)) turned lanes_far(lanes x, turned near)
+static inline __attribute__((cold)) turned lanes_far(lanes x, turned near)
 {
     for (size_t i = 0; i < panda_WIDTH; ++i) {
         if (!(fabs(x[i]) <= NEAR)) {
@@ -274,7 +274,7 @@ ALWAYS void transpose(lanes v[panda_WIDTH])
 #endif
 }
 
-/* One row that all samples share. */
+/* The row that all samples share, or the first. */
 ALWAYS void lanes_shared(const double *row, size_t size, lanes *to)
 {
     for (size_t i = 0; i < size; ++i) {
@@ -284,7 +284,7 @@ ALWAYS void lanes_shared(const double *row, size_t size, lanes *to)
 
 /* Return a copy of the last rows from which a panel can be read: the last one stands for those that
  * are missing. `padded` holds REACH(size). */
-static __attribute__((noinline, unused)) const double *lanes_last(
+static inline __attribute__((cold)) const double *lanes_last(
     const double *rows, size_t size, size_t stride, size_t count, double *padded)
 {
     memset(padded, 0, REACH(size) * sizeof(double));
@@ -347,13 +347,13 @@ ALWAYS void lanes_rows(const lanes *from, size_t size, double *rows)
 }
 
 /* Copy past the cache. */
-static __attribute__((unused)) void stream_copy(double *to, const double *from, size_t count)
+static inline void stream_copy(double *to, const double *from, size_t count)
 {
     for (; (count > 0u) && ((uintptr_t)to % sizeof(lanes) != 0u); --count) {
         *to++ = *from++;
     }
     for (; count >= panda_WIDTH; count -= panda_WIDTH) {
-        STREAM((lanes *)to, *(const apart *)from);
+        STREAM((lanes *)(void *)to, *(const apart *)from);
         to += panda_WIDTH;
         from += panda_WIDTH;
     }

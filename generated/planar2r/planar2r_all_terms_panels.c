@@ -18,7 +18,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apar
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }
@@ -84,15 +84,12 @@ int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const d
     lanes lanes_qd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_M[BLOCKS(4u)];
     lanes lanes_h[BLOCKS(2u)];
     lanes lanes_tau[BLOCKS(2u)];
@@ -140,15 +137,12 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

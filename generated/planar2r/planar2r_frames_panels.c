@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }
@@ -51,9 +51,10 @@ int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const doub
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
     double padded_q[REACH(2u)];
     lanes lanes_q[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 2u, lanes_q);
     lanes lanes_T_out[BLOCKS(32u)];
     double scratch[32u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_T_out, 0, sizeof lanes_T_out);
@@ -77,9 +78,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
     double padded_q[REACH(2u)];
     lanes lanes_q[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 2u, lanes_q);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

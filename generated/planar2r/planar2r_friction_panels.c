@@ -29,12 +29,11 @@ int planar2r_friction_rows(int stream, size_t N, const size_t *strides, const do
     lanes lanes_qd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_tau[BLOCKS(2u)];
     double scratch[2u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -64,12 +63,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_qd != 0u) {
             lanes_load(qd, 2u, stride_qd, k, N, padded_qd, lanes_qd);

@@ -29,12 +29,11 @@ int planar2r_gravity_torque_rows(int stream, size_t N, const size_t *strides, co
     lanes lanes_q[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_tau[BLOCKS(2u)];
     double scratch[2u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -64,12 +63,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -74,18 +74,13 @@ int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_
     lanes lanes_qdd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 2u, lanes_qdd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdd, 2u, lanes_qdd);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_dq_out[BLOCKS(4u)];
     lanes lanes_dqd_out[BLOCKS(4u)];
     double scratch[4u * planar2r_WIDTH] __attribute__((aligned(64)));
@@ -130,18 +125,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qdd[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 2u, lanes_qdd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdd, 2u, lanes_qdd);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

@@ -11,7 +11,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[10], lanes_all(1.0), stream);
     lanes_put(&J_out[11], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
-    if (lanes_any(~(lanes_abs(q[0]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[0]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
     }
     const lanes C1 = q_0.c;
@@ -35,9 +35,10 @@ int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const do
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
     double padded_q[REACH(2u)];
     lanes lanes_q[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 2u, lanes_q);
     lanes lanes_J_out[BLOCKS(12u)];
     double scratch[12u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_J_out, 0, sizeof lanes_J_out);
@@ -61,9 +62,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
     double padded_q[REACH(2u)];
     lanes lanes_q[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 2u, lanes_q);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

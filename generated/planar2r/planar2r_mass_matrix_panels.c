@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     (void)stream;
     lanes_put(&M[3], X[1], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -41,12 +41,11 @@ int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const
     lanes lanes_q[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_M[BLOCKS(4u)];
     double scratch[4u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_M, 0, sizeof lanes_M);
@@ -76,12 +75,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

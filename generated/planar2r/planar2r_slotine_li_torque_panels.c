@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -60,21 +60,14 @@ int planar2r_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
     lanes lanes_qddr[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdr == 0u) {
-        lanes_shared(qdr, 2u, lanes_qdr);
-    }
-    if (stride_qddr == 0u) {
-        lanes_shared(qddr, 2u, lanes_qddr);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdr, 2u, lanes_qdr);
+    lanes_shared(qddr, 2u, lanes_qddr);
+    lanes_shared(X, 4u, lanes_X);
     lanes lanes_tau[BLOCKS(2u)];
     double scratch[2u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -122,21 +115,14 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qddr[BLOCKS(2u)];
     double padded_X[REACH(4u)];
     lanes lanes_X[BLOCKS(4u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdr == 0u) {
-        lanes_shared(qdr, 2u, lanes_qdr);
-    }
-    if (stride_qddr == 0u) {
-        lanes_shared(qddr, 2u, lanes_qddr);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 4u, lanes_X);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdr, 2u, lanes_qdr);
+    lanes_shared(qddr, 2u, lanes_qddr);
+    lanes_shared(X, 4u, lanes_X);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     (void)stream;
     lanes_put(&out[0], qdd[0], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -54,15 +54,12 @@ int planar2r_torque_regressor_rows(int stream, size_t N, const size_t *strides, 
     lanes lanes_qd[BLOCKS(2u)];
     double padded_qdd[REACH(2u)];
     lanes lanes_qdd[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 2u, lanes_qdd);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdd, 2u, lanes_qdd);
     lanes lanes_out[BLOCKS(8u)];
     double scratch[8u * planar2r_WIDTH] __attribute__((aligned(64)));
     memset(lanes_out, 0, sizeof lanes_out);
@@ -98,15 +95,12 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(2u)];
     double padded_qdd[REACH(2u)];
     lanes lanes_qdd[BLOCKS(2u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 2u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 2u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 2u, lanes_qdd);
-    }
+    lanes_shared(q, 2u, lanes_q);
+    lanes_shared(qd, 2u, lanes_qd);
+    lanes_shared(qdd, 2u, lanes_qdd);
     for (size_t k = 0; k < N; k += planar2r_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 2u, stride_q, k, N, padded_q, lanes_q);

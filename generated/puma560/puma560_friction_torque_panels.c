@@ -45,12 +45,11 @@ int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, co
     lanes lanes_q[BLOCKS(6u)];
     double padded_qd[REACH(6u)];
     lanes lanes_qd[BLOCKS(6u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
     lanes lanes_out[BLOCKS(72u)];
     double scratch[72u * puma560_WIDTH] __attribute__((aligned(64)));
     memset(lanes_out, 0, sizeof lanes_out);
@@ -80,12 +79,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(6u)];
     double padded_qd[REACH(6u)];
     lanes lanes_qd[BLOCKS(6u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -1033,18 +1033,13 @@ int puma560_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t
     lanes lanes_qdd[BLOCKS(6u)];
     double padded_X[REACH(52u)];
     lanes lanes_X[BLOCKS(52u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 6u, lanes_qdd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 52u, lanes_X);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
+    lanes_shared(qdd, 6u, lanes_qdd);
+    lanes_shared(X, 52u, lanes_X);
     lanes lanes_dq_out[BLOCKS(36u)];
     lanes lanes_dqd_out[BLOCKS(36u)];
     double scratch[36u * puma560_WIDTH] __attribute__((aligned(64)));
@@ -1089,18 +1084,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qdd[BLOCKS(6u)];
     double padded_X[REACH(52u)];
     lanes lanes_X[BLOCKS(52u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 6u, lanes_qdd);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 52u, lanes_X);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
+    lanes_shared(qdd, 6u, lanes_qdd);
+    lanes_shared(X, 52u, lanes_X);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);

@@ -20,7 +20,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out, c
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -579,12 +579,11 @@ int puma560_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
     lanes lanes_q[BLOCKS(6u)];
     double padded_qd[REACH(6u)];
     lanes lanes_qd[BLOCKS(6u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
     lanes lanes_p_out[BLOCKS(240u)];
     lanes lanes_dl_out[BLOCKS(240u)];
     double scratch[240u * puma560_WIDTH] __attribute__((aligned(64)));
@@ -617,12 +616,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(6u)];
     double padded_qd[REACH(6u)];
     lanes lanes_qd[BLOCKS(6u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(qd, 6u, lanes_qd);
     for (size_t k = 0; k < N; k += puma560_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);

@@ -44,12 +44,11 @@ int rx90_friction_rows(int stream, size_t N, const size_t *strides, const double
     lanes lanes_qd[BLOCKS(6u)];
     double padded_X[REACH(52u)];
     lanes lanes_X[BLOCKS(52u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 52u, lanes_X);
-    }
+    lanes_shared(qd, 6u, lanes_qd);
+    lanes_shared(X, 52u, lanes_X);
     lanes lanes_tau[BLOCKS(6u)];
     double scratch[6u * rx90_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -79,12 +78,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(6u)];
     double padded_X[REACH(52u)];
     lanes lanes_X[BLOCKS(52u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 6u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 52u, lanes_X);
-    }
+    lanes_shared(qd, 6u, lanes_qd);
+    lanes_shared(X, 52u, lanes_X);
     for (size_t k = 0; k < N; k += rx90_WIDTH) {
         if (stride_qd != 0u) {
             lanes_load(qd, 6u, stride_qd, k, N, padded_qd, lanes_qd);

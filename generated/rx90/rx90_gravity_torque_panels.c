@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *tau, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -93,12 +93,11 @@ int rx90_gravity_torque_rows(int stream, size_t N, const size_t *strides, const 
     lanes lanes_q[BLOCKS(6u)];
     double padded_X[REACH(40u)];
     lanes lanes_X[BLOCKS(40u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 40u, lanes_X);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(X, 40u, lanes_X);
     lanes lanes_tau[BLOCKS(6u)];
     double scratch[6u * rx90_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -128,12 +127,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(6u)];
     double padded_X[REACH(40u)];
     lanes lanes_X[BLOCKS(40u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 6u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 40u, lanes_X);
-    }
+    lanes_shared(q, 6u, lanes_q);
+    lanes_shared(X, 40u, lanes_X);
     for (size_t k = 0; k < N; k += rx90_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 6u, stride_q, k, N, padded_q, lanes_q);

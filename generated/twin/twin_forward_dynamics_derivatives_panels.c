@@ -17,7 +17,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -1294,18 +1294,13 @@ int twin_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *s
     lanes lanes_tau[BLOCKS(7u)];
     double padded_X[REACH(58u)];
     lanes lanes_X[BLOCKS(58u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_tau == 0u) {
-        lanes_shared(tau, 7u, lanes_tau);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 58u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(tau, 7u, lanes_tau);
+    lanes_shared(X, 58u, lanes_X);
     lanes lanes_dq_out[BLOCKS(49u)];
     lanes lanes_dqd_out[BLOCKS(49u)];
     lanes lanes_dtau_out[BLOCKS(49u)];
@@ -1353,18 +1348,13 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_tau[BLOCKS(7u)];
     double padded_X[REACH(58u)];
     lanes lanes_X[BLOCKS(58u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_tau == 0u) {
-        lanes_shared(tau, 7u, lanes_tau);
-    }
-    if (stride_X == 0u) {
-        lanes_shared(X, 58u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(tau, 7u, lanes_tau);
+    lanes_shared(X, 58u, lanes_X);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

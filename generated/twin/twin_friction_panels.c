@@ -47,12 +47,11 @@ int twin_friction_rows(int stream, size_t N, const size_t *strides, const double
     lanes lanes_qd[BLOCKS(7u)];
     double padded_X[REACH(58u)];
     lanes lanes_X[BLOCKS(58u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 58u, lanes_X);
-    }
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(X, 58u, lanes_X);
     lanes lanes_tau[BLOCKS(7u)];
     double scratch[7u * twin_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -82,12 +81,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(7u)];
     double padded_X[REACH(58u)];
     lanes lanes_X[BLOCKS(58u)];
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 58u, lanes_X);
-    }
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(X, 58u, lanes_X);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_qd != 0u) {
             lanes_load(qd, 7u, stride_qd, k, N, padded_qd, lanes_qd);

@@ -55,12 +55,11 @@ int twin_friction_power_rows(int stream, size_t N, const size_t *strides, const 
     lanes lanes_q[BLOCKS(7u)];
     double padded_qd[REACH(7u)];
     lanes lanes_qd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
     lanes lanes_out[BLOCKS(14u)];
     double scratch[14u * twin_WIDTH] __attribute__((aligned(64)));
     memset(lanes_out, 0, sizeof lanes_out);
@@ -90,12 +89,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(7u)];
     double padded_qd[REACH(7u)];
     lanes lanes_qd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *tau, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -92,12 +92,11 @@ int twin_gravity_torque_rows(int stream, size_t N, const size_t *strides, const 
     lanes lanes_q[BLOCKS(7u)];
     double padded_X[REACH(44u)];
     lanes lanes_X[BLOCKS(44u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 44u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(X, 44u, lanes_X);
     lanes lanes_tau[BLOCKS(7u)];
     double scratch[7u * twin_WIDTH] __attribute__((aligned(64)));
     memset(lanes_tau, 0, sizeof lanes_tau);
@@ -127,12 +126,11 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_q[BLOCKS(7u)];
     double padded_X[REACH(44u)];
     lanes lanes_X[BLOCKS(44u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_X == 0u) {
-        lanes_shared(X, 44u, lanes_X);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(X, 44u, lanes_X);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

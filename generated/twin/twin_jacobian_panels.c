@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[35], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_4 = lanes_turn(q[4]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_4 = lanes_far(q[4], q_4);
     }
@@ -63,9 +63,10 @@ int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
     double padded_q[REACH(7u)];
     lanes lanes_q[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 7u, lanes_q);
     lanes lanes_J_out[BLOCKS(42u)];
     double scratch[42u * twin_WIDTH] __attribute__((aligned(64)));
     memset(lanes_J_out, 0, sizeof lanes_J_out);
@@ -89,9 +90,10 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
     double padded_q[REACH(7u)];
     lanes lanes_q[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
+    lanes_shared(q, 7u, lanes_q);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

@@ -31,7 +31,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any(~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -424,15 +424,12 @@ int twin_torque_regressor_rows(int stream, size_t N, const size_t *strides, cons
     lanes lanes_qd[BLOCKS(7u)];
     double padded_qdd[REACH(7u)];
     lanes lanes_qdd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 7u, lanes_qdd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(qdd, 7u, lanes_qdd);
     lanes lanes_out[BLOCKS(406u)];
     double scratch[406u * twin_WIDTH] __attribute__((aligned(64)));
     memset(lanes_out, 0, sizeof lanes_out);
@@ -468,15 +465,12 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     lanes lanes_qd[BLOCKS(7u)];
     double padded_qdd[REACH(7u)];
     lanes lanes_qdd[BLOCKS(7u)];
-    if (stride_q == 0u) {
-        lanes_shared(q, 7u, lanes_q);
+    if (N == 0u) {
+        return 0;
     }
-    if (stride_qd == 0u) {
-        lanes_shared(qd, 7u, lanes_qd);
-    }
-    if (stride_qdd == 0u) {
-        lanes_shared(qdd, 7u, lanes_qdd);
-    }
+    lanes_shared(q, 7u, lanes_q);
+    lanes_shared(qd, 7u, lanes_qd);
+    lanes_shared(qdd, 7u, lanes_qdd);
     for (size_t k = 0; k < N; k += twin_WIDTH) {
         if (stride_q != 0u) {
             lanes_load(q, 7u, stride_q, k, N, padded_q, lanes_q);

@@ -132,7 +132,7 @@ class _PanelPrinter(Printer):
         first, lines = super().angles(own)
         if self.turns:
             reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
-            lines.append(f"if (lanes_any(~({reach} <= NEAR))) {{")
+            lines.append(f"if (lanes_any((mask)~({reach} <= NEAR))) {{")
             lines += [f"    {r} = lanes_far({angle}, {r});" for angle, r in self.turns]
             lines.append("}")
         return first, lines

@@ -10,10 +10,11 @@
     {{ k.dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
     lanes lanes_{{ a.name }}[BLOCKS({{ a.size }}u)];
 {% endfor %}
-{% for a in inputs %}
-    if (stride_{{ a.name }} == 0u) {
-        lanes_shared({{ a.name }}, {{ a.size }}u, lanes_{{ a.name }});
+    if (N == 0u) {
+        return 0;
     }
+{% for a in inputs %}
+    lanes_shared({{ a.name }}, {{ a.size }}u, lanes_{{ a.name }});
 {% endfor %}
 {% endmacro %}
 {% macro loaded() %}
