@@ -6,7 +6,9 @@ Times are ns a sample, medians of repeats that take turns, so that a slow moment
 meets all alike; figures of two runs do not compare, ratios do. Pinocchio in C++ is compiled here,
 its headers with -march=native; CasADi's C with symgen's compiler and flags. "In cache": outputs
 that stay in the second cache; "to memory": outputs four times as large as the last one, written
-again and again, beside what filling the same memory by streaming stores costs.
+again and again, beside what filling the same memory by streaming stores costs. "Panels in C": a
+program in C calls the functions of a package in a loop, all with the same flags, by instruction
+set; over single calls, and as a share of the width of a panel.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +46,10 @@ from rich.console import Console
 from rich.table import Table
 
 import symgen
+from symgen.codegen.package import library
 from symgen.codegen.verification import physical_parameters
-from symgen.runtime.build import _FLAGS, find_compiler
-from symgen.runtime.flags import chosen_flags, panel_flags
+from symgen.runtime.build import _FLAGS, find_compiler, native
+from symgen.runtime.flags import PANEL_SETS, FlagSet, chosen_flags, panel_flags
 from symgen.runtime.panels import aligned, cache_bytes
 from symgen.symbolic.tape import Numbers
 
@@ -57,6 +61,7 @@ KERNELS = (
     "mass_matrix",
     "forward_dynamics",
 )
+DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 IN_CACHE = 2**18  # bytes of output
 REPEATS, AT_LEAST = 9, 5e-4
 FILL = """
@@ -67,6 +72,30 @@ void fill(size_t n, double *p)
     const v x = { 1.0 };
     for (size_t i = 0; i < n; i += BYTES / 8) {
         STORE
+    }
+}
+"""
+#: The loops of a program in C: single calls, the batch as rows, panels.
+LOOPS = """
+#include "NAME_panels.h"
+void single(size_t R, size_t N, ARGUMENTS)
+{
+    while (R--) {
+        for (size_t k = 0; k < N; ++k) {
+            NAME_KERNEL(EACH);
+        }
+    }
+}
+void batch(size_t R, size_t N, ARGUMENTS)
+{
+    while (R--) {
+        NAME_KERNEL_batch(N, ALL);
+    }
+}
+void panels(size_t R, size_t N, ARGUMENTS)
+{
+    while (R--) {
+        NAME_KERNEL_panels(0, N, NULL, ALL);
     }
 }
 """
@@ -196,6 +225,46 @@ def memory_ways(
     return ways, 8 * kernel.size
 
 
+def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) -> dict[str, float]:
+    """Return ns a sample of single calls, batch and panels in C, and the width of a panel."""
+    compiler, kernel = find_compiler(), model.kernel(name)
+    assert compiler is not None
+    for path, content in library(model, (name,), panels=True).items():
+        (folder / path).write_bytes(content)
+    words = {
+        "NAME": model.robot.name,
+        "KERNEL": name,
+        "ARGUMENTS": kernel.listed("double", batch=True),
+        "EACH": ", ".join(
+            a.name if a.shared else f"&{a.name}[k * {a.size}]" for a in kernel.arguments
+        ),
+        "ALL": ", ".join(a.name for a in kernel.arguments),
+    }
+    text = LOOPS
+    for word, stands_for in words.items():
+        text = text.replace(word, stands_for)
+    (folder / "loops.c").write_text(text)
+    sources = sorted(path.name for path in folder.glob("*.c"))
+    command = [*compiler.command, *_FLAGS, *flags.flags, *sources, "-o", "loops.so", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    loops = ctypes.CDLL(str(folder / "loops.so"))
+    count = max(16, IN_CACHE // 2 // (8 * kernel.size) // 16 * 16)
+    draw, X = np.random.default_rng(1), physical_parameters(model, random.Random(1))
+    arrays = [aligned((count * a.size,)) for a in kernel.arguments]
+    for place, argument in zip(arrays, kernel.arguments, strict=True):
+        place[:] = draw.uniform(-1, 1, place.shape) if argument.read else 0.0
+        if argument.name == "X":
+            place[: argument.size] = X[: argument.size]
+    repeats = -(-(2**14) // count)
+    given = (ctypes.c_size_t(repeats), ctypes.c_size_t(count), *map(pointer, arrays))
+    ways = {
+        way: (partial(getattr(loops, way), *given), repeats * count)
+        for way in ("single", "batch", "panels")
+    }
+    width = getattr(loops, f"{model.robot.name}_{name}_width")()
+    return measure(ways) | {"width": width}
+
+
 def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
     """How much more two threads do than one, each on arrays of its own.
 
@@ -290,17 +359,41 @@ def shown(title: str, figures: dict[str, dict[str, float]], base: str) -> Table:
     return table
 
 
+def shares(figures: dict[str, dict[str, float]]) -> Table:
+    """Return a table of panels in C: ns, speed over a single call, share of the width."""
+    head = ("panels in C, ns a sample (speed over single calls, share of the width)", "width")
+    table = Table(*head, "single", "batch", "panels", box=None, header_style="bold")
+    for name, row in figures.items():
+        faster = {way: row["single"] / row[way] for way in ("batch", "panels")}
+        cells = [f"{row[w]:,.1f} ({x:.2f}, {x / row['width']:.2f})" for w, x in faster.items()]
+        table.add_row(name, str(row["width"]), f"{row['single']:,.1f}", *cells)
+    return table
+
+
 def main() -> None:
     """Measure, print the tables and keep the figures."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--into", type=Path, default=Path("speed.json"))
     parser.add_argument("--robots", default="puma560,panda")
     parser.add_argument("--kernels", default=",".join(KERNELS))
+    parser.add_argument("--only-panels-in-c", action="store_true")
     asked = parser.parse_args()
     kernels = tuple(asked.kernels.split(","))
     compiler = find_compiler()
     if compiler is None:
         raise SystemExit("no C compiler: nothing to compare")
+    in_c = {}
+    defined = {line.split()[1] for line in native(compiler)[1].splitlines() if " " in line}
+    for robot in asked.robots.split(","):
+        model = symgen.derive(symgen.read_robot(robot), (*kernels, *DERIVATIVES))
+        for kernel in model.kernels:
+            for flags in (s for s in PANEL_SETS if defined.issuperset(s.needs)):
+                with tempfile.TemporaryDirectory() as temporary:
+                    row = panels_in_c(model, kernel.name, flags, Path(temporary))
+                in_c[f"{robot} {kernel.name}, {flags.name}"] = row
+    Console(highlight=False, width=120).print(shares(in_c))
+    if asked.only_panels_in_c:
+        return
     chosen, wide = chosen_flags(compiler), panel_flags(compiler)
     cached: dict[str, dict[str, float]] = {}
     memory: dict[str, dict[str, float]] = {}
@@ -332,6 +425,7 @@ def main() -> None:
         "compiler": compiler.version,
         "flags": {"single": chosen.flags.name, "over_best": flag_ratios(chosen)},
         "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
+        "panels_in_c": in_c,
         "cache": cached,
         "memory": memory,
         "two_threads": threads,
