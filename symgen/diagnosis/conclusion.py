@@ -162,6 +162,8 @@ def _touched(
     columns = _torques(baseline, held, effects, baseline.beside(effects))
     held = held.with_columns(map(everywhere, columns))
     fold, size = motion_folds(held.logs), misfit * held.size
+    if np.max(fold) < 0:  # too short for two folds: no motion predicts another
+        return ()
     left = held.y - held.W @ held.X
     score = PredictiveScore(held.W, left, held.moves, held.sigma, fold, size)
     return tuple(contacts_in(score, held.logs, held.size, least))
