@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart *h, apart *tau, apart *J_out, apart *T_out, const int stream)
 {
     (void)stream;
+    (void)tau;
     lanes_put(&M[3], X[1], stream);
     lanes_put(&J_out[10], lanes_all(1.0), stream);
     lanes_put(&J_out[11], lanes_all(1.0), stream);
@@ -17,7 +18,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apar
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }

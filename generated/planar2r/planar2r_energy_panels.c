@@ -8,8 +8,9 @@
 ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, apart *U_out, const int stream)
 {
     (void)stream;
+    (void)U_out;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;

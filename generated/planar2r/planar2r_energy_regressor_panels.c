@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *out, const int stream)
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }

@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *qd, const lanes *X, apart *tau, const int stream)
 {
     (void)stream;
+    (void)tau;
     (void)qd;
     (void)X;
     return 0;

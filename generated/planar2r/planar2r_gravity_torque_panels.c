@@ -8,6 +8,7 @@
 ALWAYS int panel(const lanes *q, const lanes *X, apart *tau, const int stream)
 {
     (void)stream;
+    (void)tau;
     (void)q;
     (void)X;
     return 0;

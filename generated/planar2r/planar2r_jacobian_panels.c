@@ -11,7 +11,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[10], lanes_all(1.0), stream);
     lanes_put(&J_out[11], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
-    if (lanes_any(~(lanes_abs(q[0]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
     }
     const lanes C1 = q_0.c;

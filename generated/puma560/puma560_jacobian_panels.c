@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     turned q_2 = lanes_turn(q[2]);
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);

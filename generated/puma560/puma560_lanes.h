@@ -30,8 +30,14 @@
 #define BLOCKS(size) (((size) + puma560_WIDTH - 1u) / puma560_WIDTH * puma560_WIDTH)
 /* Numbers from the first row of a panel to the end of the blocks of the last. */
 #define REACH(size) ((puma560_WIDTH - 1u) * (size) + BLOCKS(size))
-#define ALWAYS static inline __attribute__((always_inline, unused))
+#define ALWAYS static inline __attribute__((always_inline))
 #define ONCE static __attribute__((noinline))
+/* Functions of this header that are not called often, and not by every kernel. */
+#if defined(__clang__)
+#define SELDOM static inline __attribute__((noinline))
+#else
+#define SELDOM static __attribute__((noinline, unused))
+#endif
 
 typedef double lanes __attribute__((vector_size(8 * puma560_WIDTH)));
 typedef int64_t mask __attribute__((vector_size(8 * puma560_WIDTH)));
@@ -79,7 +85,7 @@ ALWAYS lanes lanes_all(double value)
 ALWAYS void lanes_put(apart *place, lanes value, const int stream)
 {
     if (stream) {
-        STREAM((lanes *)place, value);
+        STREAM((lanes *)(void *)place, value);
     } else {
         *place = value;
     }
@@ -114,7 +120,7 @@ ALWAYS int lanes_any(mask m)
 }
 
 #define LANES_OF(function)                                                                         \
-    static inline __attribute__((unused)) lanes lanes_##function(lanes x)                          \
+    static inline lanes lanes_##function(lanes x)                                                  \
     {                                                                                              \
         for (size_t i = 0; i < puma560_WIDTH; ++i) {                                                  \
             x[i] = function(x[i]);                                                                 \
@@ -175,7 +181,7 @@ ALWAYS turned lanes_turn(lanes x)
 
 /* Far angles and NaN, by libm; near ones stay what they are, whatever stands beside them. Values
  * go in and out: a variable whose address is known to another function lives in memory. */
-static __attribute__((noinline, unused)) turned lanes_far(lanes x, turned near)
+SELDOM turned lanes_far(lanes x, turned near)
 {
     for (size_t i = 0; i < puma560_WIDTH; ++i) {
         if (!(fabs(x[i]) <= NEAR)) {
@@ -283,7 +289,7 @@ ALWAYS void lanes_shared(const double *row, size_t size, lanes *to)
 
 /* Return a copy of the last rows from which a panel can be read: the last one stands for those that
  * are missing. `padded` holds REACH(size). */
-static __attribute__((noinline, unused)) const double *lanes_last(
+SELDOM const double *lanes_last(
     const double *rows, size_t size, size_t stride, size_t count, double *padded)
 {
     memset(padded, 0, REACH(size) * sizeof(double));
@@ -346,13 +352,13 @@ ALWAYS void lanes_rows(const lanes *from, size_t size, double *rows)
 }
 
 /* Copy past the cache. */
-static __attribute__((unused)) void stream_copy(double *to, const double *from, size_t count)
+static inline void stream_copy(double *to, const double *from, size_t count)
 {
     for (; (count > 0u) && ((uintptr_t)to % sizeof(lanes) != 0u); --count) {
         *to++ = *from++;
     }
     for (; count >= puma560_WIDTH; count -= puma560_WIDTH) {
-        STREAM((lanes *)to, *(const apart *)from);
+        STREAM((lanes *)(void *)to, *(const apart *)(const void *)from);
         to += puma560_WIDTH;
         from += puma560_WIDTH;
     }

@@ -113,9 +113,11 @@ int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
 
 size_t puma560_all_terms_width(void);
 int puma560_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out);
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
+    *J_out, double *T_out);
 int puma560_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out);
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
+    *J_out, double *T_out);
 
 size_t puma560_slotine_li_regressor_width(void);
 int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
@@ -125,9 +127,11 @@ int puma560_slotine_li_regressor_panels(int stream, size_t N, const size_t *stri
 
 size_t puma560_slotine_li_torque_width(void);
 int puma560_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau);
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X,
+    double *tau);
 int puma560_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau);
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X,
+    double *tau);
 
 size_t puma560_generalized_momentum_width(void);
 int puma560_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
@@ -143,15 +147,19 @@ int puma560_friction_panels(int stream, size_t N, const size_t *strides,
 
 size_t puma560_inverse_dynamics_derivatives_width(void);
 int puma560_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out);
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
+    *dqd_out);
 int puma560_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out);
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
+    *dqd_out);
 
 size_t puma560_forward_dynamics_derivatives_width(void);
 int puma560_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out);
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
+    *dqd_out, double *dtau_out);
 int puma560_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out);
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
+    *dqd_out, double *dtau_out);
 
 size_t puma560_solve_mass_matrix_width(void);
 int puma560_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[35], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_4 = lanes_turn(q[4]);
-    if (lanes_any(~(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_4 = lanes_far(q[4], q_4);
     }

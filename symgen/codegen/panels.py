@@ -44,8 +44,12 @@ def panel(
         prefix: prefix of the package's names.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
-    body = printer.function().body
     read, written = kernel.inputs, kernel.outputs
+    filled = [o for o, places in zip(written, kernel.filled, strict=True) if places]
+    body = (
+        *(f"(void){o.name};" for o in written if o not in filled),
+        *printer.function().body,
+    )
     outputs = [f"lanes_{o.name}" for o in written]
     lanes = [f"lanes_{a.name}" for a in read]
     rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
@@ -126,7 +130,7 @@ class _PanelPrinter(Printer):
         first, lines = super().angles(own)
         if self.turns:
             reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
-            lines.append(f"if (lanes_any(~({reach} <= NEAR))) {{")
+            lines.append(f"if (lanes_any(~(mask)({reach} <= NEAR))) {{")
             lines += [f"    {r} = lanes_far({angle}, {r});" for angle, r in self.turns]
             lines.append("}")
         return first, lines

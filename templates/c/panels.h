@@ -25,7 +25,9 @@ extern "C" {
 size_t {{ name }}_{{ k.name }}_width(void);
 {% for form in ("rows", "panels") %}
 int {{ name }}_{{ k.name }}_{{ form }}(int stream, size_t N, const size_t *strides,
-    {{ k.batch_parameters }});
+{% for line in k.batch_lines %}
+    {{ line }}{{ ");" if loop.last }}
+{% endfor %}
 {% endfor %}
 {% endfor %}
 
