@@ -28,7 +28,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apar
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -794,7 +794,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart 
     return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
 }
 
-int panda_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -885,7 +886,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     if (!(streamed(stream, M) && streamed(stream, h) && streamed(stream, tau) && streamed(stream, J_out) && streamed(stream, T_out))) {
         return panels(0, N, strides, q, qd, X, M, h, tau, J_out, T_out);
@@ -897,7 +899,8 @@ int panda_all_terms_panels(int stream, size_t N, const size_t *strides, const do
 
 #else
 
-int panda_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -910,7 +913,8 @@ int panda_all_terms_rows(int stream, size_t N, const size_t *strides, const doub
     return status;
 }
 
-int panda_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int panda_all_terms_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     return panda_all_terms_rows(stream, N, strides, q, qd, X, M, h, tau, J_out, T_out);
 }

@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *h, cons
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -320,7 +320,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int panda_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -395,7 +396,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -407,7 +409,8 @@ int panda_bias_torque_panels(int stream, size_t N, const size_t *strides, const 
 
 #else
 
-int panda_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -420,7 +423,8 @@ int panda_bias_torque_rows(int stream, size_t N, const size_t *strides, const do
     return status;
 }
 
-int panda_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int panda_bias_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     return panda_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -617,7 +617,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, qdd, 0);
 }
 
-int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -706,7 +707,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int panda_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     if (!(streamed(stream, qdd))) {
         return panels(0, N, strides, q, qd, tau, X, qdd);
@@ -718,7 +720,8 @@ int panda_forward_dynamics_panels(int stream, size_t N, const size_t *strides, c
 
 #else
 
-int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -732,7 +735,8 @@ int panda_forward_dynamics_rows(int stream, size_t N, const size_t *strides, con
     return status;
 }
 
-int panda_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int panda_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     return panda_forward_dynamics_rows(stream, N, strides, q, qd, tau, X, qdd);
 }

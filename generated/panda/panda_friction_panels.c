@@ -38,7 +38,8 @@ ONCE int plain(const lanes *qd, const lanes *X, apart *tau)
     return panel(qd, X, tau, 0);
 }
 
-int panda_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int panda_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 7u;
@@ -99,7 +100,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int panda_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, qd, X, tau);
@@ -111,7 +113,8 @@ int panda_friction_panels(int stream, size_t N, const size_t *strides, const dou
 
 #else
 
-int panda_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int panda_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 7u;
@@ -123,7 +126,8 @@ int panda_friction_rows(int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int panda_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     return panda_friction_rows(stream, N, strides, qd, X, tau);
 }

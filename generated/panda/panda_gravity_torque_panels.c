@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *tau, const int stream)
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -103,7 +103,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *tau)
     return panel(q, X, tau, 0);
 }
 
-int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
+int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -164,7 +165,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
+int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, X, tau);
@@ -176,7 +178,8 @@ int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides, con
 
 #else
 
-int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
+int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -188,7 +191,8 @@ int panda_gravity_torque_rows(int stream, size_t N, const size_t *strides, const
     return status;
 }
 
-int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *tau)
+int panda_gravity_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau)
 {
     return panda_gravity_torque_rows(stream, N, strides, q, X, tau);
 }

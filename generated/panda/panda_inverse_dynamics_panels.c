@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -335,7 +335,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, tau, 0);
 }
 
-int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -424,7 +425,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdd, X, tau);
@@ -436,7 +438,8 @@ int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, c
 
 #else
 
-int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -450,7 +453,8 @@ int panda_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, con
     return status;
 }
 
-int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int panda_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     return panda_inverse_dynamics_rows(stream, N, strides, q, qd, qdd, X, tau);
 }

@@ -16,7 +16,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -147,7 +147,8 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int panda_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -194,7 +195,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int panda_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -206,7 +208,8 @@ int panda_jacobian_panels(int stream, size_t N, const size_t *strides, const dou
 
 #else
 
-int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int panda_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -217,7 +220,8 @@ int panda_jacobian_rows(int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int panda_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     return panda_jacobian_rows(stream, N, strides, q, J_out);
 }

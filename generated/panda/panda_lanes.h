@@ -33,6 +33,12 @@
 #define REACH(size) ((panda_WIDTH - 1u) * (size) + BLOCKS(size))
 #define ALWAYS static inline __attribute__((always_inline))
 #define ONCE static __attribute__((noinline))
+/* Functions of this header that are not called often, and not by every kernel. */
+#if defined(__clang__)
+#define SELDOM static inline __attribute__((noinline))
+#else
+#define SELDOM static __attribute__((noinline, unused))
+#endif
 
 typedef double lanes __attribute__((vector_size(8 * panda_WIDTH)));
 typedef int64_t mask __attribute__((vector_size(8 * panda_WIDTH)));
@@ -176,7 +182,7 @@ ALWAYS turned lanes_turn(lanes x)
 
 /* Far angles and NaN, by libm; near ones stay what they are, whatever stands beside them. Values
  * go in and out: a variable whose address is known to another function lives in memory. */
-static inline __attribute__((cold)) turned lanes_far(lanes x, turned near)
+SELDOM turned lanes_far(lanes x, turned near)
 {
     for (size_t i = 0; i < panda_WIDTH; ++i) {
         if (!(fabs(x[i]) <= NEAR)) {
@@ -284,7 +290,7 @@ ALWAYS void lanes_shared(const double *row, size_t size, lanes *to)
 
 /* Return a copy of the last rows from which a panel can be read: the last one stands for those that
  * are missing. `padded` holds REACH(size). */
-static inline __attribute__((cold)) const double *lanes_last(
+SELDOM const double *lanes_last(
     const double *rows, size_t size, size_t stride, size_t count, double *padded)
 {
     memset(padded, 0, REACH(size) * sizeof(double));
@@ -353,7 +359,7 @@ static inline void stream_copy(double *to, const double *from, size_t count)
         *to++ = *from++;
     }
     for (; count >= panda_WIDTH; count -= panda_WIDTH) {
-        STREAM((lanes *)(void *)to, *(const apart *)from);
+        STREAM((lanes *)(void *)to, *(const apart *)(const void *)from);
         to += panda_WIDTH;
         from += panda_WIDTH;
     }

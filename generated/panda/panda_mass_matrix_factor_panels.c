@@ -21,7 +21,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *L_out, apart *D_out, con
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -339,7 +339,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int panda_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int panda_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -404,7 +405,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int panda_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -416,7 +418,8 @@ int panda_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int panda_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -428,7 +431,8 @@ int panda_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, c
     return status;
 }
 
-int panda_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int panda_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     return panda_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

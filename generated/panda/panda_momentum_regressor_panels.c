@@ -22,7 +22,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out, c
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -871,7 +871,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out)
     return panel(q, qd, p_out, dl_out, 0);
 }
 
-int panda_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int panda_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -936,7 +937,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int panda_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, dl_out))) {
         return panels(0, N, strides, q, qd, p_out, dl_out);
@@ -948,7 +950,8 @@ int panda_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int panda_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int panda_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -960,7 +963,8 @@ int panda_momentum_regressor_rows(int stream, size_t N, const size_t *strides, c
     return status;
 }
 
-int panda_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int panda_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     return panda_momentum_regressor_rows(stream, N, strides, q, qd, p_out, dl_out);
 }

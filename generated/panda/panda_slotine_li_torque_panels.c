@@ -15,7 +15,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -335,7 +335,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, X, tau, 0);
 }
 
-int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -438,7 +439,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdr, qddr, X, tau);
@@ -450,7 +452,8 @@ int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, 
 
 #else
 
-int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -465,7 +468,8 @@ int panda_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, co
     return status;
 }
 
-int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int panda_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     return panda_slotine_li_torque_rows(stream, N, strides, q, qd, qdr, qddr, X, tau);
 }

@@ -18,7 +18,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *M, apar
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }
@@ -72,7 +72,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *M, apart 
     return panel(q, qd, X, M, h, tau, J_out, T_out, 0);
 }
 
-int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -163,7 +164,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     if (!(streamed(stream, M) && streamed(stream, h) && streamed(stream, tau) && streamed(stream, J_out) && streamed(stream, T_out))) {
         return panels(0, N, strides, q, qd, X, M, h, tau, J_out, T_out);
@@ -175,7 +177,8 @@ int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides, const
 
 #else
 
-int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -188,7 +191,8 @@ int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides, const d
     return status;
 }
 
-int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
+int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out)
 {
     return planar2r_all_terms_rows(stream, N, strides, q, qd, X, M, h, tau, J_out, T_out);
 }

@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -36,7 +36,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -111,7 +112,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int planar2r_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -123,7 +125,8 @@ int planar2r_coriolis_panels(int stream, size_t N, const size_t *strides, const 
 
 #else
 
-int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -136,7 +139,8 @@ int planar2r_coriolis_rows(int stream, size_t N, const size_t *strides, const do
     return status;
 }
 
-int planar2r_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int planar2r_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     return planar2r_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

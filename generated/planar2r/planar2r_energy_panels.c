@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, 
     (void)stream;
     (void)U_out;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -36,7 +36,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int planar2r_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -115,7 +116,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -127,7 +129,8 @@ int planar2r_energy_panels(int stream, size_t N, const size_t *strides, const do
 
 #else
 
-int planar2r_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -140,7 +143,8 @@ int planar2r_energy_rows(int stream, size_t N, const size_t *strides, const doub
     return status;
 }
 
-int planar2r_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int planar2r_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return planar2r_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

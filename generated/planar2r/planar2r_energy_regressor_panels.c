@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *out, const int stream)
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -37,7 +37,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -98,7 +99,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -110,7 +112,8 @@ int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -122,7 +125,8 @@ int planar2r_energy_regressor_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int planar2r_energy_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     return planar2r_energy_regressor_rows(stream, N, strides, q, qd, out);
 }

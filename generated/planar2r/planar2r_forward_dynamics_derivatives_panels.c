@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -96,7 +96,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, dq_out, dqd_out, dtau_out, 0);
 }
 
-int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -193,7 +194,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int planar2r_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out) && streamed(stream, dtau_out))) {
         return panels(0, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
@@ -205,7 +207,8 @@ int planar2r_forward_dynamics_derivatives_panels(int stream, size_t N, const siz
 
 #else
 
-int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -219,7 +222,8 @@ int planar2r_forward_dynamics_derivatives_rows(int stream, size_t N, const size_
     return status;
 }
 
-int planar2r_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
+int planar2r_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double *dqd_out, double *dtau_out)
 {
     return planar2r_forward_dynamics_derivatives_rows(stream, N, strides, q, qd, tau, X, dq_out, dqd_out, dtau_out);
 }

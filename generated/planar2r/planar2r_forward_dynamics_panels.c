@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -54,7 +54,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *tau, const lanes *X
     return panel(q, qd, tau, X, qdd, 0);
 }
 
-int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -143,7 +144,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     if (!(streamed(stream, qdd))) {
         return panels(0, N, strides, q, qd, tau, X, qdd);
@@ -155,7 +157,8 @@ int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -169,7 +172,8 @@ int planar2r_forward_dynamics_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *tau, const double *X, double *qdd)
+int planar2r_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd)
 {
     return planar2r_forward_dynamics_rows(stream, N, strides, q, qd, tau, X, qdd);
 }

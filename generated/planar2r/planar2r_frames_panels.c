@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     lanes_put(&T_out[31], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
     }
@@ -45,7 +45,8 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -92,7 +93,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int planar2r_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -104,7 +106,8 @@ int planar2r_frames_panels(int stream, size_t N, const size_t *strides, const do
 
 #else
 
-int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int planar2r_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -115,7 +118,8 @@ int planar2r_frames_rows(int stream, size_t N, const size_t *strides, const doub
     return status;
 }
 
-int planar2r_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int planar2r_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     return planar2r_frames_rows(stream, N, strides, q, T_out);
 }

@@ -20,7 +20,8 @@ ONCE int plain(const lanes *qd, const lanes *X, apart *tau)
     return panel(qd, X, tau, 0);
 }
 
-int planar2r_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int planar2r_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 2u;
@@ -81,7 +82,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int planar2r_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, qd, X, tau);
@@ -93,7 +95,8 @@ int planar2r_friction_panels(int stream, size_t N, const size_t *strides, const 
 
 #else
 
-int planar2r_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int planar2r_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 2u;
@@ -105,7 +108,8 @@ int planar2r_friction_rows(int stream, size_t N, const size_t *strides, const do
     return status;
 }
 
-int planar2r_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int planar2r_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     return planar2r_friction_rows(stream, N, strides, qd, X, tau);
 }

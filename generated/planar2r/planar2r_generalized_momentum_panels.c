@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -38,7 +38,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -117,7 +118,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int planar2r_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -129,7 +131,8 @@ int planar2r_generalized_momentum_panels(int stream, size_t N, const size_t *str
 
 #else
 
-int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -142,7 +145,8 @@ int planar2r_generalized_momentum_rows(int stream, size_t N, const size_t *strid
     return status;
 }
 
-int planar2r_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int planar2r_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return planar2r_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -59,7 +59,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
 }
 
-int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -152,7 +153,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int planar2r_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out))) {
         return panels(0, N, strides, q, qd, qdd, X, dq_out, dqd_out);
@@ -164,7 +166,8 @@ int planar2r_inverse_dynamics_derivatives_panels(int stream, size_t N, const siz
 
 #else
 
-int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -178,7 +181,8 @@ int planar2r_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_
     return status;
 }
 
-int planar2r_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int planar2r_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     return planar2r_inverse_dynamics_derivatives_rows(stream, N, strides, q, qd, qdd, X, dq_out, dqd_out);
 }

@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -40,7 +40,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, tau, 0);
 }
 
-int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -129,7 +130,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdd, X, tau);
@@ -141,7 +143,8 @@ int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -155,7 +158,8 @@ int planar2r_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *tau)
+int planar2r_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau)
 {
     return planar2r_inverse_dynamics_rows(stream, N, strides, q, qd, qdd, X, tau);
 }

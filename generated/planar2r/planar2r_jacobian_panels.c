@@ -11,7 +11,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[10], lanes_all(1.0), stream);
     lanes_put(&J_out[11], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
     }
     const lanes C1 = q_0.c;
@@ -29,7 +29,8 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -76,7 +77,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -88,7 +90,8 @@ int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides, const 
 
 #else
 
-int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -99,7 +102,8 @@ int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides, const do
     return status;
 }
 
-int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     return planar2r_jacobian_rows(stream, N, strides, q, J_out);
 }

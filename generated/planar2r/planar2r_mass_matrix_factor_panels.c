@@ -12,7 +12,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *L_out, apart *D_out, con
     lanes_put(&L_out[3], lanes_all(1.0), stream);
     lanes_put(&D_out[1], X[1], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -40,7 +40,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -105,7 +106,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int planar2r_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -117,7 +119,8 @@ int planar2r_mass_matrix_factor_panels(int stream, size_t N, const size_t *strid
 
 #else
 
-int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -129,7 +132,8 @@ int planar2r_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides
     return status;
 }
 
-int planar2r_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int planar2r_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     return planar2r_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

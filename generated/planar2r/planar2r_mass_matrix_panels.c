@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     (void)stream;
     lanes_put(&M[3], X[1], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -32,7 +32,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -93,7 +94,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -105,7 +107,8 @@ int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides, con
 
 #else
 
-int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -117,7 +120,8 @@ int planar2r_mass_matrix_rows(int stream, size_t N, const size_t *strides, const
     return status;
 }
 
-int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int planar2r_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     return planar2r_mass_matrix_rows(stream, N, strides, q, X, M);
 }

@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out, c
     (void)stream;
     lanes_put(&p_out[0], qd[0], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -42,7 +42,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out)
     return panel(q, qd, p_out, dl_out, 0);
 }
 
-int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -107,7 +108,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int planar2r_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, dl_out))) {
         return panels(0, N, strides, q, qd, p_out, dl_out);
@@ -119,7 +121,8 @@ int planar2r_momentum_regressor_panels(int stream, size_t N, const size_t *strid
 
 #else
 
-int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -131,7 +134,8 @@ int planar2r_momentum_regressor_rows(int stream, size_t N, const size_t *strides
     return status;
 }
 
-int planar2r_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int planar2r_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     return planar2r_momentum_regressor_rows(stream, N, strides, q, qd, p_out, dl_out);
 }

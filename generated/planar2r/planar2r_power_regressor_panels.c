@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes RZZ1 = qd[0] * qdd[0];
@@ -42,7 +42,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -117,7 +118,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -129,7 +131,8 @@ int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
 
 #else
 
-int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -142,7 +145,8 @@ int planar2r_power_regressor_rows(int stream, size_t N, const size_t *strides, c
     return status;
 }
 
-int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int planar2r_power_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     return planar2r_power_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

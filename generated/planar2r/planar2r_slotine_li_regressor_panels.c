@@ -10,7 +10,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     (void)stream;
     lanes_put(&out[0], qddr[0], stream);
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -43,7 +43,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, out, 0);
 }
 
-int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -132,7 +133,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdr, qddr, out);
@@ -144,7 +146,8 @@ int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *str
 
 #else
 
-int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -158,7 +161,8 @@ int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strid
     return status;
 }
 
-int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int planar2r_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     return planar2r_slotine_li_regressor_rows(stream, N, strides, q, qd, qdr, qddr, out);
 }

@@ -9,7 +9,7 @@ ALWAYS int panel(const lanes *q, const lanes *b, const lanes *X, apart *x, const
 {
     (void)stream;
     turned q_1 = lanes_turn(q[1]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
     const lanes C2 = q_1.c;
@@ -41,7 +41,8 @@ ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
     return panel(q, b, X, x, 0);
 }
 
-int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -116,7 +117,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     if (!(streamed(stream, x))) {
         return panels(0, N, strides, q, b, X, x);
@@ -128,7 +130,8 @@ int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *stride
 
 #else
 
-int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 2u;
@@ -141,7 +144,8 @@ int planar2r_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
     return status;
 }
 
-int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int planar2r_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     return planar2r_solve_mass_matrix_rows(stream, N, strides, q, b, X, x);
 }

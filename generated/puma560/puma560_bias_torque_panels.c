@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *h, cons
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -277,7 +277,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *h)
     return panel(q, qd, X, h, 0);
 }
 
-int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -352,7 +353,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     if (!(streamed(stream, h))) {
         return panels(0, N, strides, q, qd, X, h);
@@ -364,7 +366,8 @@ int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides, cons
 
 #else
 
-int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -377,7 +380,8 @@ int puma560_bias_torque_rows(int stream, size_t N, const size_t *strides, const 
     return status;
 }
 
-int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *h)
+int puma560_bias_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h)
 {
     return puma560_bias_torque_rows(stream, N, strides, q, qd, X, h);
 }

@@ -13,7 +13,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -559,7 +559,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int puma560_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -634,7 +635,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -646,7 +648,8 @@ int puma560_coriolis_panels(int stream, size_t N, const size_t *strides, const d
 
 #else
 
-int puma560_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -659,7 +662,8 @@ int puma560_coriolis_rows(int stream, size_t N, const size_t *strides, const dou
     return status;
 }
 
-int puma560_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int puma560_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     return puma560_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -141,7 +141,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int puma560_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -220,7 +221,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -232,7 +234,8 @@ int puma560_energy_panels(int stream, size_t N, const size_t *strides, const dou
 
 #else
 
-int puma560_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -245,7 +248,8 @@ int puma560_energy_rows(int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int puma560_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return puma560_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

@@ -21,7 +21,7 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -152,7 +152,8 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int puma560_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int puma560_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -199,7 +200,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int puma560_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -211,7 +213,8 @@ int puma560_frames_panels(int stream, size_t N, const size_t *strides, const dou
 
 #else
 
-int puma560_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int puma560_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -222,7 +225,8 @@ int puma560_frames_rows(int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int puma560_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     return puma560_frames_rows(stream, N, strides, q, T_out);
 }

@@ -35,7 +35,8 @@ ONCE int plain(const lanes *qd, const lanes *X, apart *tau)
     return panel(qd, X, tau, 0);
 }
 
-int puma560_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int puma560_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 6u;
@@ -96,7 +97,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int puma560_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, qd, X, tau);
@@ -108,7 +110,8 @@ int puma560_friction_panels(int stream, size_t N, const size_t *strides, const d
 
 #else
 
-int puma560_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int puma560_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 6u;
@@ -120,7 +123,8 @@ int puma560_friction_rows(int stream, size_t N, const size_t *strides, const dou
     return status;
 }
 
-int puma560_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int puma560_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     return puma560_friction_rows(stream, N, strides, qd, X, tau);
 }

@@ -36,7 +36,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -97,7 +98,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -109,7 +111,8 @@ int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides, 
 
 #else
 
-int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -121,7 +124,8 @@ int puma560_friction_torque_rows(int stream, size_t N, const size_t *strides, co
     return status;
 }
 
-int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int puma560_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     return puma560_friction_torque_rows(stream, N, strides, q, qd, out);
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     turned q_2 = lanes_turn(q[2]);
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -104,7 +104,8 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int puma560_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -151,7 +152,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -163,7 +165,8 @@ int puma560_jacobian_panels(int stream, size_t N, const size_t *strides, const d
 
 #else
 
-int puma560_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -174,7 +177,8 @@ int puma560_jacobian_rows(int stream, size_t N, const size_t *strides, const dou
     return status;
 }
 
-int puma560_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     return puma560_jacobian_rows(stream, N, strides, q, J_out);
 }

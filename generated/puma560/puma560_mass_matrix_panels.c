@@ -13,7 +13,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -232,7 +232,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -293,7 +294,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -305,7 +307,8 @@ int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides, cons
 
 #else
 
-int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -317,7 +320,8 @@ int puma560_mass_matrix_rows(int stream, size_t N, const size_t *strides, const 
     return status;
 }
 
-int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int puma560_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     return puma560_mass_matrix_rows(stream, N, strides, q, X, M);
 }

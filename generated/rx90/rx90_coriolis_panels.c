@@ -13,7 +13,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -491,7 +491,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -566,7 +567,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -578,7 +580,8 @@ int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const doub
 
 #else
 
-int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -591,7 +594,8 @@ int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double
     return status;
 }
 
-int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     return rx90_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -200,7 +200,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -279,7 +280,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -291,7 +293,8 @@ int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -304,7 +307,8 @@ int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return rx90_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -887,7 +887,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
 }
 
-int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -980,7 +981,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out))) {
         return panels(0, N, strides, q, qd, qdd, X, dq_out, dqd_out);
@@ -992,7 +994,8 @@ int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t 
 
 #else
 
-int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -1006,7 +1009,8 @@ int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *s
     return status;
 }
 
-int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     return rx90_inverse_dynamics_derivatives_rows(stream, N, strides, q, qd, qdd, X, dq_out, dqd_out);
 }

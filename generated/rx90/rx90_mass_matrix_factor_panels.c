@@ -19,7 +19,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *L_out, apart *D_out, con
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -244,7 +244,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *L_out, apart *D_out)
     return panel(q, X, L_out, D_out, 0);
 }
 
-int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -309,7 +310,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     if (!(streamed(stream, L_out) && streamed(stream, D_out))) {
         return panels(0, N, strides, q, X, L_out, D_out);
@@ -321,7 +323,8 @@ int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, 
 
 #else
 
-int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -333,7 +336,8 @@ int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, co
     return status;
 }
 
-int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *L_out, double *D_out)
+int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out)
 {
     return rx90_mass_matrix_factor_rows(stream, N, strides, q, X, L_out, D_out);
 }

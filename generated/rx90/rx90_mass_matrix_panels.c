@@ -13,7 +13,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -194,7 +194,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -255,7 +256,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -267,7 +269,8 @@ int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const d
 
 #else
 
-int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -279,7 +282,8 @@ int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const dou
     return status;
 }
 
-int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     return rx90_mass_matrix_rows(stream, N, strides, q, X, M);
 }

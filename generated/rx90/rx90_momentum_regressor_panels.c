@@ -20,7 +20,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out, c
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -540,7 +540,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *p_out, apart *dl_out)
     return panel(q, qd, p_out, dl_out, 0);
 }
 
-int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -605,7 +606,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, dl_out))) {
         return panels(0, N, strides, q, qd, p_out, dl_out);
@@ -617,7 +619,8 @@ int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides, 
 
 #else
 
-int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -629,7 +632,8 @@ int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides, co
     return status;
 }
 
-int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *p_out, double *dl_out)
+int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out)
 {
     return rx90_momentum_regressor_rows(stream, N, strides, q, qd, p_out, dl_out);
 }

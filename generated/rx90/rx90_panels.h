@@ -4,8 +4,8 @@
  * AVX2, a quarter with SSE2 and NEON; 1 in C++, with another compiler than gcc and clang, and on
  * other processors. rx90_KERNEL_width() tells the width that a kernel was compiled with.
  *
- * Inputs are rows of samples. strides[i] is the distance of two rows of input i, in numbers and in
- * the order of the arguments; 0: all samples share it. NULL: rows without gaps, X shared.
+ * Inputs are rows of samples. strides[i] is the distance of two rows of input i, in numbers, in the
+ * order of the arguments; 0: all samples share it. NULL: rows without gaps, X shared.
  * Outputs of _rows are rows without gaps. Those of _panels are (ceil(N / width), size, width): entry
  * [k, i, l] is output i of sample k width + l. What stands behind the last sample repeats it, and
  * entries that are zero for every sample may be left as they were: put zeros there once.
@@ -22,152 +22,156 @@ extern "C" {
 #endif
 
 size_t rx90_energy_regressor_width(void);
-int rx90_energy_regressor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *out);
-int rx90_energy_regressor_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *out);
+int rx90_energy_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
+int rx90_energy_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
 
 size_t rx90_friction_power_width(void);
-int rx90_friction_power_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, double *out);
-int rx90_friction_power_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *out);
+int rx90_friction_power_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
+int rx90_friction_power_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
 
 size_t rx90_friction_torque_width(void);
-int rx90_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *out);
-int rx90_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *out);
+int rx90_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
+int rx90_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out);
 
 size_t rx90_power_regressor_width(void);
-int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, double *out);
-int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, double *out);
+int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out);
+int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out);
 
 size_t rx90_momentum_regressor_width(void);
-int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *p_out, double *dl_out);
-int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, double *p_out, double *dl_out);
+int rx90_momentum_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out);
+int rx90_momentum_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *p_out, double *dl_out);
 
 size_t rx90_torque_regressor_width(void);
-int rx90_torque_regressor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, double *out);
-int rx90_torque_regressor_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, double *out);
+int rx90_torque_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out);
+int rx90_torque_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out);
 
 size_t rx90_inverse_dynamics_width(void);
-int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, const double *X, double *tau);
-int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdd, const double *X, double *tau);
+int rx90_inverse_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau);
+int rx90_inverse_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *tau);
 
 size_t rx90_mass_matrix_width(void);
-int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *X, double *M);
-int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const
-    double *X, double *M);
+int rx90_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M);
+int rx90_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M);
 
 size_t rx90_gravity_torque_width(void);
-int rx90_gravity_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *X, double *tau);
-int rx90_gravity_torque_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *X, double *tau);
+int rx90_gravity_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau);
+int rx90_gravity_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *tau);
 
 size_t rx90_coriolis_width(void);
-int rx90_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *C);
-int rx90_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *C);
+int rx90_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C);
+int rx90_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C);
 
 size_t rx90_bias_torque_width(void);
-int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *h);
-int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *h);
+int rx90_bias_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h);
+int rx90_bias_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *h);
 
 size_t rx90_forward_dynamics_width(void);
-int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *tau, const double *X, double *qdd);
-int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *tau, const double *X, double *qdd);
+int rx90_forward_dynamics_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd);
+int rx90_forward_dynamics_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *qdd);
 
 size_t rx90_energy_width(void);
-int rx90_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double
-    *qd, const double *X, double *T_out, double *U_out);
-int rx90_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *T_out, double *U_out);
+int rx90_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out);
+int rx90_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out);
 
 size_t rx90_frames_width(void);
-int rx90_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double
-    *T_out);
-int rx90_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double
-    *T_out);
+int rx90_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out);
+int rx90_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out);
 
 size_t rx90_jacobian_width(void);
-int rx90_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double
-    *J_out);
-int rx90_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double
-    *J_out);
+int rx90_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out);
+int rx90_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out);
 
 size_t rx90_all_terms_width(void);
-int rx90_all_terms_rows(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out);
-int rx90_all_terms_panels(int stream, size_t N, const size_t *strides, const double *q, const
-    double *qd, const double *X, double *M, double *h, double *tau, double *J_out, double *T_out);
+int rx90_all_terms_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
+    *J_out, double *T_out);
+int rx90_all_terms_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
+    *J_out, double *T_out);
 
 size_t rx90_slotine_li_regressor_width(void);
-int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdr, const double *qddr, double *out);
-int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double
-    *q, const double *qd, const double *qdr, const double *qddr, double *out);
+int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out);
+int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out);
 
 size_t rx90_slotine_li_torque_width(void);
-int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdr, const double *qddr, const double *X, double *tau);
-int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *qdr, const double *qddr, const double *X, double *tau);
+int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X,
+    double *tau);
+int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X,
+    double *tau);
 
 size_t rx90_generalized_momentum_width(void);
-int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *qd, const double *X, double *p_out, double *rate_out);
-int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double
-    *q, const double *qd, const double *X, double *p_out, double *rate_out);
+int rx90_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out);
+int rx90_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out);
 
 size_t rx90_friction_width(void);
-int rx90_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const
-    double *X, double *tau);
-int rx90_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const
-    double *X, double *tau);
+int rx90_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau);
+int rx90_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau);
 
 size_t rx90_inverse_dynamics_derivatives_width(void);
-int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const
-    double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
+int rx90_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
     *dqd_out);
-int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const
-    double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
+int rx90_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double
     *dqd_out);
 
 size_t rx90_forward_dynamics_derivatives_width(void);
-int rx90_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const
-    double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
+int rx90_forward_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
     *dqd_out, double *dtau_out);
-int rx90_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const
-    double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
+int rx90_forward_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *tau, const double *X, double *dq_out, double
     *dqd_out, double *dtau_out);
 
 size_t rx90_solve_mass_matrix_width(void);
-int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *b, const double *X, double *x);
-int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *b, const double *X, double *x);
+int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x);
+int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x);
 
 size_t rx90_mass_matrix_factor_width(void);
-int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides, const double *q,
-    const double *X, double *L_out, double *D_out);
-int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides, const double *q,
-    const double *X, double *L_out, double *D_out);
+int rx90_mass_matrix_factor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out);
+int rx90_mass_matrix_factor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *L_out, double *D_out);
 
 #ifdef __cplusplus
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -294,7 +294,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, apart *out)
     return panel(q, qd, qdd, out, 0);
 }
 
-int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -369,7 +370,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdd, out);
@@ -381,7 +383,8 @@ int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, con
 
 #else
 
-int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -394,7 +397,8 @@ int rx90_power_regressor_rows(int stream, size_t N, const size_t *strides, const
     return status;
 }
 
-int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, double *out)
+int rx90_power_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, double *out)
 {
     return rx90_power_regressor_rows(stream, N, strides, q, qd, qdd, out);
 }

@@ -25,7 +25,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -489,7 +489,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, out, 0);
 }
 
-int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -578,7 +579,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, qdr, qddr, out);
@@ -590,7 +592,8 @@ int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -604,7 +607,8 @@ int rx90_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
+int rx90_slotine_li_regressor_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, double *out)
 {
     return rx90_slotine_li_regressor_rows(stream, N, strides, q, qd, qdr, qddr, out);
 }

@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -257,7 +257,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdr, const lanes *q
     return panel(q, qd, qdr, qddr, X, tau, 0);
 }
 
-int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -360,7 +361,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, q, qd, qdr, qddr, X, tau);
@@ -372,7 +374,8 @@ int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, c
 
 #else
 
-int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -387,7 +390,8 @@ int rx90_slotine_li_torque_rows(int stream, size_t N, const size_t *strides, con
     return status;
 }
 
-int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
+int rx90_slotine_li_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdr, const double *qddr, const double *X, double *tau)
 {
     return rx90_slotine_li_torque_rows(stream, N, strides, q, qd, qdr, qddr, X, tau);
 }

@@ -13,7 +13,7 @@ ALWAYS int panel(const lanes *q, const lanes *b, const lanes *X, apart *x, const
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_5 = lanes_turn(q[5]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[5]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -245,7 +245,8 @@ ONCE int plain(const lanes *q, const lanes *b, const lanes *X, apart *x)
     return panel(q, b, X, x, 0);
 }
 
-int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -320,7 +321,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     if (!(streamed(stream, x))) {
         return panels(0, N, strides, q, b, X, x);
@@ -332,7 +334,8 @@ int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, c
 
 #else
 
-int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 6u;
@@ -345,7 +348,8 @@ int rx90_solve_mass_matrix_rows(int stream, size_t N, const size_t *strides, con
     return status;
 }
 
-int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *b, const double *X, double *x)
+int rx90_solve_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *b, const double *X, double *x)
 {
     return rx90_solve_mass_matrix_rows(stream, N, strides, q, b, X, x);
 }

@@ -16,7 +16,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -396,7 +396,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *C)
     return panel(q, qd, X, C, 0);
 }
 
-int twin_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -471,7 +472,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     if (!(streamed(stream, C))) {
         return panels(0, N, strides, q, qd, X, C);
@@ -483,7 +485,8 @@ int twin_coriolis_panels(int stream, size_t N, const size_t *strides, const doub
 
 #else
 
-int twin_coriolis_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -496,7 +499,8 @@ int twin_coriolis_rows(int stream, size_t N, const size_t *strides, const double
     return status;
 }
 
-int twin_coriolis_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *C)
+int twin_coriolis_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *C)
 {
     return twin_coriolis_rows(stream, N, strides, q, qd, X, C);
 }

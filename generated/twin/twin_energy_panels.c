@@ -18,7 +18,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -147,7 +147,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, ap
     return panel(q, qd, X, T_out, U_out, 0);
 }
 
-int twin_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -226,7 +227,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     if (!(streamed(stream, T_out) && streamed(stream, U_out))) {
         return panels(0, N, strides, q, qd, X, T_out, U_out);
@@ -238,7 +240,8 @@ int twin_energy_panels(int stream, size_t N, const size_t *strides, const double
 
 #else
 
-int twin_energy_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -251,7 +254,8 @@ int twin_energy_rows(int stream, size_t N, const size_t *strides, const double *
     return status;
 }
 
-int twin_energy_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *T_out, double *U_out)
+int twin_energy_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *T_out, double *U_out)
 {
     return twin_energy_rows(stream, N, strides, q, qd, X, T_out, U_out);
 }

@@ -28,7 +28,7 @@ ALWAYS int panel(const lanes *q, apart *T_out, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
@@ -164,7 +164,8 @@ ONCE int plain(const lanes *q, apart *T_out)
     return panel(q, T_out, 0);
 }
 
-int twin_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int twin_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -211,7 +212,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int twin_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     if (!(streamed(stream, T_out))) {
         return panels(0, N, strides, q, T_out);
@@ -223,7 +225,8 @@ int twin_frames_panels(int stream, size_t N, const size_t *strides, const double
 
 #else
 
-int twin_frames_rows(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int twin_frames_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -234,7 +237,8 @@ int twin_frames_rows(int stream, size_t N, const size_t *strides, const double *
     return status;
 }
 
-int twin_frames_panels(int stream, size_t N, const size_t *strides, const double *q, double *T_out)
+int twin_frames_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *T_out)
 {
     return twin_frames_rows(stream, N, strides, q, T_out);
 }

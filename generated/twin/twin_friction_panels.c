@@ -38,7 +38,8 @@ ONCE int plain(const lanes *qd, const lanes *X, apart *tau)
     return panel(qd, X, tau, 0);
 }
 
-int twin_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int twin_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 7u;
@@ -99,7 +100,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int twin_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     if (!(streamed(stream, tau))) {
         return panels(0, N, strides, qd, X, tau);
@@ -111,7 +113,8 @@ int twin_friction_panels(int stream, size_t N, const size_t *strides, const doub
 
 #else
 
-int twin_friction_rows(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int twin_friction_rows(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     int status = 0;
     const size_t stride_qd = (strides != NULL) ? strides[0] : 7u;
@@ -123,7 +126,8 @@ int twin_friction_rows(int stream, size_t N, const size_t *strides, const double
     return status;
 }
 
-int twin_friction_panels(int stream, size_t N, const size_t *strides, const double *qd, const double *X, double *tau)
+int twin_friction_panels(int stream, size_t N, const size_t *strides,
+    const double *qd, const double *X, double *tau)
 {
     return twin_friction_rows(stream, N, strides, qd, X, tau);
 }

@@ -46,7 +46,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int twin_friction_power_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_power_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -107,7 +108,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_friction_power_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_power_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -119,7 +121,8 @@ int twin_friction_power_panels(int stream, size_t N, const size_t *strides, cons
 
 #else
 
-int twin_friction_power_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_power_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -131,7 +134,8 @@ int twin_friction_power_rows(int stream, size_t N, const size_t *strides, const 
     return status;
 }
 
-int twin_friction_power_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_power_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     return twin_friction_power_rows(stream, N, strides, q, qd, out);
 }

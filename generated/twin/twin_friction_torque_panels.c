@@ -39,7 +39,8 @@ ONCE int plain(const lanes *q, const lanes *qd, apart *out)
     return panel(q, qd, out, 0);
 }
 
-int twin_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -100,7 +101,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     if (!(streamed(stream, out))) {
         return panels(0, N, strides, q, qd, out);
@@ -112,7 +114,8 @@ int twin_friction_torque_panels(int stream, size_t N, const size_t *strides, con
 
 #else
 
-int twin_friction_torque_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_torque_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -124,7 +127,8 @@ int twin_friction_torque_rows(int stream, size_t N, const size_t *strides, const
     return status;
 }
 
-int twin_friction_torque_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, double *out)
+int twin_friction_torque_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, double *out)
 {
     return twin_friction_torque_rows(stream, N, strides, q, qd, out);
 }

@@ -17,7 +17,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -210,7 +210,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *X, apart *p_out, ap
     return panel(q, qd, X, p_out, rate_out, 0);
 }
 
-int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -289,7 +290,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     if (!(streamed(stream, p_out) && streamed(stream, rate_out))) {
         return panels(0, N, strides, q, qd, X, p_out, rate_out);
@@ -301,7 +303,8 @@ int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides
 
 #else
 
-int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -314,7 +317,8 @@ int twin_generalized_momentum_rows(int stream, size_t N, const size_t *strides, 
     return status;
 }
 
-int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
+int twin_generalized_momentum_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *X, double *p_out, double *rate_out)
 {
     return twin_generalized_momentum_rows(stream, N, strides, q, qd, X, p_out, rate_out);
 }

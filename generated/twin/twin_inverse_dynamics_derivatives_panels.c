@@ -18,7 +18,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, const lanes 
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -815,7 +815,8 @@ ONCE int plain(const lanes *q, const lanes *qd, const lanes *qdd, const lanes *X
     return panel(q, qd, qdd, X, dq_out, dqd_out, 0);
 }
 
-int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -908,7 +909,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     if (!(streamed(stream, dq_out) && streamed(stream, dqd_out))) {
         return panels(0, N, strides, q, qd, qdd, X, dq_out, dqd_out);
@@ -920,7 +922,8 @@ int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t 
 
 #else
 
-int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -934,7 +937,8 @@ int twin_inverse_dynamics_derivatives_rows(int stream, size_t N, const size_t *s
     return status;
 }
 
-int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides, const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
+int twin_inverse_dynamics_derivatives_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *qd, const double *qdd, const double *X, double *dq_out, double *dqd_out)
 {
     return twin_inverse_dynamics_derivatives_rows(stream, N, strides, q, qd, qdd, X, dq_out, dqd_out);
 }

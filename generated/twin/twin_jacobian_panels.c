@@ -14,7 +14,7 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
     lanes_put(&J_out[35], lanes_all(1.0), stream);
     turned q_0 = lanes_turn(q[0]);
     turned q_4 = lanes_turn(q[4]);
-    if (lanes_any((mask)~(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[0]) + lanes_abs(q[4]) <= NEAR))) {
         q_0 = lanes_far(q[0], q_0);
         q_4 = lanes_far(q[4], q_4);
     }
@@ -57,7 +57,8 @@ ONCE int plain(const lanes *q, apart *J_out)
     return panel(q, J_out, 0);
 }
 
-int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int twin_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -104,7 +105,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int twin_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     if (!(streamed(stream, J_out))) {
         return panels(0, N, strides, q, J_out);
@@ -116,7 +118,8 @@ int twin_jacobian_panels(int stream, size_t N, const size_t *strides, const doub
 
 #else
 
-int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int twin_jacobian_rows(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -127,7 +130,8 @@ int twin_jacobian_rows(int stream, size_t N, const size_t *strides, const double
     return status;
 }
 
-int twin_jacobian_panels(int stream, size_t N, const size_t *strides, const double *q, double *J_out)
+int twin_jacobian_panels(int stream, size_t N, const size_t *strides,
+    const double *q, double *J_out)
 {
     return twin_jacobian_rows(stream, N, strides, q, J_out);
 }

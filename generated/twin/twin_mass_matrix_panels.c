@@ -16,7 +16,7 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     turned q_3 = lanes_turn(q[3]);
     turned q_4 = lanes_turn(q[4]);
     turned q_6 = lanes_turn(q[6]);
-    if (lanes_any((mask)~(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
+    if (lanes_any(~(mask)(lanes_abs(q[1]) + lanes_abs(q[2]) + lanes_abs(q[3]) + lanes_abs(q[4]) + lanes_abs(q[6]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
         q_2 = lanes_far(q[2], q_2);
         q_3 = lanes_far(q[3], q_3);
@@ -173,7 +173,8 @@ ONCE int plain(const lanes *q, const lanes *X, apart *M)
     return panel(q, X, M, 0);
 }
 
-int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -234,7 +235,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, const doubl
     return status;
 }
 
-int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     if (!(streamed(stream, M))) {
         return panels(0, N, strides, q, X, M);
@@ -246,7 +248,8 @@ int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides, const d
 
 #else
 
-int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     int status = 0;
     const size_t stride_q = (strides != NULL) ? strides[0] : 7u;
@@ -258,7 +261,8 @@ int twin_mass_matrix_rows(int stream, size_t N, const size_t *strides, const dou
     return status;
 }
 
-int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides, const double *q, const double *X, double *M)
+int twin_mass_matrix_panels(int stream, size_t N, const size_t *strides,
+    const double *q, const double *X, double *M)
 {
     return twin_mass_matrix_rows(stream, N, strides, q, X, M);
 }

@@ -453,6 +453,7 @@ class _Writer:
             "panel": on_panels and panel(kernel, macros, robot.values(), self.dtype, self.name),
             "parameters": kernel.listed(self.dtype),
             "batch_parameters": kernel.listed(self.dtype, batch=True),
+            "batch_lines": _wrapped(kernel.listed(self.dtype, batch=True), _LINE - 4),
             "strides": ", ".join(
                 a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in listed
             ),

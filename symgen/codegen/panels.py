@@ -19,8 +19,6 @@ from symgen.symbolic.tape import Steps, Values
 
 #: Largest number of output entries of a sample; larger panels need too much stack.
 LARGEST = 1024
-#: Forms of a kernel on panels, by the layout of their outputs.
-FORMS = ("rows", "panels")
 
 
 def panelled(kernel: Kernel) -> bool:
@@ -46,17 +44,18 @@ def panel(
         prefix: prefix of the package's names.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
-    body = printer.function().body
     read, written = kernel.inputs, kernel.outputs
+    filled = [o for o, places in zip(written, kernel.filled, strict=True) if places]
+    body = (
+        *(f"(void){o.name};" for o in written if o not in filled),
+        *printer.function().body,
+    )
     outputs = [f"lanes_{o.name}" for o in written]
     lanes = [f"lanes_{a.name}" for a in read]
-    form = f"int stream, size_t N, const size_t *strides, {kernel.listed(dtype, batch=True)}"
     rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
     return {
         "inputs": read,
         "outputs": written,
-        "form": form,
-        "prototypes": [f"int {prefix}_{kernel.name}_{kind}({form});" for kind in FORMS],
         "largest": max(o.size for o in written),
         "parameters": ", ".join(
             [*(f"const lanes *{a.name}" for a in read), *(f"apart *{o.name}" for o in written)]
@@ -66,7 +65,6 @@ def panel(
         "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
         "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
         "body": body,
-        "zero": [o.name for o, filled in zip(written, kernel.filled, strict=True) if not filled],
         "status": printer.status,
     }
 
@@ -132,7 +130,7 @@ class _PanelPrinter(Printer):
         first, lines = super().angles(own)
         if self.turns:
             reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
-            lines.append(f"if (lanes_any((mask)~({reach} <= NEAR))) {{")
+            lines.append(f"if (lanes_any(~(mask)({reach} <= NEAR))) {{")
             lines += [f"    {r} = lanes_far({angle}, {r});" for angle, r in self.turns]
             lines.append("}")
         return first, lines

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -162,6 +162,8 @@ def _touched(
     columns = _torques(baseline, held, effects, baseline.beside(effects))
     held = held.with_columns(map(everywhere, columns))
     fold, size = motion_folds(held.logs), misfit * held.size
+    if np.max(fold) < 0:  # too short for two folds: no motion predicts another
+        return ()
     left = held.y - held.W @ held.X
     score = PredictiveScore(held.W, left, held.moves, held.sigma, fold, size)
     return tuple(contacts_in(score, held.logs, held.size, least))
@@ -273,7 +275,7 @@ def conclude(
         found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
     pairs = zip(found, (*accepted, *suspected), strict=True)
     found = tuple(replace(e, note=NOISE) if s.candidate.key in biased else e for e, s in pairs)
-    found = (*(_pushed(declared.robot, c) for c in contacts), *found)
+    found = (*_pushed(declared.robot, contacts), *found)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
         was, now, noise = (100 * gap.total for gap in moving[:3])
@@ -515,23 +517,31 @@ def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> Fou
     return _found(robot, score, (*own, *constants), declared=False)
 
 
-def _pushed(robot: Robot, contact: Contact) -> FoundEffect:
-    """Return a contact as an effect, which no other motion can confirm or contradict."""
-    joints = tuple(robot.movable[j].number for j in contact.event.joints)
-    return FoundEffect(
-        name=CONTACT,
-        joints=joints,
-        parameters=tuple(
-            FoundParameter(f"{name}{joints[-1]}", x, std, "s")
-            for name, x, std in contact.fault.values
-        ),
-        expression=f"{definitions()[CONTACT].formula}, in {contact.fault.log}",
-        p_value=math.exp(-max(contact.odds, 0.0)),
-        gap_reduction=min(contact.gain, 1.0),
-        probability=contact.probability,
-        torque_rms=contact.torque,
-        declared=False,
-    )
+def _pushed(robot: Robot, contacts: Sequence[Contact]) -> Iterator[FoundEffect]:
+    """Yield one effect for the contacts of the same joints, which no other motion can confirm."""
+    by_joints: dict[tuple[int, ...], list[Contact]] = {}
+    for c in contacts:
+        by_joints.setdefault(c.event.joints, []).append(c)
+    for at, same in by_joints.items():
+        joints = tuple(robot.movable[j].number for j in at)
+        times = (
+            FoundParameter(f"{name}{joints[-1]}{f'_{k}' if k else ''}", x, std, "s")
+            for k, c in enumerate(same)
+            for name, x, std in c.fault.values
+        )
+        odds = max(c.odds for c in same)
+        where = ", ".join(c.fault.log for c in same)
+        yield FoundEffect(
+            name=CONTACT,
+            joints=joints,
+            parameters=tuple(times),
+            expression=f"{definitions()[CONTACT].formula}, in {where}",
+            p_value=math.exp(-max(odds, 0.0)),
+            gap_reduction=min(max(c.gain for c in same), 1.0),
+            probability=max(c.probability for c in same),
+            torque_rms=max(c.torque for c in same),
+            declared=False,
+        )
 
 
 def numbers(robot: Robot, candidate: Candidate) -> tuple[int, ...]:

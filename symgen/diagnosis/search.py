@@ -248,7 +248,7 @@ class Search:
     def _reasoned(self, s: Score) -> Score:
         if s.worth < self.least:
             fault = (
-                f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2g} % of "
+                f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
                 f"the torque; what matters: {100 * self.least:.2g} %"
             )
         else:

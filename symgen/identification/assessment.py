@@ -227,7 +227,7 @@ def assess(
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
     noise = noise_fit(evaluator, run.held, X)
-    floor = _noise_of(noise.residual, moving := _in_motion(seen).residual)
+    floor = _noise_of(noise.residual, moving := in_motion(seen).residual)
     unexplained = _beyond(moving, floor)
     elsewhere = error_elsewhere(evaluator, run.train, solution.noise, chosen.together)
     limits = _in_proportion(chosen.together, evaluator.model.robot)
@@ -476,7 +476,7 @@ def prediction_use(
     """
     reasons = list(faults)
     where = " in motion" if held.rest.any() else ""
-    train, held = _in_motion(train), _in_motion(held)
+    train, held = in_motion(train), in_motion(held)
     said, own = held.residual.relative, train.residual.relative
     unexplained = tuple(_unexplained(held, noise, robot, not faults, where))
     reasons += unexplained
@@ -501,7 +501,7 @@ def prediction_use(
     return Use("prediction", tuple(reasons))
 
 
-def _in_motion(fit: TorqueFit) -> TorqueFit:
+def in_motion(fit: TorqueFit) -> TorqueFit:
     """Return the fit of joints that move, where any does."""
     return fit.in_motion if fit.in_motion.size.any() else fit
 
@@ -749,7 +749,7 @@ def level_exceeded(evaluator: Evaluator, logs: Sequence[FilteredLog], fit: Outco
         logs: the validation logs.
         fit: the fit of the training logs.
     """
-    held = _in_motion(fit.seen)
+    held = in_motion(fit.seen)
     noise = _noise_of(noise_fit(evaluator, logs, fit.solution.X).residual, held.residual)
     return "; ".join(_unexplained(held, noise, evaluator.model.robot, False, ""))
 

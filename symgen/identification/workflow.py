@@ -37,6 +37,7 @@ from symgen.identification.assessment import (
     Trials,
     assess,
     impossible,
+    in_motion,
     level_exceeded,
     like_no_robot,
     outcome,
@@ -190,8 +191,8 @@ def _possible(
     except ParameterError as error:
         reason = like_no_robot(wrong, "none are found")
         return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(reason,))
-    whole = [o.seen.residual for o in (found, other)]
-    before, after = (np.square(r.per_joint or (r.relative,)) for r in whole)
+    moving = [in_motion(o.seen).residual for o in (found, other)]
+    before, after = (np.square(r.per_joint or (r.relative,)) for r in moving)
     if np.max(after - before) > LEAST**2:
         worse = (
             "physically possible parameters have a larger torque error "

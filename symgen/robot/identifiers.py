@@ -30,7 +30,7 @@ _RESERVED = re.compile(
 # A coefficient becomes NAME_coefficient, beside the package's own words: these are of small letters
 # and underscores, but for a few.
 _COEFFICIENT = re.compile(r"[A-Z][A-Za-z0-9]*", re.ASCII)
-_API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STANDARD".split())
+_API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STANDARD WIDTH".split())
 
 
 def fits_c(name: str) -> bool:

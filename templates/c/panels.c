@@ -34,9 +34,6 @@
 ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 {
     (void)stream;
-{% for output in k.panel.zero %}
-    (void){{ output }};
-{% endfor %}
 {% for line in k.panel.body %}
     {{ line }}
 {% endfor %}
@@ -49,7 +46,8 @@ ONCE int plain({{ k.panel.parameters }})
     return panel({{ k.panel.names }}, 0);
 }
 
-int {{ name }}_{{ k.name }}_rows({{ k.panel.form }})
+int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
 {
     int status = 0;
 {{ lanes() }}{% for o in outputs %}
@@ -84,7 +82,8 @@ ALWAYS int panels(const int stream, size_t N, const size_t *strides, {{ k.batch_
     return status;
 }
 
-int {{ name }}_{{ k.name }}_panels({{ k.panel.form }})
+int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
 {
     if (!({% for o in outputs %}{{ " && " if not loop.first }}streamed(stream, {{ o.name }}){% endfor %})) {
         return panels(0, N, strides, {{ k.names }});
@@ -96,7 +95,8 @@ int {{ name }}_{{ k.name }}_panels({{ k.panel.form }})
 
 #else
 
-int {{ name }}_{{ k.name }}_rows({{ k.panel.form }})
+int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
 {
     int status = 0;
 {{ strides() }}    (void)stream;
@@ -106,7 +106,8 @@ int {{ name }}_{{ k.name }}_rows({{ k.panel.form }})
     return status;
 }
 
-int {{ name }}_{{ k.name }}_panels({{ k.panel.form }})
+int {{ name }}_{{ k.name }}_panels(int stream, size_t N, const size_t *strides,
+    {{ k.batch_parameters }})
 {
     return {{ name }}_{{ k.name }}_rows(stream, N, strides, {{ k.names }});
 }

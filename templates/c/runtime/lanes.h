@@ -33,6 +33,12 @@
 #define REACH(size) ((NAME_WIDTH - 1u) * (size) + BLOCKS(size))
 #define ALWAYS static inline __attribute__((always_inline))
 #define ONCE static __attribute__((noinline))
+/* Functions of this header that are not called often, and not by every kernel. */
+#if defined(__clang__)
+#define SELDOM static inline __attribute__((noinline))
+#else
+#define SELDOM static __attribute__((noinline, unused))
+#endif
 
 typedef {{ dtype }} lanes __attribute__((vector_size({{ bytes }} * NAME_WIDTH)));
 typedef int{{ bits }}_t mask __attribute__((vector_size({{ bytes }} * NAME_WIDTH)));
@@ -196,7 +202,7 @@ ALWAYS turned lanes_turn(lanes x)
 
 /* Far angles and NaN, by libm; near ones stay what they are, whatever stands beside them. Values
  * go in and out: a variable whose address is known to another function lives in memory. */
-static inline __attribute__((cold)) turned lanes_far(lanes x, turned near)
+SELDOM turned lanes_far(lanes x, turned near)
 {
     for (size_t i = 0; i < NAME_WIDTH; ++i) {
         if (!(fabs{{ f }}(x[i]) <= NEAR)) {
@@ -304,7 +310,7 @@ ALWAYS void lanes_shared(const {{ dtype }} *row, size_t size, lanes *to)
 
 /* Return a copy of the last rows from which a panel can be read: the last one stands for those that
  * are missing. `padded` holds REACH(size). */
-static inline __attribute__((cold)) const {{ dtype }} *lanes_last(
+SELDOM const {{ dtype }} *lanes_last(
     const {{ dtype }} *rows, size_t size, size_t stride, size_t count, {{ dtype }} *padded)
 {
     memset(padded, 0, REACH(size) * sizeof({{ dtype }}));
@@ -373,7 +379,7 @@ static inline void stream_copy({{ dtype }} *to, const {{ dtype }} *from, size_t 
         *to++ = *from++;
     }
     for (; count >= NAME_WIDTH; count -= NAME_WIDTH) {
-        STREAM((lanes *)(void *)to, *(const apart *)from);
+        STREAM((lanes *)(void *)to, *(const apart *)(const void *)from);
         to += NAME_WIDTH;
         from += NAME_WIDTH;
     }
