@@ -12,7 +12,7 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from importlib import resources
 from itertools import accumulate
@@ -167,8 +167,7 @@ def library(
     batches are loops of single calls, which compile faster.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    writer = _Writer(model, "c", "double", chosen, False, model.robot.name, ())
-    writer = replace(writer, panels=panels)
+    writer = _Writer(model, "c", "double", chosen, False, model.robot.name, (), panels=panels)
     return {path: content.encode() for path, content in writer.library().items()}
 
 

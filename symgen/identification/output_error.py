@@ -131,8 +131,7 @@ def refine(
     before = np.minimum(
         _squares(first, whole, sigma), _best(evaluator, whole, given, sigma, state.starts)
     )
-    own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
-    H, g = (np.array(x) for x in zip(*own, strict=True))
+    H, g = (np.array(x) for x in zip(*_products(parts), strict=True))
     after = np.empty_like(before)
     for fold in range(FOLDS):
         left = np.arange(len(before)) % FOLDS == fold
@@ -466,9 +465,14 @@ class _Part:
         return np.asarray((self.back @ (r - J @ step)[:, :, None])[:, :, 0])
 
 
+def _products(parts: Sequence[_Part]) -> list[tuple[FloatArray, FloatArray]]:
+    """Return J' J and J' r of each window."""
+    return [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
+
+
 def _covariance(parts: Sequence[_Part]) -> FloatArray:
     """Return the jackknife covariance of z: residuals of two windows are independent."""
-    own = [(J.T @ J, J.T @ r) for part in parts for J, r in zip(part.J, part.r, strict=True)]
+    own = _products(parts)
     H, g = (sum(x) for x in zip(*own, strict=True))
     moves = np.array([np.linalg.lstsq(H - h, g - s, rcond=None)[0] for h, s in own])
     spread = moves - moves.mean(axis=0)
