@@ -355,6 +355,15 @@ def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
     assert "L1" in html.split("<h2>The robot</h2>")[1].split("</details>")[0]
 
 
+def test_the_picture_of_a_robot_has_a_mark_for_each_kind_of_joint() -> None:
+    """A circle for a revolute joint, a square for a prismatic one, none for a fixed one."""
+    joints = "".join(f"[[joint]]\nd = 0.3\nsigma = {sigma}\n" for sigma in (0, 1, 2, 1, 1))
+    html = result_page(synthetic(), symgen.parse_robot(f'[robot]\nname = "arm2"\n{joints}'))
+    picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
+    assert (picture.count("<circle"), picture.count("<rect")) == (1, 3)
+    assert picture.count('class="link"') == 5
+
+
 def test_frames_stand_where_an_independent_table_puts_them() -> None:
     robot = symgen.read_robot("panda")
     model = symgen.derive(robot, ("frames",))
