@@ -200,7 +200,7 @@ def test_what_explain_says_of_a_robot_file_declares_the_effect(run, name):
     said = out.split("in robot.toml")[1].splitlines()[0].strip()
     definition = definitions()[name]
     if said.startswith("not declared there"):
-        assert not (definition.native or definition.declarable or definition.reads)
+        assert not any((definition.native, definition.declarable, definition.reads))
         return
     keys, more = (plain := "friction = []\nrotor_inertia = false"), ""
     if " with " in said:
