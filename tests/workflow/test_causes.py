@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from oracles.pinocchio_arm import load_pinocchio
+from scipy.interpolate import CubicSpline
+from scipy.signal import resample
 from support import data_folder, sampled
 
 try:
@@ -91,16 +94,28 @@ def _piece(log: Any, begin: float, end: float) -> Any:
     return log.rows(np.flatnonzero((log.t >= begin) & (log.t <= end)))
 
 
-def test_a_validation_log_from_the_training_log_is_refused_with_the_ranges(tmp_path: Path) -> None:
+@pytest.mark.parametrize("finer", [1.0, 1.25])
+def test_a_validation_log_from_the_training_log_is_refused_with_the_ranges(
+    tmp_path: Path, finer: float
+) -> None:
+    """As it is, or resampled at a higher rate."""
     case = spoiled_study.clean_case("elbow3r-21")
     (tmp_path / "robot.toml").write_text(case.robot, "utf-8")
     piece = _piece(case.train, 3.0, 7.0)
-    held = spoiled_study.Log(piece.t - 3.0, piece.q, piece.qd, piece.tau)
+    count = round(finer * len(piece.t))
+    t = piece.t[0] + (piece.t[1] - piece.t[0]) / finer * np.arange(count)
+    inside = t <= piece.t[-1]
+    q, qd = (CubicSpline(piece.t, x)(t[inside]) for x in (piece.q, piece.qd))
+    held = spoiled_study.Log(t[inside] - 3.0, q, qd, resample(piece.tau, count)[inside])
     train, held = (
         log.save(tmp_path / f"{name}.npz") for log, name in ((case.train, "train"), (held, "held"))
     )
-    with pytest.raises(symgen.LogError, match=r"from \S+ to \S+ s the validation log holds"):
+    with pytest.raises(symgen.LogError, match="the validation log holds") as refused:
         symgen.identify(tmp_path / "robot.toml", [train], validation=[held])
+    spans = np.array(re.findall(r"from (\S+) to (\S+) s", str(refused.value)), dtype=float)
+    # Filters and resampling spoil the ends.
+    assert np.abs(spans - [[0.0, 4.0], [3.0, 7.0]]).max() < 0.7
+    assert spans[1] - spans[0] == pytest.approx(3.0, abs=0.01)
 
 
 @pytest.mark.slow

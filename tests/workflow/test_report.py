@@ -270,6 +270,13 @@ def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
     assert level == pytest.approx(0.5 * np.sqrt(2 * 0.01), rel=0.1)
 
 
+def test_a_spectrum_is_drawn_from_16_rows_on() -> None:
+    for rows in (15, 16):
+        t, left = 0.01 * np.arange(rows), np.ones((rows, 1))
+        short = replace(synthetic(), traces=(Trace("a", "train", "energy", t, left, 0 * left),))
+        assert (residual_plots.residual_spectrum(short, "energy") is not None) == (rows == 16)
+
+
 def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
     t = np.arange(0.0, 40.0, 0.005)
     sines = np.stack([0.3 * np.sin(2 * np.pi * 7.0 * t), 2.0 * np.cos(2 * np.pi * 21.3 * t)], 1)

@@ -163,6 +163,10 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     assert (files / "again.html").read_bytes() == (files / "a" / "report.html").read_bytes()
     page = Page((files / "a" / "report.html").read_text("utf-8"))
     assert "How long to record" in page.text
+    told = [p["seconds"] for r in content["results"] for p in r["parameters"]]
+    rows = page.text.split("By the model of energy")[1]
+    assert all(f"{s:.3g} s" in rows for s in told if s is not None and s < 120)
+    assert ("never" in rows) == (None in told)
     if BROWSER is not None:
         html = (files / "a" / "report.html").read_text("utf-8")
         seen = clipped(html, files)
