@@ -363,12 +363,19 @@ def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
 
 
 def test_the_picture_of_a_robot_has_a_mark_for_each_kind_of_joint() -> None:
-    """A circle for a revolute joint, a square for a prismatic one, none for a fixed one."""
+    """A circle for a revolute joint, a square for a prismatic one, none for a fixed one.
+
+    All of it is inside the picture.
+    """
     joints = "".join(f"[[joint]]\nd = 0.3\nsigma = {sigma}\n" for sigma in (0, 1, 2, 1, 1))
     html = result_page(synthetic(), symgen.parse_robot(f'[robot]\nname = "arm2"\n{joints}'))
     picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
     assert (picture.count("<circle"), picture.count("<rect")) == (1, 3)
     assert picture.count('class="link"') == 5
+    size = [float(x) for x in re.findall(r'viewBox="0 0 (\S+) (\S+)"', picture)[0]]
+    points = re.findall(r'(?:[ML]|c?x="|<text x=")([-\d.]+)(?: |" c?y=")([-\d.]+)', picture)
+    assert len(points) >= 2 * (5 + 2 * 6) + 4
+    assert all(0 <= float(x) <= size[0] and 0 <= float(y) <= size[1] for x, y in points)
 
 
 def test_frames_stand_where_an_independent_table_puts_them() -> None:

@@ -113,6 +113,8 @@ def test_time_to_record_follows_from_bias_and_std() -> None:
     assert {p.name: p.seconds for p in tried.parameters} == pytest.approx(wanted)
     assert None in wanted.values(), "a bias above the target is to be among them"
     assert any(s is not None for s in wanted.values()), "and one below it"
+    known = [p for p in tried.parameters if p.known and p.seconds is not None]
+    assert tried.slowest == max(known, key=lambda p: p.seconds)
 
 
 @pytest.mark.filterwarnings("default")  # of Dask's own
@@ -167,6 +169,9 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     rows = page.text.split("By the model of energy")[1]
     assert all(f"{s:.3g} s" in rows for s in told if s is not None and s < 120)
     assert ("never" in rows) == (None in told)
+    shares = ([f"{100 * p['std'] / abs(p['value']):.2g} %" for p in r["parameters"]]
+              for r in content["results"])  # fmt: skip
+    assert any(all(share in out for share in of_a_way) for of_a_way in shares)
     if BROWSER is not None:
         html = (files / "a" / "report.html").read_text("utf-8")
         seen = clipped(html, files)
