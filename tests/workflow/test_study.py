@@ -201,6 +201,7 @@ def test_runs_that_move_apart_are_simulated_one_by_one() -> None:
         "planar2r", X, trajectories=[_reference()], recording=made,
         models=["energy", "torque"], methods=["iv"], runs=8,
     )  # fmt: skip
+    assert not any("do not determine" in note for note in found.notes)
     for tried in found.results:
         assert tried.failed == 0
         assert tried.torque_error is not None
