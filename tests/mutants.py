@@ -41,7 +41,8 @@ SECONDS, TIMES = 60.0, 20.0
 SHOWN = 25.0
 _PASSED = "passed"
 #: Folders of tests that show mutants of the whole project, and the longest of their files, s.
-_READING, LONG = ("identities", "reference", "robustness", "unit", "workflow"), 25.0
+_READING = ("generated", "identities", "reference", "robustness", "unit", "workflow")
+LONG = 35.0
 
 _S, _E = "symgen/symbolic/", "symgen/estimation/"
 
