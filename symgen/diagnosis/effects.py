@@ -162,9 +162,11 @@ class Score:
         columns: by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
         evidence: score with the effect minus score without it.
+        left: (n,) held-out variance of each joint with the effect.
         worth: reduction of the held-out error as a part of the joint's torque, from squares.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
+        turned: whether a coefficient has a physically impossible sign.
         probability: that the effect, or one of its class, is present.
         confirmed: whether data with another motion confirm it.
         alike: effects that explain the same, each with its own probability.
@@ -175,9 +177,11 @@ class Score:
     columns: Columns
     odds: float = 0.0
     evidence: float = 0.0
+    left: FloatArray = field(default_factory=lambda: np.zeros(0))
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
+    turned: bool = False
     probability: float = 1.0
     confirmed: bool = True
     alike: tuple[Score, ...] = ()

@@ -49,8 +49,6 @@ _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 _LOOSE = 10.0
 _WRONG_SIGN = 6.0  # nats, penalty of a physically impossible sign
 _PART = 0.3  # of an effect's largest column: smallest other column whose sign is tested
-#: Effects of the measuring chain.
-MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +155,7 @@ class Search:
             if own is not None and (best is None or own.odds > best.odds):
                 contacts = self._leave_out([*contacts, own])
             elif best is not None:
-                accepted = [*accepted, self._refined(stage, best)]
+                accepted = [*accepted, self._refined(stage, self._plainest(stage, best, options))]
             accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
             now = frozenset(s.candidate.key for s in accepted), len(contacts)
@@ -326,7 +324,8 @@ class Search:
         else:
             part = fit.torque / self._sizes(candidate)
         size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
-        prior -= size + _WRONG_SIGN * self._turned(candidate, columns, fit)
+        turned = self._turned(candidate, columns, fit)
+        prior -= size + _WRONG_SIGN * turned
         evidence = fit.score - alone.score
         base = self.baseline.base.size
         fell = alone.left - fit.left
@@ -335,7 +334,8 @@ class Search:
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
         worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
-        return Score(candidate, columns, evidence + prior, evidence, worth, gain, torque)
+        odds = evidence + prior
+        return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
         """Whether a coefficient has a physically impossible sign."""
@@ -344,6 +344,21 @@ class Search:
         size = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns.values()], axis=0))
         told = (size * fit.coefficients)[: len(candidate.definition.linear)]
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
+
+    def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
+        """Return the simplest effect of the class of the best one: the first by `_plainness`.
+
+        Its held-out torque is worse by less than `least`.
+        """
+        own, near = explained(stage.system, best.columns), [best]
+        for s in options:
+            plainer = s.odds > 0 and _plainness(s) > _plainness(best)
+            if plainer and set(s.columns) & set(best.columns):
+                more = np.sqrt(np.maximum(s.left - best.left, 0)) / self.baseline.base.size
+                other = explained(stage.system, s.columns)
+                if (more < self.least).all() and _correlation(own, other) > _SAME:
+                    near.append(s)
+        return max(near, key=_plainness)
 
     def _refined(self, stage: _Stage, s: Score) -> Score:
         """Return an effect with constants between the values of the grid."""
@@ -410,6 +425,12 @@ class Search:
             )
             out.append(replace(again, probability=float(same), alike=others))
         return out
+
+
+def _plainness(s: Score) -> tuple[bool, float, int]:
+    """Return a key to compare by: possible signs, prior odds, minus the number of parameters."""
+    c = s.candidate
+    return not s.turned, c.definition.odds, -(c.size + len(c.constants))
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
