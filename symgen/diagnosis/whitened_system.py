@@ -244,10 +244,7 @@ def estimated(system: WhitenedSystem) -> WhitenedSystem:
     found = _solved(logs, W, y, _rows(logs))
     for _ in range(_WHITENING if still.any() else 0):
         left, free = y - W @ found.X, found.moves > 0
-        weight = [
-            rest_weight(left[free[:, j] & ~still[:, j], j], left[free[:, j] & still[:, j], j])
-            for j in range(system.n)
-        ]
+        weight = [rest_weight(left[counts, j], still[counts, j]) for j, counts in enumerate(free.T)]
         found = _solved(logs, W, y, np.where(still & free, weight, found.moves))
     return found
 
