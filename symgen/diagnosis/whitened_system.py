@@ -31,7 +31,7 @@ _TOGETHER = 16  # number of items whose columns pass the filter at once
 _WHITENING = 3
 _TINY = 1e-300
 _FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
-_SETTLING = 5
+SETTLING = 5  # rounds in which columns that contain the model's torque follow it
 _REST = 0.005  # of the RMS speed
 
 
@@ -195,7 +195,7 @@ def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> Whitened
 
     found = fitted(None)
     base = evaluator.model.base
-    for _ in range(_SETTLING if base.linear < len(base.parameters) else 0):
+    for _ in range(SETTLING if base.linear < len(base.parameters) else 0):
         found = fitted(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
     return found
 
