@@ -67,6 +67,12 @@ def test_what_one_joint_alone_does_is_named_on_a_short_log(kind: str) -> None:
     assert not row["wrong"]
 
 
+def test_a_joint_whose_torque_is_little_beside_a_wrong_one_is_judged_by_its_error() -> None:
+    row = spoiled_study.attempt("planar2r-31", "newton_millimetres", 8)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
+
+
 @pytest.mark.parametrize("kind", sampled(("turned", "gravity_compensated"), 1))
 def test_parameters_of_no_robot_are_not_trusted_where_possible_ones_explain_less(kind: str) -> None:
     row = spoiled_study.attempt("planar2r-31", kind, 8)
