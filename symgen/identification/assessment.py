@@ -536,8 +536,9 @@ def _unexplained(
         *(np.array(r.per_joint) for r in (held.residual, noise)),
     )
     whole, level = unexplained_from(noise)
-    counts = held.size > LEAST**2 * held.size.sum()
-    lost = np.flatnonzero(counts & (each > level))
+    # What is little beside the torque of all joints concerns nobody.
+    counts, wrong = (x > LEAST**2 * held.size.sum() for x in (held.size, held.error))
+    lost = np.flatnonzero((counts | wrong) & (each > level))
     cause = ", cause unknown" if unknown else ""
     if said > whole:
         yield (
@@ -686,10 +687,11 @@ def driving_friction(
     out = np.flatnonzero(power < -SIGNIFICANT * std)
     if not len(out):
         return ()
+    taus, positions = (" and ".join(f"{key}{j + 1}" for j in out) for key in ("tau", "q"))
     return (
-        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of tau and of q "
-        "there, and that time increases; if they are right, an effect is missing, and symgen "
-        "diagnose searches for it",
+        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of {taus} and "
+        f"of {positions}, and that time increases; if they are right, an effect is missing, and "
+        "symgen diagnose searches for it",
     )
 
 

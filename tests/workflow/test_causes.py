@@ -61,13 +61,19 @@ def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
     assert not row["wrong"]
 
 
-@pytest.mark.parametrize("kind", sampled(("slow_torque", "friction_fades"), 1))
+@pytest.mark.parametrize("kind", sampled(("zero_slips", "slow_torque", "friction_fades"), 2))
 def test_what_one_joint_alone_does_is_named_on_a_short_log(kind: str) -> None:
     row = spoiled_study.attempt("planar2r-31", kind, 8)
     print(spoiled_study.line(row))
     assert row["verdict"] != "trusted"
     assert row["named"]
     assert not row["wrong"]
+
+
+def test_a_joint_whose_torque_is_little_beside_a_wrong_one_is_judged_by_its_error() -> None:
+    row = spoiled_study.attempt("planar2r-31", "newton_millimetres", 8)
+    print(spoiled_study.line(row))
+    assert row["verdict"] != "trusted"
 
 
 @pytest.mark.parametrize("kind", sampled(("turned", "gravity_compensated"), 1))
