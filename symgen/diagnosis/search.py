@@ -5,20 +5,23 @@ prior:
 
     log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
 
-Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
-Effects are added one by one or as pairs on a joint, of which one may require the other, removed and
-exchanged while that raises the odds. An effect that lowers the held-out torque error of every joint
-by less than `least` is never named. Effects that explain the same form one class. The odds give the
-probability of each of its names. A short span with an error of its own
-(`symgen.estimation.events`) competes as a contact; the other effects then compete on the other
-rows.
+Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom. An
+effect competes with two models: the one without it, and that with a misfit of any shape
+(`symgen.estimation.misfit_evidence`). The more probable of the two decides. Effects are added one
+by one or as pairs on a joint, of which one may require the other, removed and exchanged while that
+raises the odds. An effect that lowers the held-out torque error of every joint by less than `least`
+is never named. Effects that explain the same form one class. The odds give the probability of each
+of its names. A short span with an error of its own (`symgen.estimation.events`) competes as a
+contact; the other effects then compete on the other rows.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +34,7 @@ from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.distributed import Say, in_turn, own_threads, silent
+from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import (
     LEAST,
     MISFIT,
@@ -85,6 +89,7 @@ class _Stage:
         seen: gives columns of candidates.
         names: names of the effects.
         keys: names and joints of the effects.
+        of_misfit: makes `beside_misfit`.
     """
 
     system: WhitenedSystem
@@ -92,6 +97,12 @@ class _Stage:
     seen: Seen
     names: frozenset[str]
     keys: frozenset[Key]
+    of_misfit: Callable[[], MisfitEvidence]
+
+    @cached_property
+    def beside_misfit(self) -> MisfitEvidence:
+        """What says whether candidates are more than misfit."""
+        return self.of_misfit()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +120,22 @@ class _Group:
     columns: Sequence[Columns]
     folded: Folded
     sizes: FloatArray
+
+
+class _Set(NamedTuple):
+    """Effects that are added together.
+
+    Attributes:
+        odds: log-odds that they are present.
+        evidence: part of the odds that is of the data.
+        rests: part of the evidence that is of rests.
+        effects: the effects.
+    """
+
+    odds: float = 0.0
+    evidence: float = 0.0
+    rests: float = 0.0
+    effects: Sequence[Score] = ()
 
 
 class Search:
@@ -159,16 +186,15 @@ class Search:
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
             options = self._between(stage, self._options(stage))
-            sets = itertools.chain(self._sets(stage, options), self._built(accepted, options))
-            best = max(sets, key=lambda s: s[0], default=(0.0, []))
+            best = self._best(stage, options, self._built(accepted, options))
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
-            if own is not None and own.odds > best[0]:
+            if own is not None and own.odds > best.odds:
                 contacts = self._leave_out([*contacts, own])
                 accepted = self._backward(accepted)
                 continue
-            if best[0] > 0:
-                chosen = [self._plainest(stage, s, options) for s in best[1]]
+            if best.effects:
+                chosen = [self._plainest(stage, s, options) for s in best.effects]
                 new = [self._refined(stage, s) for s in chosen]
                 accepted = self._exchanged(self._backward([*accepted, *new]), new)
             else:
@@ -260,7 +286,8 @@ class Search:
         keys = frozenset(s.candidate.key for s in accepted)
         score = self.baseline.score(system, self.misfit, accepted)
         names = frozenset(name for name, _ in keys)
-        return _Stage(system, score, self.baseline.seen(system), names, keys)
+        misfit = partial(self.baseline.beside_misfit, system, self.misfit)
+        return _Stage(system, score, self.baseline.seen(system), names, keys, misfit)
 
     def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may be added to a stage, the most probable first.
@@ -380,7 +407,10 @@ class Search:
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
         worth, odds = self._worth(stage, fit), evidence + prior
-        return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
+        rests = fit.rests - alone.rests
+        return Score(
+            candidate, columns, odds, evidence, rests, fit.left, worth, gain, torque, turned
+        )
 
     def _worth(self, stage: _Stage, fit: Fit) -> float:
         """Return the largest relative reduction of a joint's torque error by a fit."""
@@ -395,28 +425,64 @@ class Search:
         told = (size * fit.coefficients)[: len(candidate.definition.linear)]
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
 
-    def _sets(self, stage: _Stage, options: Sequence[Score]) -> Iterator[tuple[float, list[Score]]]:
+    def _best(self, stage: _Stage, options: Sequence[Score], built: Iterable[_Set]) -> _Set:
+        """Return the most probable set of effects that matter; an empty one if none is probable.
+
+        Sets are asked in the order of their odds, as long as the misfit, which only lowers them,
+        may leave them the most probable.
+        """
+        best, left = _Set(), 0.0
+        for own in sorted((*self._sets(stage, options), *built), key=lambda s: -s.odds):
+            if own.odds <= left:
+                break
+            odds = own.odds - self._lost(stage, own)
+            if odds > left:
+                best, left = own, odds
+        return best
+
+    def _lost(self, stage: _Stage, own: _Set) -> float:
+        """Return by how much a misfit of any shape lowers the odds of a set of effects, nats."""
+        columns, units = own.effects[0].columns, self._units(stage, own.effects[0])
+        for s in own.effects[1:]:
+            columns = _beside(columns, s.columns, stage.system.y.shape)
+            units = np.concatenate([units, self._units(stage, s)])
+        return max(own.evidence - own.rests - stage.beside_misfit.of(columns, units), 0.0)
+
+    def _units(self, stage: _Stage, s: Score) -> FloatArray:
+        """Return the expected coefficients of an effect, (m,)."""
+        sizes, weight = self._sizes(s.candidate), stage.system.moves
+        squares = [
+            np.sum((c * weight[:, [j]]) ** 2, axis=0) / np.sum(weight[:, j] ** 2) / sizes[j] ** 2
+            for j, c in s.columns.items()
+            if weight[:, j].any()
+        ]
+        largest = np.sqrt(np.max(squares, axis=0, initial=0.0))
+        units = 1 / np.where(largest > 0, largest, 1.0)
+        known = s.candidate.scales or ()
+        return np.asarray([*known, *units[len(known) :]])
+
+    def _sets(self, stage: _Stage, options: Sequence[Score]) -> Iterator[_Set]:
         """Yield the odds of single effects, and of pairs on a joint, that matter."""
         for s in options:
             if s.worth >= self.least:
-                yield s.odds, [s]
+                yield _Set(s.odds, s.evidence, s.rests, [s])
         for a, b in itertools.combinations(options[:_PAIRED], 2):
             if (
                 not set(a.columns) & set(b.columns)
                 or a.candidate.uses_model != b.candidate.uses_model
             ):
                 continue
-            both = _beside(a, b, stage.system.y.shape)
+            both = _beside(a.columns, b.columns, stage.system.y.shape)
             fit = stage.score.beside(both, _LOOSE * float(np.max(self._sizes(a.candidate))))
             if self._worth(stage, fit) < self.least * np.sqrt(2):
                 continue
             # priors and grids of each effect, as computed alone
             priors = sum(s.odds - s.evidence for s in (a, b))
-            yield fit.score - stage.score.alone.score + priors, [a, b]
+            evidence = fit.score - stage.score.alone.score
+            rests = fit.rests - stage.score.alone.rests
+            yield _Set(evidence + priors, evidence, rests, [a, b])
 
-    def _built(
-        self, accepted: Sequence[Score], options: Sequence[Score]
-    ) -> Iterator[tuple[float, list[Score]]]:
+    def _built(self, accepted: Sequence[Score], options: Sequence[Score]) -> Iterator[_Set]:
         """Yield the odds of friction with an effect that requires it, as pairs that matter."""
         plain = {c.key for c in self._plain}
         for s in options:
@@ -425,7 +491,8 @@ class Search:
             stage = self._stage([*accepted, s])
             for more in self._options(stage, frozenset(s.candidate.joints)):
                 if more.candidate.presumes(s.candidate) and more.worth >= self.least:
-                    yield s.odds + more.odds, [s, more]
+                    odds, evidence = s.odds + more.odds, s.evidence + more.evidence
+                    yield _Set(odds, evidence, s.rests + more.rests, [s, more])
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
         """Return the simplest effect that explains the same as the best one.
@@ -465,7 +532,13 @@ class Search:
         fit = self._fit(stage, own.candidate, columns)
         assert fit is not None  # it was finite before
         found = self._judged(stage, own.candidate, columns, fit)
-        return replace(found, odds=found.odds - np.log(self._grid(own.candidate)) / 2)
+        odds = found.odds - np.log(self._grid(own.candidate)) / 2
+        return self._doubted(stage, replace(found, odds=odds))
+
+    def _doubted(self, stage: _Stage, s: Score) -> Score:
+        """Return an effect with the odds that a misfit of any shape leaves it."""
+        lost = self._lost(stage, _Set(s.odds, s.evidence, s.rests, [s]))
+        return replace(s, odds=s.odds - lost, evidence=s.evidence - lost)
 
     def _grid(self, candidate: Candidate) -> int:
         if self.expressions is not None and candidate.name == UNNAMED:
@@ -508,7 +581,7 @@ class Search:
                 best = self._refined(stage, self._plainest(stage, options[0], options))
                 if (
                     best.candidate.key != own.candidate.key
-                    and best.odds > self._again(stage, own).odds
+                    and self._doubted(stage, best).odds > self._again(stage, own).odds
                 ):
                     accepted = [*accepted[:at], best, *accepted[at + 1 :]]
                     fresh.append(best.candidate.key)
@@ -532,7 +605,7 @@ class Search:
                 other = explained(stage.system, s.columns)
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
-                    rivals.append((alike, s))
+                    rivals.append((alike, self._doubted(stage, s)))
             odds = np.array([again.odds, *(s.odds for _, s in rivals), 0.0])
             weight = np.exp(odds - odds.max())
             weight /= weight.sum()
@@ -559,13 +632,11 @@ def _correlation(a: FloatArray, b: FloatArray) -> float:
     return abs(float(np.sum(a * b))) / max(sizes, 1e-300)
 
 
-def _beside(a: Score, b: Score, shape: tuple[int, ...]) -> Columns:
+def _beside(a: Columns, b: Columns, shape: tuple[int, ...]) -> Columns:
     """Return the columns of two effects on the joints of both."""
     out = {}
-    sizes = [next(iter(s.columns.values())).shape[1] for s in (a, b)]
-    for j in {*a.columns, *b.columns}:
-        parts = [
-            s.columns.get(j, np.zeros((shape[0], m))) for s, m in zip((a, b), sizes, strict=True)
-        ]
+    sizes = [next(iter(c.values())).shape[1] for c in (a, b)]
+    for j in sorted({*a, *b}):
+        parts = [c.get(j, np.zeros((shape[0], m))) for c, m in zip((a, b), sizes, strict=True)]
         out[j] = np.concatenate(parts, axis=1)
     return out
