@@ -22,13 +22,14 @@ from functools import cached_property
 
 import numpy as np
 
-from symgen.estimation.features import mixtures
+from symgen.estimation.features import WAVES, mixtures
 from symgen.estimation.predictive_score import TEMPERATURE, Columns
 from symgen.estimation.values import FloatArray
 
-#: Sizes of the misfit over that to expect: a quarter of what the likelihood tells apart.
+#: Sizes of the misfit over that to expect.
 _SIZES = np.geomspace(0.03, 3000.0, 201)
-_SWEEPS = 4  # of the variance of the rows
+_SWEEPS = 3  # of the variance of the rows, for a misfit of which half is friction
+_EVEN = np.ones((1, 2 * WAVES))
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
 #: Of a coefficient: log of the density of Student's t at zero, and of (2 pi)^(1/2).
 _OCCAM = math.log(2 / (math.pi * math.sqrt(3.0)) * math.sqrt(2 * math.pi))
@@ -98,51 +99,57 @@ class MisfitEvidence:
         return self._likelihood(joints, whole, m) - self._alone[joints]
 
     def _likelihood(self, joints: tuple[int, ...], products: FloatArray, more: int = 0) -> float:
-        """Return log p(y) where some joints have a misfit, of products of [W, C, F, y]."""
-        at = list(joints)
-        q, p = self.W.shape[2] + more, self.W.shape[2]
-        least = self.misfit**2
-        v = np.maximum(self.sigma**2, least)
-        prior = np.log(_SIZES / (1 + _SIZES**2))
-        loose = np.diag(np.repeat([_DEPENDENT, 1.0], [p, more]))
-        own = products[at]
+        """Return log p(y) where some joints have a misfit.
+
+        Args:
+            joints: their positions.
+            products: of the rows [W, C, F, y] of each joint.
+            more: number of columns C.
+        """
+        from scipy.linalg import block_diag
+
+        at, p = list(joints), self.W.shape[2]
+        q, own = p + more, products[at]
         A, FA, FF = own[:, :q, :q], own[:, q:-1, :q], own[:, q:-1, q:-1]
         a, Fy, yy = own[:, :q, -1], own[:, q:-1, -1], own[:, -1, -1]
-        m = FF.shape[1]
-        value = -math.inf
-        for _ in range(_SWEEPS):
+        loose = np.diag(np.repeat([_DEPENDENT, 1.0], [p, more]))
+        least, v = self.misfit**2, np.maximum(self.sigma, self.misfit) ** 2
+        for last in (*[False] * _SWEEPS, True):
             H = np.einsum("jab,j->ab", products[:, :q, :q], 1 / v) + loose
             h = np.einsum("ja,j->a", products[:, :q, -1], 1 / v)
             B = (FA / v[at, None, None]).reshape(-1, q)
             HB, Hh = np.linalg.solve(H, B.T), np.linalg.solve(H, h)
-            G = -B @ HB
-            for k in range(len(at)):
-                G[k * m : (k + 1) * m, k * m : (k + 1) * m] += FF[k] / v[at[k]]
+            G = block_diag(*(FF / v[at, None, None])) - B @ HB
             z = (Fy / v[at, None]).ravel() - B @ Hh
-            best = -math.inf
-            found = []
-            for D in mixtures():
-                d = np.tile(np.sqrt(D), len(at))
-                shown, ways = np.linalg.eigh(G * np.outer(d, d))
-                shown, along = np.maximum(shown, 0.0), ways.T @ (d * z)
-                ratio = _SIZES[:, None] ** 2
-                taken = ratio / (1 + ratio * shown)
-                fit = prior + 0.5 * np.sum(taken * along**2 - np.log1p(ratio * shown), axis=1)
-                found.append(fit)
-                if fit.max() > best:
-                    best = float(fit.max())
-                    c = d * (ways @ (taken[int(fit.argmax())] * along))
-            square = np.sum(products[:, -1, -1] / v) - h @ Hh
-            value = (
-                best
-                + float(np.log(np.mean(np.exp(np.array(found) - best))))
-                - 0.5
-                * (square + np.linalg.slogdet(H)[1] + np.sum(self._counts[at] * np.log(v[at])))
-            )
-            b, c = Hh - HB @ c, c.reshape(len(at), m)
+            fits, c = _integrated(G, z, mixtures() if last else _EVEN)
+            b, c = Hh - HB @ c, c.reshape(len(at), -1)
+            if last:
+                break
             left = yy - 2 * a @ b + np.einsum("a,jab,b->j", b, A, b)
-            left -= np.einsum("jm,jm->j", c, Fy - FA @ b)
-            v = v.copy()
-            v[at] = np.maximum(np.maximum(left, 0.0) / self._counts[at], least[at])
-        drawn = 0.5 * float(b[p:] @ b[p:])  # to zero, which only keeps b determined
-        return value + more * _OCCAM + drawn
+            left -= np.sum(c * (Fy - FA @ b), axis=1)
+            v[at] = np.maximum(left / self._counts[at], least[at])
+        noise = np.sum(products[:, -1, -1] / v) - h @ Hh + np.sum(self._counts[at] * np.log(v[at]))
+        drawn = float(b[p:] @ b[p:])  # to zero, which only keeps b determined
+        flat = noise - drawn + np.linalg.slogdet(H)[1]
+        return fits - 0.5 * float(flat) + more * _OCCAM
+
+
+def _integrated(G: FloatArray, z: FloatArray, mixed: FloatArray) -> tuple[float, FloatArray]:
+    """Return the log of the mean over s and D of p(z), cov z = G + s^2 G D G, over p(z | s = 0).
+
+    Returns:
+        It, and the c of the most probable s and D.
+    """
+    found, squares = [], _SIZES[:, None] ** 2
+    prior = np.log(_SIZES / (1 + _SIZES**2))
+    for D in mixed:
+        d = np.sqrt(np.tile(D, len(z) // len(D)))
+        shown, ways = np.linalg.eigh(G * np.outer(d, d))
+        shown, along = np.maximum(shown, 0.0), ways.T @ (d * z)
+        taken = squares / (1 + squares * shown)
+        fits = prior + 0.5 * np.sum(taken * along**2 - np.log1p(squares * shown), axis=1)
+        found.append((fits, d * (ways @ (taken[fits.argmax()] * along))))
+    every = np.array([fits for fits, _ in found])
+    return float(np.logaddexp.reduce(every.ravel()) - np.log(every.size)), found[
+        every.max(axis=1).argmax()
+    ][1]
