@@ -117,7 +117,7 @@ class MisfitEvidence:
         for last in (*[False] * _SWEEPS, True):
             H = np.einsum("jab,j->ab", products[:, :q, :q], 1 / v) + loose
             h = np.einsum("ja,j->a", products[:, :q, -1], 1 / v)
-            B = (FA / v[at, None, None]).reshape(-1, q)
+            B = np.concatenate(FA / v[at, None, None])
             HB, Hh = np.linalg.solve(H, B.T), np.linalg.solve(H, h)
             G = block_diag(*(FF / v[at, None, None])) - B @ HB
             z = (Fy / v[at, None]).ravel() - B @ Hh
