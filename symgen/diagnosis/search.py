@@ -160,13 +160,13 @@ class Search:
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
             options = self._options(stage)
-            best = self._best(stage, options)
+            odds, best = self._best(stage, options, accepted)
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
-            if own is not None and (best is None or own.odds > best.odds):
+            if own is not None and own.odds > odds:
                 contacts = self._leave_out([*contacts, own])
-            elif best is not None:
-                accepted = [*accepted, self._plainest(stage, best, options)]
+            elif best:
+                accepted = [*accepted, *(self._plainest(stage, s, options) for s in best)]
                 accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
             accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
@@ -360,19 +360,34 @@ class Search:
         told = (size * fit.coefficients)[: len(candidate.definition.linear)]
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
 
-    def _best(self, stage: _Stage, options: Sequence[Score]) -> Score | None:
-        """Return the most probable effect that matters; None if none is probable.
+    def _best(
+        self, stage: _Stage, options: Sequence[Score], accepted: Sequence[Score]
+    ) -> tuple[float, list[Score]]:
+        """Return the most probable effect that matters with its odds; none if none is probable.
 
         Effects are asked in the order of their odds, as long as the misfit, which only lowers them,
-        may leave them the most probable.
+        may leave them the most probable. Friction may come with an effect that requires it.
         """
-        best, left = None, 0.0
+        best: list[Score] = []
+        left = 0.0
         for s in options:
             if s.odds <= left:
                 break
             if s.worth >= self.least and (own := self._doubted(stage, s)).odds > left:
-                best, left = own, own.odds
-        return best
+                best, left = [own], own.odds
+        plain = {c.key for c in self._plain}
+        for s in options:
+            if s.candidate.key not in plain or s.odds <= 0 or s.worth < self.least:
+                continue
+            own, beside = self._doubted(stage, s), self._stage([*accepted, s])
+            for more in self._options(beside, frozenset(s.candidate.joints)):
+                if own.odds + more.odds <= left:
+                    break
+                if more.candidate.presumes(s.candidate) and more.worth >= self.least:
+                    more = self._doubted(beside, more)
+                    if own.odds + more.odds > left:
+                        best, left = [own, more], own.odds + more.odds
+        return left, best
 
     def _doubted(self, stage: _Stage, s: Score) -> Score:
         """Return an effect with the odds that a misfit of any shape leaves it."""
