@@ -28,10 +28,10 @@ from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.contacts import Contact, probable_contact, weighed
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
-from symgen.diagnosis.refine import settled_constants
+from symgen.diagnosis.refine import refined, settled_constants
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
-from symgen.diagnosis.whitened_system import WhitenedSystem, explained
+from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.distributed import Say, silent
 from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import (
@@ -166,7 +166,8 @@ class Search:
             if own is not None and own.odds > odds:
                 contacts = self._leave_out([*contacts, own])
             elif best:
-                accepted = [*accepted, *(self._plainest(stage, s, options) for s in best)]
+                plainest = (self._plainest(stage, s, options) for s in best)
+                accepted = [*accepted, *(self._refined(stage, s) for s in plainest)]
                 accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
             accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
@@ -422,6 +423,14 @@ class Search:
                 if (more < self.least).all() and _correlation(own, other) > _SAME:
                     near.append(s)
         return max(near, key=_plainness)
+
+    def _refined(self, stage: _Stage, s: Score) -> Score:
+        """Return an effect with constants between the values of the grid; see `refined`."""
+        grid = [c.constants for c in self.pool if c.key == s.candidate.key]
+        candidate, columns = refined(
+            s.candidate, grid, stage.seen, lambda c: gain_of(stage.system, c)
+        )
+        return replace(s, candidate=candidate, columns=columns)
 
     def _again(self, stage: _Stage, own: Score) -> Score:
         """Return the score of an effect beside others; the cost of its grid stays."""

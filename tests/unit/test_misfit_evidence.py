@@ -12,7 +12,7 @@ from symgen.estimation.predictive_score import TEMPERATURE
 ROWS, NOISE, EXPECTED = 480, 0.003, 0.004
 
 
-def scene(seed: int, y: np.ndarray, F: np.ndarray) -> MisfitEvidence:
+def scene(y: np.ndarray, F: np.ndarray) -> MisfitEvidence:
     """The rows of one joint with a torque of RMS 1, whose model is a constant and a slope."""
     W = np.column_stack([np.ones(ROWS), np.linspace(-1, 1, ROWS)])
     X = np.linalg.lstsq(W, y, rcond=None)[0]
@@ -40,7 +40,7 @@ def test_a_smooth_misfit_is_no_evidence_for_a_column_that_looks_like_it(seed: in
     missed *= 0.01 / missed.std()
     other = F @ rng.normal(size=F.shape[1])
     looks = missed / missed.std() + 0.5 * other / other.std()
-    own = scene(seed, missed + noise, F).of({0: looks[:, None]}, np.array([0.3]))
+    own = scene(missed + noise, F).of({0: looks[:, None]}, np.array([0.3]))
     W = np.column_stack([np.ones(ROWS), np.linspace(-1, 1, ROWS)])
     rss = [
         np.sum((missed + noise - A @ np.linalg.lstsq(A, missed + noise, rcond=None)[0]) ** 2)
@@ -54,4 +54,4 @@ def test_a_smooth_misfit_is_no_evidence_for_a_column_that_looks_like_it(seed: in
 def test_a_column_that_no_smooth_function_gives_is_shown(seed: int) -> None:
     _, F, noise = drawn(seed)
     step = np.sign(np.sin(np.arange(ROWS) * 0.9))
-    assert scene(seed, 0.015 * step + noise, F).of({0: step[:, None]}, np.array([0.3])) > 50
+    assert scene(0.015 * step + noise, F).of({0: step[:, None]}, np.array([0.3])) > 50
