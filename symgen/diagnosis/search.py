@@ -367,7 +367,8 @@ class Search:
         """Return the most probable effect that matters with its odds; none if none is probable.
 
         Effects are asked in the order of their odds, as long as the misfit, which only lowers them,
-        may leave them the most probable. Friction may come with an effect that requires it.
+        may leave them the most probable. Friction may come with other friction of its joint, or
+        with an effect that requires it.
         """
         best: list[Score] = []
         left = 0.0
@@ -384,7 +385,8 @@ class Search:
             for more in self._options(beside, frozenset(s.candidate.joints)):
                 if own.odds + more.odds <= left:
                     break
-                if more.candidate.presumes(s.candidate) and more.worth >= self.least:
+                law = more.candidate.key in plain or more.candidate.presumes(s.candidate)
+                if law and more.worth >= self.least:
                     more = self._doubted(beside, more)
                     if own.odds + more.odds > left:
                         best, left = [own, more], own.odds + more.odds
