@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import html
 import json
+import os
 import re
 import textwrap
 import tomllib
@@ -24,6 +25,7 @@ from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
+from symgen.codegen.loops import LOOPS, loops
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.panels import panel, panelled
@@ -45,6 +47,7 @@ from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Frame, Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import bound
+from symgen.symbolic.rolled import Program, rollable
 from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
@@ -321,7 +324,9 @@ class _Writer:
             digest=model_digest(robot_key(robot)),
         )
         out = {f"{self.name}.h": header}
-        out |= {f"{self.name}_{k['name']}.c": self.render("kernel.c", k=k) for k in kernels}
+        for k in kernels:
+            template = "loops.c" if k["loops"] else "kernel.c"
+            out[f"{self.name}_{k['name']}.c"] = self.render(template, k=k)
         plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
         if any(k["needs_sincos"] for k in kernels):
             plain.append(_SINCOS)
@@ -429,6 +434,7 @@ class _Writer:
         """Return the data of a kernel for the templates."""
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
+        program = self.program(kernel)
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         on_panels = self.panels and panelled(kernel)
         counts = vars(kernel.tape.operations)
@@ -463,6 +469,8 @@ class _Writer:
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
+            "loops": program
+            and loops(kernel, robot, program, self.dtype, self.name),
             "body": function.body,
             "parts": in_parts(function.body, names),
             "dtype": self.dtype,
@@ -470,6 +478,15 @@ class _Writer:
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
+
+    def program(self, kernel: Kernel) -> Program | None:
+        """Return the loops of a kernel, if it has any and the robot is large."""
+        robot = self.model.robot
+        if kernel.name not in LOOPS or not rollable(robot):
+            return None
+        if robot.n < int(os.environ.get("SYMGEN_ROLL", "1000")):
+            return None
+        return LOOPS[kernel.name](robot, self.model.base)
 
     def shape(self, name: str, size: int) -> str:
         """Describe an input."""

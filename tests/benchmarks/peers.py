@@ -24,6 +24,7 @@ from symgen.cache import cache_folder
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
+from symgen.robot.types import LENGTHS
 from symgen.runtime.build import _FLAGS, Compiler
 
 LOOPS = Path(__file__).with_name("pinocchio")
@@ -58,12 +59,14 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
     model = pin.Model()
     pin.seed(1)
     for joint in robot.joints:
-        alpha, d, theta, r = (
-            float(getattr(joint, key).subs(values)) for key in ("alpha", "d", "theta", "r")
+        gamma, b, alpha, d, theta, r = (
+            float(getattr(joint, key).subs(values)) for key in LENGTHS
         )
         turn = pin.utils.rotate
-        place = pin.SE3(turn("x", alpha), np.array([d, 0.0, 0.0])) * pin.SE3(
-            turn("z", theta), np.array([0.0, 0.0, r])
+        place = (
+            pin.SE3(turn("z", gamma), np.array([0.0, 0.0, b]))
+            * pin.SE3(turn("x", alpha), np.array([d, 0.0, 0.0]))
+            * pin.SE3(turn("z", theta), np.array([0.0, 0.0, r]))
         )
         number = model.addJoint(joint.antecedent, pin.JointModelRZ(), place, f"joint{joint.number}")
         model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())

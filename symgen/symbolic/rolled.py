@@ -1,0 +1,324 @@
+"""Kernels of large trees as loops: templates of one body, applied joint by joint.
+
+A straight tape of a large tree is more text than a cache holds. Its recursions repeat the same
+steps for each joint, with other constants. Here, a `Sweep` holds these steps once for each kind of
+joint, as the Tape of one body, and a `Program` applies sweeps along the tree. The constants stand
+in a table with one row for each joint.
+
+The templates come from the same functions as the straight tapes, applied to one joint whose
+geometry, antecedent and parameters are symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Joint, Robot
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.bodies import Inertia
+from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
+from symgen.symbolic.motion import REAL, Motion, handed_back, passed
+from symgen.symbolic.spatial import ZERO, Shift, Turn, acting, axis
+from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
+
+#: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
+UP = "_up"
+#: Constants of a joint's transform.
+GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
+#: Names of arrays and tables in the sources, which no step may have.
+RESERVED = ARGUMENTS | set("c s j v geometry body motion wrench antecedent kind variable".split())
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Joints that share templates.
+
+    Attributes:
+        sigma: their type.
+        smooth: whether their Coulomb friction is smooth.
+        aside: whether their axis is not on the x axis of the antecedent (gamma or b).
+    """
+
+    sigma: int
+    smooth: bool
+    aside: bool
+
+    @property
+    def name(self) -> str:
+        """Name in the sources."""
+        more = (", smooth friction" if self.smooth else "", ", aside" if self.aside else "")
+        return ("revolute", "prismatic", "fixed")[self.sigma] + "".join(more)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Steps that every joint applies, from the base to the tips or back.
+
+    Attributes:
+        name: a verb for the sources.
+        doc: what it computes.
+        inward: from the tips to the base.
+        bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
+            as these. Its outputs are the entries of `written`.
+        written: rows that it writes, and their numbers of entries; to those of the antecedent, it
+            adds.
+    """
+
+    name: str
+    doc: str
+    inward: bool
+    bodies: tuple[tuple[Kind, Tape], ...]
+    written: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """A kernel as sweeps.
+
+    Attributes:
+        kinds: the kind of each joint of the file.
+        angles: angle of each joint about z, to which q of a revolute joint is added.
+        columns: names of the columns of `geometry`.
+        geometry: constants of each joint.
+        parameters: names of the columns of the parameters of a body.
+        places: for every entry of X, its row and column among the parameters of bodies.
+        state: arrays with a row for the base and for each joint, and the row of the base.
+        sweeps: in their order.
+    """
+
+    kinds: tuple[Kind, ...]
+    angles: tuple[sp.Expr, ...]
+    columns: tuple[str, ...]
+    geometry: tuple[tuple[sp.Expr, ...], ...]
+    parameters: tuple[str, ...]
+    places: tuple[tuple[int, int], ...]
+    state: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+    sweeps: tuple[Sweep, ...]
+
+    @property
+    def operations(self) -> Operations:
+        """Operations of one evaluation, the angles included."""
+        total = Operations(0, len(self.kinds), 0, len(self.kinds))
+        for sweep in self.sweeps:
+            bodies = dict(sweep.bodies)
+            for kind in self.kinds:
+                more = bodies[kind].operations
+                added = sum(1 for name, n in sweep.written if name.endswith(UP) for _ in range(n))
+                total = Operations(
+                    *(a + b for a, b in zip(vars(total).values(), vars(more).values(), strict=True))
+                )
+                total = replace(total, add=total.add + added)
+        return total
+
+
+def rollable(robot: Robot) -> bool:
+    """Whether loops can compute a robot: each moving joint has a variable and a drive of its own.
+
+    Effects are single terms of single joints, so a robot with any keeps its straight tapes.
+    """
+    plain = len(robot.moving) == robot.n
+    return plain and not robot.couplings and not robot.effects
+
+
+def inverse_dynamics(
+    robot: Robot, base: BaseParameters, *, accelerating: bool = True, moving: bool = True,
+    out: str = "tau",
+) -> Program:
+    """Return inverse dynamics as two sweeps: motions and wrenches outward, torques inward.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+        accelerating: whether joints have accelerations; without them, C qd + g + friction.
+        moving: whether joints have speeds; without them, the torque of gravity.
+        out: name of the output.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        before = at.rows(f"motion{UP}", 9 if moving else 3)
+        w, dw = (before[:3], before[3:6]) if moving else (ZERO, ZERO)
+        speed, faster = at.rate("qd", moving), at.rate("qdd", accelerating)
+        rates = speed, speed, faster
+        now = passed(Motion(w, dw, before[-3:], w), at.step(speed), rates, REAL, at.tape)
+        f, n = at.inertia.wrench(now, 0, at.tape)
+        return (*now.w, *now.dw, *now.a, *f, *n) if moving else (*now.a, *f, *n)
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        wrench = at.rows("wrench", 6)
+        screw = wrench[:3], wrench[3:]
+        f, n = handed_back(screw, at.step(sp.S.Zero), "b", at.tape)
+        if not at.moves:
+            return (*f, *n)
+        torque = acting(screw, axis(at.kind.sigma))
+        torque += at.value(names.ROTOR) * at.rate("qdd", accelerating)
+        if moving:
+            torque += at.friction()
+        return (*f, *n, torque)
+
+    size = 9 if moving else 3
+    gravity = (*[sp.S.Zero] * (size - 3), *(-g for g in robot.gravity))
+    sweeps = (
+        table.sweep(
+            "outward", "Motion and wrench of a body.", outward, ("motion", size), ("wrench", 6)
+        ),
+        table.sweep(
+            "inward", "Torque of a joint, and the wrench on the body before it.", inward,
+            (f"wrench{UP}", 6), (out, 1), inward=True,
+        ),
+    )  # fmt: skip
+    return table.program((("motion", gravity), ("wrench", (sp.S.Zero,) * 6)), sweeps)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """What templates know of a robot: kinds of joints, and the columns that any of them needs."""
+
+    robot: Robot
+    kinds: tuple[Kind, ...]
+    geometry: Mapping[str, tuple[sp.Expr, ...]]
+    heads: tuple[tuple[str, int], ...]
+
+    @staticmethod
+    def of(robot: Robot, base: BaseParameters) -> _Table:
+        kinds = tuple(
+            Kind(j.sigma, j.coulomb_width > 0, j.gamma != 0 or j.b != 0) for j in robot.joints
+        )
+        columns = zip(GEOMETRY, zip(*map(_constants, robot.joints), strict=True), strict=True)
+        standard = (base.standard[p.index] for p in base.parameters)
+        return _Table(robot, kinds, dict(columns), tuple((p.prefix, p.joint) for p in standard))
+
+    def varies(self, column: str, kind: Kind, value: sp.Expr) -> bool:
+        """Whether any joint of a kind has another constant than this."""
+        entries = zip(self.kinds, self.geometry[column], strict=True)
+        return any(k == kind and entry != value for k, entry in entries)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the constants that are not the same without effect in every joint."""
+        plain = {"cgamma": sp.S.One, "calpha": sp.S.One}
+        return tuple(
+            c for c in GEOMETRY
+            if any(self.varies(c, kind, plain.get(c, sp.S.Zero)) for kind in self.kinds)
+        )  # fmt: skip
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Prefixes of the parameters of a body that any joint has."""
+        order = (*names.LINK, names.ROTOR, *names.FRICTION.values())
+        return tuple(p for p in order if any(p == prefix for prefix, _ in self.heads))
+
+    def sweep(
+        self,
+        name: str,
+        doc: str,
+        derive: Callable[[_Template], Sequence[sp.Expr]],
+        *written: tuple[str, int],
+        inward: bool = False,
+    ) -> Sweep:
+        """Return a sweep whose templates are derived by a function."""
+        bodies = []
+        for kind in dict.fromkeys(self.kinds):
+            at = _Template(self, kind)
+            bodies.append((kind, at.close(derive(at))))
+        return Sweep(name, doc, inward, tuple(bodies), written)
+
+    def program(
+        self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]
+    ) -> Program:
+        columns, parameters = self.columns, self.parameters
+        places = ((j - 1, parameters.index(p)) for p, j in self.heads)
+        rows = zip(*(self.geometry[c] for c in columns), strict=True)
+        angles = tuple(joint.theta for joint in self.robot.joints)
+        return Program(
+            self.kinds, angles, columns, tuple(rows), parameters, tuple(places), state, sweeps
+        )
+
+
+def _constants(joint: Joint) -> tuple[sp.Expr, ...]:
+    """Return the constants of a joint, in the order of GEOMETRY."""
+    (cg, sg), (ca, sa) = cosine_sine(joint.gamma), cosine_sine(joint.alpha)
+    width = joint.coulomb_width
+    sharp = 1 / sp.Rational(repr(width)) if width else sp.S.Zero
+    return cg, sg, joint.b, ca, sa, joint.d, joint.r, sharp
+
+
+class _Template:
+    """Collects the steps of one body. It is mutable, and lives only during a derivation."""
+
+    def __init__(self, table: _Table, kind: Kind) -> None:
+        self.table, self.kind = table, kind
+        self.groups: dict[str, Symbols] = {}
+        self.tape = TapeBuilder(RESERVED)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint moves."""
+        return self.kind.sigma != names.FIXED
+
+    def rows(self, name: str, count: int) -> Symbols:
+        """Return the symbols of a row of an array."""
+        return self.groups.setdefault(
+            name, tuple(real_symbol(f"X_{name}{i}") for i in range(count))
+        )
+
+    def rate(self, name: str, there: bool) -> sp.Expr:
+        """Return a variable of the joint, or zero."""
+        return self.rows(name, 1)[0] if there and self.moves else sp.S.Zero
+
+    def constant(self, column: str, value: int = 0) -> sp.Expr:
+        """Return a constant of the joint, or its value if it is this one in all of them."""
+        if not self.table.varies(column, self.kind, sp.Integer(value)):
+            return sp.Integer(value)
+        columns = self.table.columns
+        return self.rows("geometry", len(columns))[columns.index(column)]
+
+    def value(self, prefix: str) -> sp.Expr:
+        """Return a parameter of the body; zero if no joint of its kind has it."""
+        joints = (j for p, j in self.table.heads if p == prefix)
+        if not any(self.table.kinds[j - 1] == self.kind for j in joints):
+            return sp.S.Zero
+        columns = self.table.parameters
+        return self.rows("body", len(columns))[columns.index(prefix)]
+
+    @property
+    def inertia(self) -> Inertia:
+        """The link."""
+        return Inertia.of({prefix: self.value(prefix) for prefix in names.LINK})
+
+    def step(self, speed: sp.Expr) -> Step:
+        """Return the way from the antecedent."""
+        c, s = self.rows("c", 1)[0], self.rows("s", 1)[0]
+        before: list[Turn | Shift] = []
+        for k, angle, length in ((2, "gamma", "b"), (0, "alpha", "d")):
+            if (cosine := self.constant(f"c{angle}", 1)) != 1:
+                before.append(Turn(k, cosine, self.constant(f"s{angle}"), angle))
+            if (shift := self.constant(length)) != 0:
+                before.append(Shift(k, shift, length))
+        before.append(Turn(2, c, s, "q"))
+        r = self.constant("r")
+        if self.kind.sigma == names.PRISMATIC:
+            r = self.tape.name("R", self.rate("q", True) + r)
+        after = () if r == 0 else (Shift(2, r, "r"),)
+        return Step(Joint(0, self.kind.sigma, 0), tuple(before), after, speed, speed)
+
+    def friction(self) -> sp.Expr:
+        """Return the torque of friction."""
+        speed = self.rate("qd", True)
+        turned = sp.sign(speed)
+        if self.kind.smooth:
+            turned = sp.tanh(self.tape.name("x", speed * self.constant("sharp")))
+        columns = {"FS": self.tape.name("sign", turned), "FV": speed, "OF": sp.S.One}
+        return sum((self.value(p) * column for p, column in columns.items()), sp.S.Zero)
+
+    def close(self, outputs: Sequence[sp.Expr]) -> Tape:
+        """Return the template, with the groups of inputs that it reads."""
+        named = [self.tape.name("out", expr) for expr in outputs]
+        tape = self.tape.tape(self.groups.items(), named)
+        read = {s for _, expr in tape.steps for s in expr.free_symbols}
+        read |= {s for out in tape.outputs for s in out.free_symbols}
+        return replace(tape, inputs=tuple(g for g in tape.inputs if read.intersection(g[1])))
