@@ -1,9 +1,10 @@
-"""Print a program of sweeps as C99: tables, one function for each kind of joint, and loops."""
+"""Print a program of sweeps as C99: tables, and loops with one body for each kind of joint."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,44 +18,58 @@ from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.rolled import UP, Kind, Program, Sweep
 from symgen.symbolic.tape import Tape
 
-_LINE, _ANGLES = 96, 4
-#: Kernels with loops.
-LOOPS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
+#: Whether kernels that have a program are loops.
+CHOICES = ("auto", "always", "never")
+#: Number of joints from which "auto" takes loops (docs/scaling.md, "Large trees").
+MANY = 15
+_LINE, _ANGLES = 92, 4
+#: Kernels that have a program.
+PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
     "gravity_torque": partial(rolled.inverse_dynamics, accelerating=False, moving=False),
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
 }
 
 
-def loops(kernel: Kernel, robot: Robot, program: Program, dtype: str, prefix: str) -> dict[str, Any]:
+def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> Program | None:
+    """Return the program of a kernel, or None if it stays single statements.
+
+    Args:
+        kernel: the kernel.
+        robot: the robot.
+        base: its base parameters.
+        choice: one of CHOICES.
+    """
+    wanted = choice == "always" or (choice == "auto" and robot.n >= MANY)
+    if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
+        return None
+    return PROGRAMS[kernel.name](robot, base)
+
+
+def loop_data(kernel: Kernel, robot: Robot, program: Program, dtype: str) -> dict[str, Any]:
     """Return the data of a kernel as loops, for the template.
 
     Args:
         kernel: the kernel.
         robot: the robot.
-        program: its program.
+        program: the program of the kernel.
         dtype: double or float.
-        prefix: prefix of the package's names.
     """
     values = robot.values()
+    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
+    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
 
     def number(value: sp.Expr) -> str:
         return literal(sp.sympify(value).subs(values), dtype)
-
-    known = {symbol: f"g[{i}]" for i, symbol in enumerate(robot.gravity)} if robot.gravity_input else {}
-
-    def base(value: sp.Expr) -> str:
-        if value in known:
-            return known[value]
-        return f"-{known[-value]}" if -value in known else number(value)
 
     present = list(dict.fromkeys(program.kinds))
     variables = {joint.number: place for place, joint in enumerate(robot.movable)}
     joints = len(robot.joints)
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
+    places = _Places(tuple(name for name, _ in program.state), robot.n == joints)
     sweeps = [
-        [_function(sweep, kind, tape, dtype, "j" if robot.n == joints else "variable[j]") for kind, tape in sweep.bodies]
+        [_body(sweep, kind, tape, dtype, places) for kind, tape in sweep.bodies]
         for sweep in program.sweeps
     ]
     return {
@@ -74,11 +89,11 @@ def loops(kernel: Kernel, robot: Robot, program: Program, dtype: str, prefix: st
         "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "zero": number(sp.S.Zero),
-        "state": [(name, [base(x) for x in row]) for name, row in program.state],
-        "needs_math": any(f["needs_math"] for functions in sweeps for f in functions),
+        "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
+        "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
         "sweeps": [
-            {"inward": sweep.inward, "functions": functions}
-            for sweep, functions in zip(program.sweeps, sweeps, strict=True)
+            {"doc": sweep.doc, "inward": sweep.inward, "bodies": bodies}
+            for sweep, bodies in zip(program.sweeps, sweeps, strict=True)
         ],
     }
 
@@ -88,43 +103,57 @@ def _lines(entries: Iterable[str]) -> list[str]:
     return textwrap.wrap(", ".join(entries), _LINE)
 
 
-def _function(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, variable: str) -> dict[str, Any]:
-    """Return the statements of a sweep for one kind of joint."""
-    outputs, at = [], 0
-    for name, count in sweep.written:
-        if at < len(tape.outputs):
-            outputs.append(Output(name, (count,)))
-        at += count
-    kernel = Kernel(sweep.name, "", tape, tuple(outputs))
-    function = _BodyPrinter(kernel, dtype, variable).function()
-    return {"kind": kind.name, "body": function.body, "needs_math": function.needs_math}
+@dataclass(frozen=True)
+class _Places:
+    """Where the rows of joint j are.
 
+    Attributes:
+        state: names of the arrays of the program's state.
+        plain: whether every joint of the file has a variable.
+    """
 
-class _BodyPrinter(Printer):
-    """Writes the body of joint j, whose antecedent has row `up`."""
+    state: tuple[str, ...]
+    plain: bool
 
-    def __init__(self, kernel: Kernel, dtype: str, variable: str) -> None:
-        super().__init__(kernel, {}, {}, dtype)
-        self.variable = variable
-        for name, symbols in kernel.tape.inputs:
-            self.word |= {symbol: self.place(name, i) for i, symbol in enumerate(symbols)}
-
-    def place(self, name: str, entry: int) -> str:
-        """Return an entry of the row of an array."""
+    def of(self, name: str, entry: int) -> str:
+        """Return an entry of the row of an array or a table."""
         if name in ("geometry", "body"):
             return f"{name}[j][{entry}]"
         if name in ("c", "s"):
             return f"{name}[j]"
         if name.endswith(UP):
             return f"{name.removesuffix(UP)}[{entry}][up]"
-        if name in ("motion", "wrench"):
+        if name in self.state:
             return f"{name}[{entry}][j + 1u]"
-        return f"{name}[{self.variable}]"
+        return f"{name}[j]" if self.plain else f"{name}[variable[j]]"
+
+
+def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> dict[str, Any]:
+    """Return the statements of a sweep for one kind of joint."""
+    outputs, at = [], 0
+    for name, count in sweep.written:  # fixed joints lack the last ones
+        if at < len(tape.outputs):
+            outputs.append(Output(name, (count,)))
+        at += count
+    printer = _BodyPrinter(Kernel(sweep.name, sweep.doc, tape, tuple(outputs)), dtype, places)
+    function = printer.function()
+    up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
+    return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+
+
+class _BodyPrinter(Printer):
+    """Writes the statements of joint j, whose antecedent has row `up` of the state."""
+
+    def __init__(self, kernel: Kernel, dtype: str, places: _Places) -> None:
+        super().__init__(kernel, {}, {}, dtype)
+        self.places = places
+        for name, symbols in kernel.tape.inputs:
+            self.word |= {symbol: places.of(name, i) for i, symbol in enumerate(symbols)}
 
     def stored(self, place: str, result: sp.Expr) -> str:
         name, _, entry = place.rstrip("]").partition("[")
         sign = "+=" if name.endswith(UP) else "="
-        return f"{self.place(name, int(entry))} {sign} {self.expression(result)};"
+        return f"{self.places.of(name, int(entry))} {sign} {self.expression(result)};"
 
     def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
         if not name.endswith(UP):

@@ -125,7 +125,11 @@ def rollable(robot: Robot) -> bool:
 
 
 def inverse_dynamics(
-    robot: Robot, base: BaseParameters, *, accelerating: bool = True, moving: bool = True,
+    robot: Robot,
+    base: BaseParameters,
+    *,
+    accelerating: bool = True,
+    moving: bool = True,
     out: str = "tau",
 ) -> Program:
     """Return inverse dynamics as two sweeps: motions and wrenches outward, torques inward.

@@ -1,4 +1,3 @@
-{% macro row(values) %}{{ "{ " ~ values | join(", ") ~ " }" }}{% endmacro %}
 /* {{ name }}: {{ k.doc | join("\n * ") }}
  * {{ k.operations }} for one sample.
  *
@@ -14,88 +13,81 @@
 #include <math.h>
 {% endif %}
 
-enum { JOINTS = {{ k.loops.joints }}, ANGLES = {{ k.loops.angles }}, PARAMETERS = {{ k.loops.parameters | length }}, GIVEN = {{ k.loops.given }} };
-
-/* The joint before each joint, counted from 1; 0 is the base. */
-static const unsigned char antecedent[JOINTS] = {
-{% for line in k.loops.antecedents %}
-    {{ line }}
-{% endfor %}
-};
-{% if k.loops.sweeps[0].functions | length > 1 %}
-
-/* Kind of each joint: {{ k.loops.called }}. */
-static const unsigned char kind[JOINTS] = {
-{% for line in k.loops.kinds %}
-    {{ line }}
-{% endfor %}
-};
-{% endif %}
-{% if not k.loops.revolute %}
-
-/* Place of each joint in q, qd, qdd and tau; 0 for fixed joints, which have none. */
-static const unsigned char variable[JOINTS] = {
-{% for line in k.loops.variables %}
-    {{ line }}
-{% endfor %}
-};
-
-/* 1 where q is an angle. */
-static const {{ k.dtype }} turns[JOINTS] = {
-{% for line in k.loops.turns %}
-    {{ line }}
-{% endfor %}
-};
-{% endif %}
-
-/* Angle of each joint about z; q of a revolute joint is added. */
-static const {{ k.dtype }} theta[ANGLES] = {
-{% for line in k.loops.theta %}
-    {{ line }}
-{% endfor %}
-};
-{% if k.loops.columns %}
-
-/* Constants of each joint: {{ k.loops.columns | join(", ") }}. */
-static const {{ k.dtype }} geometry[JOINTS][{{ k.loops.columns | length }}] = {
-{% for values in k.loops.geometry %}
-    {{ row(values) }},
-{% endfor %}
-};
-{% endif %}
-
-/* Row and column of each entry of X among the parameters of the bodies, which are
- * {{ k.loops.parameters | join(", ") }}.
- */
-static const unsigned char row[GIVEN] = {
-{% for line in k.loops.rows %}
-    {{ line }}
-{% endfor %}
-};
-static const unsigned char column[GIVEN] = {
-{% for line in k.loops.places %}
-    {{ line }}
-{% endfor %}
-};
-
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
-    {{ k.dtype }} angle[ANGLES];
-    {{ k.dtype }} c[ANGLES];
-    {{ k.dtype }} s[ANGLES];
-    {{ k.dtype }} body[JOINTS][PARAMETERS];
+    /* The joint before each joint, counted from 1; 0 is the base. Arrays of the state have a row for
+     * the base and each joint.
+     */
+    static const unsigned char antecedent[{{ k.loops.joints }}] = {
+{% for line in k.loops.antecedents %}
+        {{ line }}
+{% endfor %}
+    };
+{% if k.loops.sweeps[0].bodies | length > 1 %}
+    /* Kind of each joint: {{ k.loops.called }}. */
+    static const unsigned char kind[{{ k.loops.joints }}] = {
+{% for line in k.loops.kinds %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
+{% if not k.loops.revolute %}
+    /* Place of each joint in q, qd, qdd and tau; 0 for fixed joints, which have none. */
+    static const unsigned char variable[{{ k.loops.joints }}] = {
+{% for line in k.loops.variables %}
+        {{ line }}
+{% endfor %}
+    };
+    /* 1 where q is an angle. */
+    static const {{ k.dtype }} turns[{{ k.loops.joints }}] = {
+{% for line in k.loops.turns %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
+    /* Angle of each joint about z, to which q of a revolute joint is added; up to a multiple of four. */
+    static const {{ k.dtype }} theta[{{ k.loops.angles }}] = {
+{% for line in k.loops.theta %}
+        {{ line }}
+{% endfor %}
+    };
+{% if k.loops.columns %}
+    /* Constants of each joint: {{ k.loops.columns | join(", ") }}. */
+    static const {{ k.dtype }} geometry[{{ k.loops.joints }}][{{ k.loops.columns | length }}] = {
+{% for values in k.loops.geometry %}
+        { {{ values | join(", ") }} },
+{% endfor %}
+    };
+{% endif %}
+    /* Row and column of each entry of X among the parameters of the bodies, which are
+     * {{ k.loops.parameters | join(", ") }}.
+     */
+    static const unsigned char row[{{ k.loops.given }}] = {
+{% for line in k.loops.rows %}
+        {{ line }}
+{% endfor %}
+    };
+    static const unsigned char column[{{ k.loops.given }}] = {
+{% for line in k.loops.places %}
+        {{ line }}
+{% endfor %}
+    };
+    {{ k.dtype }} angle[{{ k.loops.angles }}];
+    {{ k.dtype }} c[{{ k.loops.angles }}];
+    {{ k.dtype }} s[{{ k.loops.angles }}];
+    {{ k.dtype }} body[{{ k.loops.joints }}][{{ k.loops.parameters | length }}];
 {% for array, base in k.loops.state %}
-    {{ k.dtype }} {{ array }}[{{ base | length }}][JOINTS + 1];
+    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + 1 }}];
 {% endfor %}
 {% for array, base in k.loops.state %}
 {% for value in base %}
     {{ array }}[{{ loop.index0 }}][0] = {{ value }};
 {% endfor %}
 {% endfor %}
-    for (size_t j = 0u; j < ANGLES; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
         angle[j] = theta[j];
     }
-    for (size_t j = 0u; j < JOINTS; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
 {% if k.loops.revolute %}
         angle[j] += q[j];
 {% else %}
@@ -103,7 +95,7 @@ static const unsigned char column[GIVEN] = {
 {% endif %}
     }
 {% if k.dtype == "double" %}
-    for (size_t j = 0u; j < ANGLES; j += 4u) {
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; j += 4u) {
         const {{ name }}_angles4 turned = {{ name }}_sincos4(&angle[j]);
         for (size_t i = 0u; i < 4u; ++i) {
             c[j + i] = turned.c[i];
@@ -111,35 +103,39 @@ static const unsigned char column[GIVEN] = {
         }
     }
 {% else %}
-    for (size_t j = 0u; j < ANGLES; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
         c[j] = cosf(angle[j]);
         s[j] = sinf(angle[j]);
     }
 {% endif %}
-    for (size_t j = 0u; j < JOINTS; ++j) {
-        for (size_t i = 0u; i < PARAMETERS; ++i) {
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+        for (size_t i = 0u; i < {{ k.loops.parameters | length }}u; ++i) {
             body[j][i] = {{ k.loops.zero }};
         }
     }
-    for (size_t i = 0u; i < GIVEN; ++i) {
+    for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
         body[row[i]][column[i]] = X[i];
     }
 {% for sweep in k.loops.sweeps %}
 {% if sweep.inward %}
-    for (size_t j = JOINTS; j-- > 0u;) {
+    for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
+        const size_t j = {{ k.loops.joints - 1 }}u - i;
 {% else %}
-    for (size_t j = 0u; j < JOINTS; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
 {% endif %}
+        /* {{ sweep.doc }} */
+{% if sweep.bodies[0].up %}
         const size_t up = antecedent[j];
-{% if sweep.functions | length == 1 %}
-{% for line in sweep.functions[0].body %}
+{% endif %}
+{% if sweep.bodies | length == 1 %}
+{% for line in sweep.bodies[0].body %}
         {{ line }}
 {% endfor %}
 {% else %}
         switch (kind[j]) {
-{% for f in sweep.functions %}
-        {{ "default" if loop.last else "case " ~ loop.index0 ~ "u" }}: { /* {{ f.kind }} */
-{% for line in f.body %}
+{% for body in sweep.bodies %}
+        {{ "default" if loop.last else "case " ~ loop.index0 ~ "u" }}: { /* {{ body.kind }} */
+{% for line in body.body %}
             {{ line }}
 {% endfor %}
             break;

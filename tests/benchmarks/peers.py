@@ -20,9 +20,10 @@ import casadi
 import numpy as np
 
 import symgen
+from symgen import names
 from symgen.cache import cache_folder
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import Kernel, regrouped
 from symgen.codegen.model import Model
 from symgen.robot.types import LENGTHS
 from symgen.runtime.build import _FLAGS, Compiler
@@ -59,9 +60,7 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
     model = pin.Model()
     pin.seed(1)
     for joint in robot.joints:
-        gamma, b, alpha, d, theta, r = (
-            float(getattr(joint, key).subs(values)) for key in LENGTHS
-        )
+        gamma, b, alpha, d, theta, r = (float(getattr(joint, key).subs(values)) for key in LENGTHS)
         turn = pin.utils.rotate
         place = (
             pin.SE3(turn("z", gamma), np.array([0.0, 0.0, b]))
@@ -154,6 +153,16 @@ def begin_cxx(library: ctypes.CDLL, arm: Any) -> None:
             parent, pointer(rotation), pointer(np.array(place.translation)), pointer(body)
         )
     library.end(pointer(np.array(arm.gravity.linear)))
+
+
+def base_of(model: Model, arm: Any) -> np.ndarray:
+    """Return the base parameters of the arm's bodies, without rotors and friction."""
+    standard = dict.fromkeys((p.name for p in model.base.standard), 0.0)
+    for j in range(1, arm.njoints):
+        m, mx, my, mz, xx, xy, yy, xz, yz, zz = arm.inertias[j].toDynamicParameters()
+        values = (xx, xy, xz, yy, yz, zz, mx, my, mz, m)
+        standard |= {f"{w}{j}": float(v) for w, v in zip(names.LINK, values, strict=True)}
+    return np.array(regrouped(model.base, list(standard.values()), model.robot.values()))
 
 
 CASADI_LOOP = """

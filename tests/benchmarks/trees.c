@@ -11,7 +11,7 @@
 
 enum { REPEATS = 101, STATES = 32, LINE = 64, WALK = 1 << 26 };
 
-void OTHER(size_t N, const double *q, const double *qd, const double *third, double *out);
+void KERNEL(size_t N, const double *q, const double *qd, const double *third, double *out);
 
 static double now(void)
 {
@@ -34,8 +34,8 @@ static void evict(void)
         memory[i] += 1;
 }
 
-/* result: hot and cold time of ours and of theirs, and the largest difference over the norm. */
-void measure(const double *q, const double *qd, const double *third, const double *X, size_t size,
+/* result: hot time of ours and of theirs, the same cold, and the largest difference, relative. */
+void measure(size_t size, const double *q, const double *qd, const double *third, const double *X,
     double *ours, double *theirs, double *result)
 {
     const size_t n = JOINTS;
@@ -46,14 +46,14 @@ void measure(const double *q, const double *qd, const double *third, const doubl
         for (size_t i = 0; i < STATES; ++i)
             NAME_KERNEL(CALL);
         t1 = now();
-        OTHER(STATES, q, qd, third, theirs);
+        KERNEL(STATES, q, qd, third, theirs);
         t2 = now();
         result[0] = fmin(result[0], (t1 - t0) / STATES);
         result[1] = fmin(result[1], (t2 - t1) / STATES);
     }
     double most = 0, norm = 1e-300;
     for (size_t i = 0; i < STATES * size; ++i) {
-        if (UPPER && (i % size) / n > i % n)
+        if (HALF && (i % size) / n > i % n)
             continue;
         most = fmax(most, fabs(ours[i] - theirs[i]));
         norm = fmax(norm, fabs(theirs[i]));
@@ -66,7 +66,7 @@ void measure(const double *q, const double *qd, const double *third, const doubl
         cold[0][k] = now() - t0;
         evict();
         t0 = now();
-        OTHER(1, q + i * n, qd + i * n, third + i * n, theirs);
+        KERNEL(1, q + i * n, qd + i * n, third + i * n, theirs);
         cold[1][k] = now() - t0;
     }
     for (size_t side = 0; side < 2; ++side) {
