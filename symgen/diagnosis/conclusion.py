@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
+from itertools import islice, repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -30,13 +30,15 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
+from symgen.diagnosis.measuring_chain import CHAIN
 from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
 from symgen.diagnosis.noise_of_positions import shown_by_instruments
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
 from symgen.diagnosis.rests import beyond_friction
-from symgen.diagnosis.search import MEASURING, Selection
+from symgen.diagnosis.search import Selection
 from symgen.diagnosis.whitened_system import (
+    SETTLING,
     WhitenedSystem,
     compared,
     estimated,
@@ -51,6 +53,7 @@ from symgen.estimation.estimators import solve
 from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
     LEAST,
+    SURE,
     PredictiveScore,
     dense,
     everywhere,
@@ -67,14 +70,11 @@ from symgen.robot.effect import definitions, numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-_EXPLAINED = 0.15  # the largest gap that is called explained
-_REPEATED = 0.9  # largest probability of an effect that is found on data that repeat one motion
 _REPEAT = (
     "these logs repeat one motion, which confirms no effect: record a log of another motion "
     "(symgen excite plans one) and pass it with --validation"
 )
 _SHOWN = 12
-_SETTLING = 4
 #: Verdicts that leave a part of the torque unexplained.
 _MISSING = ("partly-explained", "unexplained")
 
@@ -99,11 +99,14 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
         selection: effects that the search found on the training logs.
         least: smallest torque that matters, as a part of the joint's torque.
     """
+    from scipy.special import expit
+
     if not selection.accepted:
         return selection
     if repeats_motion(baseline.base.logs, baseline.held):
+        most = float(expit(SURE))
         rest = (
-            replace(s, confirmed=s.candidate.measured, probability=min(s.probability, _REPEATED))
+            replace(s, confirmed=s.candidate.measured, probability=min(s.probability, most))
             for s in selection.accepted
         )
         return replace(selection, accepted=tuple(rest))
@@ -118,22 +121,23 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
     kept, out = list(selection.accepted), selection
     there = [bool(np.any(x)) for x in _torques(baseline, held, kept, baseline.beside(kept))]
     pairs = zip(kept, there, strict=True)
-    asked_of = {s.candidate for s, x in pairs if x and not s.candidate.measured}
+    asked = {s.candidate for s, x in pairs if x and not s.candidate.measured}
     while kept:
         whole = errors(kept)
-        fell = [
-            float(np.max(np.sqrt(np.maximum(errors(leave_out(kept, s)) - whole, 0.0))))
+        fell = {
+            s: float(np.max(np.sqrt(np.maximum(errors(leave_out(kept, s)) - whole, 0.0))))
             for s in kept
-        ]
-        asked = [k for k, s in enumerate(kept) if s.candidate in asked_of]
-        worst = min(asked, key=lambda k: fell[k], default=None)
+            if s.candidate in asked
+        }
+        worst = min(fell, key=lambda s: fell[s], default=None)
         if worst is None or fell[worst] >= least:
             break
         fault = (
             "suspected, not confirmed: it lowers the torque error of a joint on the validation "
             f"data by {100 * fell[worst]:.3g} %, which is less than --least {100 * least:.3g}"
         )
-        out = _without(out, [kept.pop(worst)], fault)
+        kept.remove(worst)
+        out = _without(out, [worst], fault)
     return out
 
 
@@ -179,6 +183,8 @@ def _shown(
     Returns:
         The selection, and names and joints of effects with biased coefficients.
     """
+    from scipy.special import expit
+
     while True:
         every = selection.accepted
         told = list(zip(every, shown_by_instruments(baseline, every), strict=True))
@@ -187,7 +193,7 @@ def _shown(
         doubted = [o if lost else math.inf for o, lost in zip(odds, loss, strict=True)]
         if min(doubted, default=math.inf) > 0:
             kept = (
-                replace(s, probability=min(s.probability, 1 / (1 + math.exp(-o))))
+                replace(s, probability=min(s.probability, expit(o)))
                 for s, o in zip(every, odds, strict=True)
             )
             biased = frozenset(s.candidate.key for s, x in told if x.biased)
@@ -272,7 +278,10 @@ def conclude(
     if suspected:
         notes = (*notes, _REPEAT)
         lone = _coefficients(baseline, (*accepted, *suspected))[len(accepted) :]
-        found += tuple(map(partial(_suspected, baseline.robot), suspected, lone))
+        found += tuple(
+            _found(baseline.robot, s, own, False, repeat(math.nan))
+            for s, own in zip(suspected, lone, strict=True)
+        )
     pairs = zip(found, (*accepted, *suspected), strict=True)
     found = tuple(replace(e, note=NOISE) if s.candidate.key in biased else e for e, s in pairs)
     found = (*_pushed(declared.robot, contacts), *found)
@@ -286,7 +295,7 @@ def conclude(
             "take any value between its limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
-    verdict = _verdict((*accepted, *contacts), moving.after, nothing)
+    verdict = _verdict((*accepted, *contacts), nothing)
     if suspected and verdict != "bad-measurement":
         verdict = "partly-explained"
     robot = baseline.robot
@@ -412,7 +421,7 @@ def _settled(baseline: Baseline, accepted: Sequence[Score]) -> tuple[tuple[Score
     Returns:
         The effects, and what gives columns beside them.
     """
-    for _ in range(_SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
+    for _ in range(SETTLING if any(s.candidate.uses_model for s in accepted) else 0):
         seen = baseline.seen(baseline.beside(accepted))
         accepted = [
             replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in accepted
@@ -465,38 +474,42 @@ def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, .
     out = []
     for score, own in zip(model.accepted, model.alone, strict=True):
         c, d = score.candidate, score.candidate.definition
-        suffix, sigma = _place(robot, c)
         if score in model.corrected:
             pairs = zip(own, list(islice(beside, c.size)), strict=False)
             parameters = [replace(p, value=float(x), std=float(s)) for p, (x, s) in pairs]
         else:  # built-in effects without a parameter belong to the extended geometry or gravity
             parameters = [known.get(p.name, p) for p in own if p.name in known or not d.native]
-        parameters += [
-            FoundParameter(
-                d.named(name, suffix),
-                float(value),
-                float(next(constants)) if c.smooth else float("nan"),
-                d.unit_of(name, sigma),
-            )
-            for name, value in c.constants.items()
-        ]
         declared = score in model.declared or bool(d.reads)
-        out.append(_found(robot, score, parameters, declared))
+        out.append(_found(robot, score, parameters, declared, constants))
     return tuple(out)
 
 
 def _found(
-    robot: Robot, score: Score, parameters: Sequence[FoundParameter], declared: bool
+    robot: Robot,
+    score: Score,
+    coefficients: Sequence[FoundParameter],
+    declared: bool,
+    std: Iterator[float],
 ) -> FoundEffect:
-    """Return a confirmed effect with its numbers."""
+    """Return an effect with its numbers; `std` gives that of its refined constants."""
     c, d = score.candidate, score.candidate.definition
+    suffix, sigma = _place(robot, c)
     alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate)) for s in score.alike)
+    constants = (
+        FoundParameter(
+            d.named(name, suffix),
+            float(value),
+            float(next(std)) if c.smooth else math.nan,
+            d.unit_of(name, sigma),
+        )
+        for name, value in c.constants.items()
+    )
     return FoundEffect(
         name=c.name,
         joints=numbers(robot, c),
-        parameters=tuple(parameters),
-        expression=numbered(d, _place(robot, c)[0]) or d.formula or d.says,
-        p_value=_p_value(parameters),
+        parameters=(*coefficients, *constants),
+        expression=numbered(d, suffix) or d.formula or d.says,
+        p_value=_p_value(coefficients),
         gap_reduction=min(score.gain, 1.0),
         probability=score.probability,
         torque_rms=score.torque,
@@ -505,16 +518,6 @@ def _found(
         separate=d.separate if alike else "",
         declared=declared,
     )
-
-
-def _suspected(robot: Robot, score: Score, own: Sequence[FoundParameter]) -> FoundEffect:
-    """Return a suspected effect, which no other motion confirms and the robot does not have."""
-    d, (suffix, sigma) = score.candidate.definition, _place(robot, score.candidate)
-    constants = (
-        FoundParameter(d.named(name, suffix), float(value), math.nan, d.unit_of(name, sigma))
-        for name, value in score.candidate.constants.items()
-    )
-    return _found(robot, score, (*own, *constants), declared=False)
 
 
 def _pushed(robot: Robot, contacts: Sequence[Contact]) -> Iterator[FoundEffect]:
@@ -698,13 +701,8 @@ def _judged(was: TorqueFit, now: TorqueFit, noise: FloatArray) -> _Judged:
     The noise above the band is not always white. The floor is at most the remaining error.
     """
     noise = np.minimum(noise, np.minimum(was.error, now.error))
-    return _Judged(*(_gap(x, was.size) for x in (was.error, now.error, noise)))
-
-
-def _gap(error: FloatArray, size: FloatArray) -> Gap:
-    """Return the gap for sums of squares (n,) of the error and of the measured torque."""
-    found = relative_error(error, size)
-    return Gap(found.per_joint or (), found.relative)
+    found = (relative_error(error, was.size) for error in (was.error, now.error, noise))
+    return _Judged(*(Gap(x.per_joint or (), x.relative) for x in found))
 
 
 def _without(selection: Selection, scores: Sequence[Score], fault: str) -> Selection:
@@ -746,20 +744,13 @@ def _solved(
     return solve(LinearSystem(names, tuple(out)), "wls")
 
 
-def _verdict(accepted: Sequence[Score | Contact], after: Gap, quiet: bool) -> str:
-    chain, physics = (
-        max((s.worth for s in accepted if _of_chain(s) is of_chain), default=0.0)
-        for of_chain in (True, False)
-    )
-    if chain > physics:
+def _verdict(accepted: Sequence[Score | Contact], quiet: bool) -> str:
+    largest = max(accepted, key=lambda s: s.worth, default=None)
+    if isinstance(largest, Score) and largest.candidate.name in CHAIN:
         return "bad-measurement"
     if not accepted:
         return "consistent" if quiet else "unexplained"
-    return "explained" if quiet and after.total <= _EXPLAINED else "partly-explained"
-
-
-def _of_chain(s: Score | Contact) -> bool:
-    return isinstance(s, Score) and s.candidate.name in MEASURING
+    return "explained" if quiet else "partly-explained"
 
 
 def _advice(

@@ -42,7 +42,9 @@ class Contact:
     @property
     def probability(self) -> float:
         """Probability that the contact is present."""
-        return 1 / (1 + math.exp(-self.odds))
+        from scipy.special import expit
+
+        return float(expit(self.odds))
 
 
 def weighed(score: PredictiveScore, event: Event, fault: Fault, size: FloatArray) -> Contact:

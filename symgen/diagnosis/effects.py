@@ -69,7 +69,6 @@ class Candidate:
         constants: value of each searched constant.
         uses_model: whether the columns contain the model's torque, and change with it.
         analytic: whether the columns are smooth functions of the motion, without sign(qd).
-        refinable: whether constants between those of the grid are tried.
         coefficients: name and unit of the coefficients, where they differ from the library.
         change: whether it changes a declared parameter, which may grow or fall.
         measured: whether a separate measurement in the logs shows the effect.
@@ -84,7 +83,6 @@ class Candidate:
     constants: Constants = field(default_factory=dict)
     uses_model: bool = False
     analytic: bool = False
-    refinable: bool = True
     coefficients: tuple[tuple[str, str], ...] = ()
     change: bool = False
     measured: bool = False
@@ -93,7 +91,7 @@ class Candidate:
     @property
     def smooth(self) -> bool:
         """Whether its columns can be differentiated along its constants."""
-        return bool(self.constants) and self.refinable and self.definition.declarable
+        return bool(self.constants) and self.definition.declarable
 
     def moved(self, constants: Constants) -> Candidate:
         """Return the candidate with some constants changed."""
@@ -177,7 +175,7 @@ class Score:
     columns: Columns
     odds: float = 0.0
     evidence: float = 0.0
-    left: FloatArray | None = None
+    left: FloatArray = field(default_factory=lambda: np.zeros(0))
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
@@ -357,7 +355,7 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
     for (j, first), (k, second) in pairs:
         for ratio in (1.0, -1.0) if {first, second} not in known else ():
             torque, constants = partial(_coupled, j, k), {"ratio": ratio}
-            yield Candidate(definition, (j, k), torque, 3, constants, refinable=False)
+            yield Candidate(definition, (j, k), torque, 3, constants)
 
 
 def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:

@@ -53,7 +53,8 @@ _EFFECTS = {
     "saturated": "saturation",
     "command": "commanded_torque",
 }
-_WORDS = {
+#: Effects of the measuring chain, and the expression of each.
+CHAIN = {
     _SENSOR: "qd{0} = (1 + GV{0})*dq{0}(t - LV{0})/dt + OV{0}",
     "time_delay": "tau(t) = model(t - DT)",
     "drive_gain_error": "tau{0} = (1 + G{0})*model{0}",
@@ -235,7 +236,7 @@ def _effect(same: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
         name=name,
         joints=() if joint is None else (joint.number,),
         parameters=tuple(parameters),
-        expression=_WORDS[name].format(number),
+        expression=CHAIN[name].format(number),
         p_value=0.0,
         gap_reduction=max(0.0, share),
         declared=False,

@@ -1,84 +1,25 @@
-"""Refine the searched constants of effects between the values of their grid."""
+"""Refine the searched constants of effects between the values of their grid.
+
+The Gauss-Newton method on the constants and coefficients of all effects and of the model.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symgen.diagnosis.baseline import Baseline
-from symgen.diagnosis.effects import Candidate, Score, Seen
+from symgen.diagnosis.effects import Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem
 from symgen.errors import RobotError
 from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
 
-_STEPS = {1: 20, 2: 60}
 _ROUNDS, _HALVINGS = 8, 4  # of the Gauss-Newton method
 _DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
-
-
-def refined(
-    candidate: Candidate,
-    grid: Iterable[Mapping[str, float]],
-    seen: Seen,
-    gain: Callable[[Columns], float],
-) -> tuple[Candidate, Columns]:
-    """Move the constants between their neighbours on the grid to the largest gain.
-
-    Args:
-        candidate: the best candidate on the grid.
-        grid: constants of all candidates that were tried.
-        seen: gives the columns of a candidate.
-        gain: share of the residual that columns explain.
-
-    Returns:
-        The candidate with its constants, rounded to six digits, and its columns.
-    """
-    from scipy.optimize import minimize
-
-    constants, start = dict(candidate.constants), seen(candidate)
-    if not candidate.refinable or not 0 < len(constants) <= max(_STEPS):
-        return candidate, start
-    points = [*grid, constants]
-    bounds = [_neighbours({p[name] for p in points}, value) for name, value in constants.items()]
-    if any(low == high for low, high in bounds):
-        return candidate, start
-    x0 = np.array(list(constants.values()))
-
-    def made(x: FloatArray) -> Candidate:
-        return candidate.moved({n: float(f"{v:.6g}") for n, v in zip(constants, x, strict=True)})
-
-    simplex = [x0]
-    for i, (low, high) in enumerate(bounds):
-        corner = x0.copy()
-        corner[i] += 0.4 * (high - x0[i]) if high > x0[i] else 0.4 * (low - x0[i])
-        simplex.append(corner)
-
-    def lost(x: FloatArray) -> float:
-        with suppress(RobotError):  # the torque is not finite there
-            return -gain(seen(made(x)))
-        return 0.0
-
-    found = minimize(
-        lost,
-        x0,
-        method="Nelder-Mead",
-        bounds=bounds,
-        options={"maxfev": _STEPS[len(x0)], "initial_simplex": np.array(simplex)},
-    )
-    if -found.fun <= gain(start):
-        return candidate, start
-    better = made(found.x)
-    return better, seen(better)
-
-
-def _neighbours(values: set[float], value: float) -> tuple[float, float]:
-    others = sorted(values)
-    at = others.index(value)
-    return others[max(at - 1, 0)], others[min(at + 1, len(others) - 1)]
 
 
 def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> list[Columns]:
@@ -144,9 +85,8 @@ class _Point:
 def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
     """Fit the constants of all effects together by least squares of the whole model.
 
-    The search refines each effect alone, beside a model without the later effects. This function
-    takes Gauss-Newton steps on constants and coefficients. Each step lowers the sum of squares and
-    keeps the parameters determined; otherwise the constants stay.
+    Each step lowers the sum of squares and keeps the parameters determined; otherwise the constants
+    stay.
     """
     firm = [s for s in accepted if not s.candidate.smooth]
     if len(firm) == len(accepted):

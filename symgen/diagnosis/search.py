@@ -6,12 +6,11 @@ prior:
     log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
 
 Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
-Effects are added one by one or as pairs on a joint, of which one may require the other, removed and
-exchanged while that raises the odds. An effect that lowers the held-out torque error of every joint
-by less than `least` is never named. Effects that explain the same form one class. The odds give the
-probability of each of its names. A short span with an error of its own
-(`symgen.estimation.events`) competes as a contact; the other effects then compete on the other
-rows.
+Effects are added one by one, and removed, while that raises the odds. An effect that lowers the
+held-out torque error of every joint by less than `least` is never named. Effects that explain the
+same form one class. The odds give the probability of each of its names. A short span with an error
+of its own (`symgen.estimation.events`) competes as a contact; the other effects then compete on the
+other rows.
 """
 
 from __future__ import annotations
@@ -26,11 +25,11 @@ from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.contacts import Contact, probable_contact, weighed
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
-from symgen.diagnosis.refine import refined
+from symgen.diagnosis.refine import settled_constants
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
-from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
-from symgen.distributed import Say, in_turn, own_threads, silent
+from symgen.diagnosis.whitened_system import WhitenedSystem, explained
+from symgen.distributed import Say, silent
 from symgen.estimation.predictive_score import (
     LEAST,
     MISFIT,
@@ -45,17 +44,11 @@ from symgen.estimation.values import FloatArray
 Key = tuple[str, tuple[int, ...]]
 #: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
-_TIE = 3.0  # nats, difference below which the data do not distinguish two effects of one class
 _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
 _WRONG_SIGN = 6.0  # nats, penalty of a physically impossible sign
 _PART = 0.3  # of an effect's largest column: smallest other column whose sign is tested
-_FINE = 8  # number of best effects whose constants are refined between the grid
-_PAIRED = 7  # number of best effects that are tried in pairs on a joint
-_MOST = 12  # largest number of effects
-#: Effects of the measuring chain.
-MEASURING = ("time_delay", "velocity_sensor_error", "saturation", "drive_gain_error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,14 +76,12 @@ class _Stage:
         system: the whitened equations.
         score: the predictive score for candidates beside it.
         seen: gives columns of candidates.
-        names: names of the effects.
         keys: names and joints of the effects.
     """
 
     system: WhitenedSystem
     score: PredictiveScore
     seen: Seen
-    names: frozenset[str]
     keys: frozenset[Key]
 
 
@@ -149,40 +140,30 @@ class Search:
         ]
 
     def run(self) -> Selection:
-        """Add, remove and exchange effects while the odds rise."""
+        """Add and remove effects while the odds rise."""
         accepted: list[Score] = []
         contacts: list[Contact] = []
-        seen: set[tuple[frozenset[Key], int]] = set()
-        options: list[Score] = []
-        while len(accepted) + len(contacts) < _MOST:
+        seen = {(frozenset[Key](), 0)}
+        while True:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
-            options = self._between(stage, self._options(stage))
-            sets = itertools.chain(self._sets(stage, options), self._built(accepted, options))
-            best = max(sets, key=lambda s: s[0], default=(0.0, []))
+            options = self._options(stage)
+            best = next((s for s in options if s.odds > 0 and s.worth >= self.least), None)
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
-            if own is not None and own.odds > best[0]:
+            if own is not None and (best is None or own.odds > best.odds):
                 contacts = self._leave_out([*contacts, own])
-                accepted = self._backward(accepted)
-                continue
-            if best[0] > 0:
-                chosen = [self._plainest(stage, s, options) for s in best[1]]
-                new = [self._refined(stage, s) for s in chosen]
-                accepted = self._exchanged(self._backward([*accepted, *new]), new)
-            else:
-                accepted = self._exchanged(self._backward(accepted), accepted)
-            keys, count = frozenset(s.candidate.key for s in accepted), len(contacts)
+            elif best is not None:
+                accepted = [*accepted, self._plainest(stage, best, options)]
+                accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
+            accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
-            # Two effects that replace each other in turn are equally good.
-            if (keys, len(contacts)) in seen or (keys == stage.keys and len(contacts) == count):
+            now = frozenset(s.candidate.key for s in accepted), len(contacts)
+            if now in seen:  # effects that replace each other in turn are equally good
                 break
-            seen.add((keys, len(contacts)))
-        # The last exchange may have made another effect superfluous.
-        found = self._told_apart(self._backward(accepted))
-        found = self._merged(found)
-        found.sort(key=lambda s: -s.gain)
+            seen.add(now)
+        found = sorted(self._merged(self._told_apart(accepted)), key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
         rejected = (self._reasoned(s) for s in options if s.candidate.key not in taken)
         left_out = tuple(contacts) if self.contacts else None
@@ -214,19 +195,17 @@ class Search:
         Args:
             accepted: effects that the search found; others that it found may lack.
         """
-        found = self._backward([*accepted])
+        from scipy.special import expit
+
         known = {s.candidate.key: s for s in accepted}
-        return [
-            replace(
-                s,
-                probability=min(
-                    known[s.candidate.key].probability, 1 / (1 + float(np.exp(-s.odds)))
-                ),
-                alike=known[s.candidate.key].alike,
-                confirmed=known[s.candidate.key].confirmed,
+        out = []
+        for s in self._backward([*accepted]):
+            was = known[s.candidate.key]
+            probability = min(was.probability, float(expit(s.odds)))
+            out.append(
+                replace(s, probability=probability, alike=was.alike, confirmed=was.confirmed)
             )
-            for s in found
-        ]
+        return out
 
     def _merged(self, found: list[Score]) -> list[Score]:
         """Return the effects with their expressions merged: one expression for each joint."""
@@ -259,8 +238,7 @@ class Search:
         system = self.baseline.beside(accepted)
         keys = frozenset(s.candidate.key for s in accepted)
         score = self.baseline.score(system, self.misfit, accepted)
-        names = frozenset(name for name, _ in keys)
-        return _Stage(system, score, self.baseline.seen(system), names, keys)
+        return _Stage(system, score, self.baseline.seen(system), keys)
 
     def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may be added to a stage, the most probable first.
@@ -282,31 +260,13 @@ class Search:
             out.append(replace(best, odds=whole))
         return sorted(out, key=lambda s: -s.odds)
 
-    def _between(self, stage: _Stage, options: Sequence[Score]) -> list[Score]:
-        """Return the options; the constants of the first ones are refined where that scores better.
-
-        A grid may miss a narrow peak. A refined value still pays the prior cost of the whole grid.
-        """
-        out = list(options)
-        best = in_turn(lambda s: self._refined(stage, s), options[:_FINE], own_threads())
-        for k, (s, own) in enumerate(zip(options, best, strict=False)):
-            fit = None
-            if own.candidate is not s.candidate:
-                fit = self._fit(stage, own.candidate, own.columns)
-            if fit is not None:
-                found = self._judged(stage, own.candidate, own.columns, fit)
-                odds = found.odds - np.log(self._grid(s.candidate))
-                if odds > s.odds:
-                    out[k] = replace(found, odds=odds)
-        return sorted(out, key=lambda s: -s.odds)
-
     def _fits(
         self, stage: _Stage, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns, Fit]]:
         """Yield the candidates that may be added to a stage, with their columns and scores.
 
         Columns without the model's torque are computed once. Columns with it are computed for all
-        joints whenever an effect is added; exchanges in between change them little.
+        joints whenever an effect is added.
         """
         self._fixed = self._fixed or self._grouped(stage, uses_model=False)
         terms = [] if self.expressions is None else self.expressions.best(stage.system, joints)
@@ -356,14 +316,9 @@ class Search:
         size = self._sizes(candidate)
         return _LOOSE * max(float(size[j]) for j in columns)
 
-    def _fit(self, stage: _Stage, candidate: Candidate, columns: Columns) -> Fit | None:
-        if not all(np.isfinite(c).all() for c in columns.values()):
-            return None
-        return stage.score.beside(columns, self._expected(candidate, columns))
-
     def _judged(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
-        alone, d = stage.score.alone, candidate.definition
-        prior = np.log(d.odds) * (0.5 if candidate.name in stage.names else 1.0)
+        alone, known = stage.score.alone, {name for name, _ in stage.keys}
+        prior = np.log(candidate.definition.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
             scales = np.array(candidate.scales)
             part = np.abs(fit.coefficients[: len(scales)]) / scales
@@ -379,13 +334,9 @@ class Search:
         was = float(np.sum((alone.left / base**2)[joints]))
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
-        worth, odds = self._worth(stage, fit), evidence + prior
+        worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
+        odds = evidence + prior
         return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
-
-    def _worth(self, stage: _Stage, fit: Fit) -> float:
-        """Return the largest relative reduction of a joint's torque error by a fit."""
-        fell = np.maximum(stage.score.alone.left - fit.left, 0)
-        return float(np.max(np.sqrt(fell) / self.baseline.base.size))
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
         """Whether a coefficient has a physically impossible sign."""
@@ -395,75 +346,25 @@ class Search:
         told = (size * fit.coefficients)[: len(candidate.definition.linear)]
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
 
-    def _sets(self, stage: _Stage, options: Sequence[Score]) -> Iterator[tuple[float, list[Score]]]:
-        """Yield the odds of single effects, and of pairs on a joint, that matter."""
-        for s in options:
-            if s.worth >= self.least:
-                yield s.odds, [s]
-        for a, b in itertools.combinations(options[:_PAIRED], 2):
-            if (
-                not set(a.columns) & set(b.columns)
-                or a.candidate.uses_model != b.candidate.uses_model
-            ):
-                continue
-            both = _beside(a, b, stage.system.y.shape)
-            fit = stage.score.beside(both, _LOOSE * float(np.max(self._sizes(a.candidate))))
-            if self._worth(stage, fit) < self.least * np.sqrt(2):
-                continue
-            # priors and grids of each effect, as computed alone
-            priors = sum(s.odds - s.evidence for s in (a, b))
-            yield fit.score - stage.score.alone.score + priors, [a, b]
-
-    def _built(
-        self, accepted: Sequence[Score], options: Sequence[Score]
-    ) -> Iterator[tuple[float, list[Score]]]:
-        """Yield the odds of friction with an effect that requires it, as pairs that matter."""
-        plain = {c.key for c in self._plain}
-        for s in options:
-            if s.candidate.key not in plain or s.odds <= 0 or s.worth < self.least:
-                continue
-            stage = self._stage([*accepted, s])
-            for more in self._options(stage, frozenset(s.candidate.joints)):
-                if more.candidate.presumes(s.candidate) and more.worth >= self.least:
-                    yield s.odds + more.odds, [s, more]
-
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
-        """Return the simplest effect that explains the same as the best one.
+        """Return the simplest effect of the class of the best one: the first by `_plainness`.
 
-        If the held-out torque differs by less than `least`, prior odds and the number of parameters
-        decide.
+        Its held-out torque is worse by less than `least`.
         """
-        if best.left is None:
-            return best
-        own, base = explained(stage.system, best.columns), self.baseline.base.size
-        near = [best]
+        own, near = explained(stage.system, best.columns), [best]
         for s in options:
-            plainer = _plainness(s) > _plainness(best)
-            if not plainer or s.left is None or not set(s.columns) & set(best.columns):
-                continue
-            more = np.sqrt(np.maximum(s.left - best.left, 0)) / base
-            tied = s.odds > best.odds - _TIE or bool((more < self.least).all())
-            equal = s.odds > 0 and tied
-            if equal and _correlation(own, explained(stage.system, s.columns)) > _SAME:
-                near.append(s)
+            plainer = s.odds > 0 and _plainness(s) > _plainness(best)
+            if plainer and set(s.columns) & set(best.columns):
+                more = np.sqrt(np.maximum(s.left - best.left, 0)) / self.baseline.base.size
+                other = explained(stage.system, s.columns)
+                if (more < self.least).all() and _correlation(own, other) > _SAME:
+                    near.append(s)
         return max(near, key=_plainness)
-
-    def _refined(self, stage: _Stage, s: Score) -> Score:
-        """Return an effect with constants between the values of the grid."""
-        if self.expressions is not None and s.candidate.name == UNNAMED:
-            candidate, columns = self.expressions.refined(stage.system, s.candidate)
-            return replace(s, candidate=candidate, columns=columns)
-        grid = [c.constants for c in self.pool if c.key == s.candidate.key]
-        candidate, columns = refined(
-            s.candidate, grid, stage.seen, lambda c: gain_of(stage.system, c)
-        )
-        return replace(s, candidate=candidate, columns=columns)
 
     def _again(self, stage: _Stage, own: Score) -> Score:
         """Return the score of an effect beside others; the cost of its grid stays."""
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
-        fit = self._fit(stage, own.candidate, columns)
-        assert fit is not None  # it was finite before
+        fit = stage.score.beside(columns, self._expected(own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
         return replace(found, odds=found.odds - np.log(self._grid(own.candidate)) / 2)
 
@@ -483,40 +384,10 @@ class Search:
             accepted = leave_out(accepted, accepted[worst])
         return accepted
 
-    def _exchanged(self, accepted: list[Score], new: Sequence[Score]) -> list[Score]:
-        """Select effects again among all on their joints, beside the other effects.
-
-        Args:
-            accepted: all effects.
-            new: the latest effects. An effect that shares no joint with another one of them is not
-                selected again.
-        """
-        fresh = [s.candidate.key for s in new]
-        joints = {key: frozenset(s.columns) for key, s in zip(fresh, new, strict=True)}
-        for at in range(len(accepted) if len(accepted) > 1 else 0):
-            rest, own = accepted[:at] + accepted[at + 1 :], accepted[at]
-            beside = [joints[key] for key in fresh if key != own.candidate.key]
-            if len(leave_out(accepted, own)) < len(rest) or not any(
-                map(frozenset(own.columns).intersection, beside)
-            ):
-                continue  # other effects require it, or nothing changed on its joints
-            stage = self._stage(rest)
-            near = frozenset(own.candidate.joints) or None
-            options = [s for s in self._options(stage, near) if s.worth >= self.least]
-            if options and options[0].candidate.key != own.candidate.key:
-                options = self._between(stage, options)
-                best = self._refined(stage, self._plainest(stage, options[0], options))
-                if (
-                    best.candidate.key != own.candidate.key
-                    and best.odds > self._again(stage, own).odds
-                ):
-                    accepted = [*accepted[:at], best, *accepted[at + 1 :]]
-                    fresh.append(best.candidate.key)
-                    joints[best.candidate.key] = frozenset(best.columns)
-        return accepted
-
     def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:
         """Return the effects with their probabilities and their alternatives."""
+        from scipy.special import softmax
+
         out = []
         for own in accepted:
             stage = self._stage(leave_out(accepted, own))
@@ -533,9 +404,7 @@ class Search:
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
                     rivals.append((alike, s))
-            odds = np.array([again.odds, *(s.odds for _, s in rivals), 0.0])
-            weight = np.exp(odds - odds.max())
-            weight /= weight.sum()
+            weight = softmax([again.odds, *(s.odds for _, s in rivals), 0.0])
             same = weight[0] + sum(
                 w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME
             )
@@ -557,15 +426,3 @@ def _plainness(s: Score) -> tuple[bool, float, int]:
 def _correlation(a: FloatArray, b: FloatArray) -> float:
     sizes = float(np.linalg.norm(a) * np.linalg.norm(b))
     return abs(float(np.sum(a * b))) / max(sizes, 1e-300)
-
-
-def _beside(a: Score, b: Score, shape: tuple[int, ...]) -> Columns:
-    """Return the columns of two effects on the joints of both."""
-    out = {}
-    sizes = [next(iter(s.columns.values())).shape[1] for s in (a, b)]
-    for j in {*a.columns, *b.columns}:
-        parts = [
-            s.columns.get(j, np.zeros((shape[0], m))) for s, m in zip((a, b), sizes, strict=True)
-        ]
-        out[j] = np.concatenate(parts, axis=1)
-    return out

@@ -4,7 +4,7 @@
 
 The terms are expressions in the positions and speeds of all joints, in the grammar of effects:
 powers, sines and absolute values, products of two, and bumps exp(-((q - c)/w)**2) and their slopes.
-Centre c and width w are searched on a grid and refined. Each term competes by the score of effects
+Centre c and width w are searched on a grid. Each term competes by the score of effects
 (`symgen.diagnosis.search`), with a penalty for the number of terms that were tried.
 """
 
@@ -33,7 +33,6 @@ NAME = "unnamed"
 _BEST = 12  # number of terms of a joint that are scored
 _FREE = 0.05
 _CENTRES, _WIDTHS = 15, (0.1, 0.15, 0.22, 0.33, 0.5, 0.75)  # of half the joint's range
-_HALVINGS = 7  # refinement steps of bumps
 #: Range in which the model's columns are proved to be independent; no bump lies outside.
 _REACH = {names.REVOLUTE: 3.0, names.PRISMATIC: 1.0}
 
@@ -153,6 +152,25 @@ def _bump(
     return own(log.q[:, k], c, w)
 
 
+@dataclass(frozen=True, eq=False)
+class _Sum:
+    """Gives the columns of some terms on one joint; their constants come one after the other."""
+
+    position: int
+    terms: Sequence[Term]
+
+    def __call__(self, log: FilteredLog, _: Torques, constants: Constants) -> Columns:
+        columns = [term.along(log) for term in self.at(constants)]
+        return {self.position: -np.stack(columns, axis=1)}
+
+    def at(self, constants: Constants) -> list[Term]:
+        """Return the terms with other values of their constants."""
+        values = iter(constants.values())
+        return [
+            replace(t, constants={key: next(values) for key in t.constants}) for t in self.terms
+        ]
+
+
 def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
     """Return the sum of some terms on one joint as a candidate."""
     joint = robot.movable[position]
@@ -175,10 +193,7 @@ def expression(robot: Robot, position: int, terms: Sequence[Term]) -> Candidate:
         own=True,
     )
 
-    def columns(s: FilteredLog, _: Torques, __: Constants) -> Columns:
-        return {position: -np.stack([t.along(s) for t in terms], axis=1)}
-
-    return Candidate(definition, (position,), columns, len(terms), constants, refinable=False)
+    return Candidate(definition, (position,), _Sum(position, terms), len(terms), constants)
 
 
 def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
@@ -219,10 +234,6 @@ def _gains(
     return np.asarray(np.where(np.isfinite(out), out, 0.0))
 
 
-def _short(value: float) -> float:
-    return float(f"{value:.6g}")
-
-
 class Expressions:
     """The terms that can be added to a joint, one after the other, as an effect without a name.
 
@@ -235,7 +246,6 @@ class Expressions:
         self.terms = library(self.robot, self.logs)
         self.columns = _seen(self.terms, self.logs)
         self._squares = self.columns**2
-        self._made: dict[Candidate, tuple[Term, ...]] = {}
 
     @property
     def count(self) -> int:
@@ -250,44 +260,15 @@ class Expressions:
             gains = _gains(system, j, self.columns, self._squares)
             for i in np.argsort(-gains, kind="stable")[:_BEST]:
                 term = self.terms[i]
-                yield self._candidate(j, (term,)), {j: self.columns[:, [i]]}
+                yield expression(self.robot, j, (term,)), {j: self.columns[:, [i]]}
 
-    def refined(self, system: WhitenedSystem, own: Candidate) -> tuple[Candidate, Columns]:
-        """Return a bump with centre and width between the values of the grid."""
-        (term,), (j,) = self._made[own], own.joints
-        if term.constants:
-            term = _refined(system, j, term, self.logs)
-        return self._candidate(j, (term,)), {j: _seen([term], self.logs)}
-
-    def _candidate(self, j: int, terms: tuple[Term, ...]) -> Candidate:
-        out = expression(self.robot, j, terms)
-        self._made[out] = terms
-        return out
-
-    def merged(self, joints_terms: Iterable[Candidate]) -> list[tuple[Candidate, Columns]]:
+    def merged(self, parts: Iterable[Candidate]) -> list[tuple[Candidate, Columns]]:
         """Return the terms on each joint as one expression."""
         by_joint: dict[int, list[Term]] = {}
-        for c in joints_terms:
-            by_joint.setdefault(c.joints[0], []).extend(self._made[c])
+        for c in parts:
+            assert isinstance(c.torque, _Sum)
+            by_joint.setdefault(c.torque.position, []).extend(c.torque.at(c.constants))
         return [
-            (self._candidate(j, tuple(terms)), {j: _seen(terms, self.logs)})
+            (expression(self.robot, j, terms), {j: _seen(terms, self.logs)})
             for j, terms in by_joint.items()
         ]
-
-
-def _refined(system: WhitenedSystem, j: int, term: Term, logs: Sequence[FilteredLog]) -> Term:
-    """Move centre and width of a bump to the largest gain, on grids that halve their mesh."""
-    best, gain = term, float(_gains(system, j, _seen([term], logs))[0])
-    shift, ratio = term.constants["w"] / 2, 1.3
-    for _ in range(_HALVINGS):
-        c, w = best.constants["c"], best.constants["w"]
-        near = [
-            replace(best, constants={"c": _short(c + a * shift), "w": _short(w * ratio**b)})
-            for a, b in itertools.product((-1, 0, 1), repeat=2)
-        ]
-        gains = _gains(system, j, _seen(near, logs))
-        at = int(np.argmax(gains))
-        if gains[at] > gain:
-            best, gain = near[at], float(gains[at])
-        shift, ratio = shift * 0.6, ratio**0.6
-    return best

@@ -31,7 +31,7 @@ _TOGETHER = 16  # number of items whose columns pass the filter at once
 _WHITENING = 3
 _TINY = 1e-300
 _FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
-_SETTLING = 5
+SETTLING = 5  # rounds in which columns that contain the model's torque follow it
 _REST = 0.005  # of the RMS speed
 
 
@@ -195,7 +195,7 @@ def fitted_system(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> Whitened
 
     found = fitted(None)
     base = evaluator.model.base
-    for _ in range(_SETTLING if base.linear < len(base.parameters) else 0):
+    for _ in range(SETTLING if base.linear < len(base.parameters) else 0):
         found = fitted(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
     return found
 
@@ -244,10 +244,7 @@ def estimated(system: WhitenedSystem) -> WhitenedSystem:
     found = _solved(logs, W, y, _rows(logs))
     for _ in range(_WHITENING if still.any() else 0):
         left, free = y - W @ found.X, found.moves > 0
-        weight = [
-            rest_weight(left[free[:, j] & ~still[:, j], j], left[free[:, j] & still[:, j], j])
-            for j in range(system.n)
-        ]
+        weight = [rest_weight(left[counts, j], still[counts, j]) for j, counts in enumerate(free.T)]
         found = _solved(logs, W, y, np.where(still & free, weight, found.moves))
     return found
 

@@ -11,17 +11,20 @@ A log of point-to-point moves is at rest for most of its time. Each rest contain
 Coulomb friction, which no column explains; plain least squares would attribute it to gravity.
 Without these rows, nothing is known of joints that hold a position while others move. Therefore
 they keep a weight: the torque deviation of the joint in motion over that at rest, as weighted least
-squares weights logs (Gautier 1997). symgen estimates it from the training logs.
+squares weights logs (Gautier 1997). symgen estimates it from the training logs. What is left at a
+rest is one unknown torque for all of its rows, so that a rest counts as one observation however
+long it lasts: the deviation at rest is that of sums over rests, per square root of a row.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from symgen.data.mask import mean_speeds, resting, rms, slow_speeds
+from symgen.data.mask import Bools, mean_speeds, resting, rms, slow_speeds, spans
 from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
 from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
@@ -33,7 +36,7 @@ from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
 #: Weight of equations at rest before it is known, and what it is at least.
-_FIRST, _LEAST = 0.1, 1e-3
+_LEAST = 1e-3
 _ROUNDS = 3
 _WORSE = 0.5  # a deviation at rest is another one than in motion where it is twice as large
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
@@ -51,7 +54,7 @@ def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
     slow = np.where(still, -1.0, slow)
     if not any(resting(s.q, s.step, slow).any() for s in logs):
         return None
-    return Rests(tuple(map(float, slow)), (_FIRST,) * len(slow))
+    return Rests(tuple(map(float, slow)), (_LEAST,) * len(slow))
 
 
 def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Band:
@@ -71,8 +74,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
         for j, own in enumerate(zip(*equations, strict=True)):
             left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
             rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
-            at_rest = np.concatenate(rest)
-            weight[j] = rest_weight(left[~at_rest], left[at_rest])
+            weight[j] = rest_weight(left, np.concatenate(rest))
         equations = [
             tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
             for log in equations
@@ -80,12 +82,19 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 
 
-def rest_weight(moving: FloatArray, at_rest: FloatArray) -> float:
-    """Return the residual deviation in motion over that at rest; 1 if they do not differ."""
-    if min(len(moving), len(at_rest)) < _FEWEST:
+def rest_weight(error: FloatArray, rest: Bools) -> float:
+    """Return the residual deviation in motion over that at rest; 1 if they do not differ.
+
+    Args:
+        error: (K,) residuals of a joint, in the order of time.
+        rest: (K,) which of them its rests concern.
+    """
+    moved = error[~rest]
+    if min(len(moved), int(rest.sum())) < _FEWEST:
         return 1.0
-    moved, rested = (float(np.sqrt(np.mean(x**2))) for x in (moving, at_rest))
-    ratio = moved / max(rested, 1e-300)
+    sums = np.array([error[first:last].sum() for first, last in spans(rest)])
+    squares = max(float(sums @ sums), float(error[rest] @ error[rest]))
+    ratio = math.sqrt(float(np.mean(moved**2)) / max(squares / rest.sum(), 1e-300))
     return max(ratio, _LEAST) if ratio < _WORSE else 1.0
 
 

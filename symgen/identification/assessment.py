@@ -686,10 +686,11 @@ def driving_friction(
     out = np.flatnonzero(power < -SIGNIFICANT * std)
     if not len(out):
         return ()
+    taus, positions = (" and ".join(f"{key}{j + 1}" for j in out) for key in ("tau", "q"))
     return (
-        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of tau and of q "
-        "there, and that time increases; if they are right, an effect is missing, and symgen "
-        "diagnose searches for it",
+        f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of {taus} and "
+        f"of {positions}, and that time increases; if they are right, an effect is missing, and "
+        "symgen diagnose searches for it",
     )
 
 

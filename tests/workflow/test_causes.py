@@ -58,7 +58,7 @@ def test_a_command_is_named_and_nothing_else(robot: str, kind: str) -> None:
     assert not row["wrong"]
 
 
-@pytest.mark.parametrize("kind", sampled(("slow_torque", "friction_fades"), 1))
+@pytest.mark.parametrize("kind", sampled(("zero_slips", "slow_torque", "friction_fades"), 2))
 def test_what_one_joint_alone_does_is_named_on_a_short_log(kind: str) -> None:
     row = spoiled_study.attempt("planar2r-31", kind, 8)
     print(spoiled_study.line(row))
