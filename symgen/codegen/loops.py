@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.c_printer import Printer, literal
+from symgen.codegen.c_printer import Printer, literal, status
 from symgen.codegen.kernels import Kernel, Output
 from symgen.robot.types import Robot
 from symgen.symbolic import rolled
@@ -27,6 +27,7 @@ _LINE, _ANGLES = 92, 4
 PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
     "gravity_torque": partial(rolled.inverse_dynamics, accelerating=False, moving=False),
+    "forward_dynamics": rolled.forward_dynamics,
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
 }
 
@@ -46,7 +47,9 @@ def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> 
     return PROGRAMS[kernel.name](robot, base)
 
 
-def loop_data(kernel: Kernel, robot: Robot, program: Program, dtype: str) -> dict[str, Any]:
+def loop_data(
+    kernel: Kernel, robot: Robot, program: Program, dtype: str, prefix: str
+) -> dict[str, Any]:
     """Return the data of a kernel as loops, for the template.
 
     Args:
@@ -54,6 +57,7 @@ def loop_data(kernel: Kernel, robot: Robot, program: Program, dtype: str) -> dic
         robot: the robot.
         program: the program of the kernel.
         dtype: double or float.
+        prefix: prefix of the package's names.
     """
     values = robot.values()
     word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
@@ -67,7 +71,7 @@ def loop_data(kernel: Kernel, robot: Robot, program: Program, dtype: str) -> dic
     joints = len(robot.joints)
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
-    places = _Places(tuple(name for name, _ in program.state), robot.n == joints)
+    places = _Places(tuple(name for name, _ in program.state), robot.n == joints, robot.n - 1)
     sweeps = [
         [_body(sweep, kind, tape, dtype, places) for kind, tape in sweep.bodies]
         for sweep in program.sweeps
@@ -90,6 +94,8 @@ def loop_data(kernel: Kernel, robot: Robot, program: Program, dtype: str) -> dic
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "zero": number(sp.S.Zero),
         "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
+        "guards": kernel.guards,
+        "status": status(kernel, dtype, prefix) if kernel.guards else [],
         "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
         "sweeps": [
             {"doc": sweep.doc, "inward": sweep.inward, "bodies": bodies}
@@ -110,10 +116,12 @@ class _Places:
     Attributes:
         state: names of the arrays of the program's state.
         plain: whether every joint of the file has a variable.
+        last: place of the last variable.
     """
 
     state: tuple[str, ...]
     plain: bool
+    last: int
 
     def of(self, name: str, entry: int) -> str:
         """Return an entry of the row of an array or a table."""
@@ -123,6 +131,8 @@ class _Places:
             return f"{name}[j]"
         if name.endswith(UP):
             return f"{name.removesuffix(UP)}[{entry}][up]"
+        if name == "guard":  # from the tips
+            return f"guard[{self.last}u - {'j' if self.plain else 'variable[j]'}]"
         if name in self.state:
             return f"{name}[{entry}][j + 1u]"
         return f"{name}[j]" if self.plain else f"{name}[variable[j]]"
@@ -135,7 +145,7 @@ def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> 
         if at < len(tape.outputs):
             outputs.append(Output(name, (count,)))
         at += count
-    printer = _BodyPrinter(Kernel(sweep.name, sweep.doc, tape, tuple(outputs)), dtype, places)
+    printer = _BodyPrinter(Kernel("", sweep.doc, tape, tuple(outputs)), dtype, places)
     function = printer.function()
     up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
     return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}

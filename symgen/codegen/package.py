@@ -478,7 +478,7 @@ class _Writer:
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
-            "loops": rolled and loop_data(kernel, robot, rolled, self.dtype),
+            "loops": rolled and loop_data(kernel, robot, rolled, self.dtype, self.name),
             "body": function.body,
             "parts": in_parts(function.body, names),
             "dtype": self.dtype,

@@ -18,11 +18,18 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Joint, Robot
+from symgen.symbolic.articulated import (
+    Articulated,
+    Driven,
+    accelerated,
+    released,
+    rigid,
+)
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
 from symgen.symbolic.motion import REAL, Motion, handed_back, passed
-from symgen.symbolic.spatial import ZERO, Shift, Turn, acting, axis
+from symgen.symbolic.spatial import UPPER, ZERO, Shift, Turn, acting, axis, matrix, symmetric
 from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
 
 #: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
@@ -30,7 +37,9 @@ UP = "_up"
 #: Constants of a joint's transform.
 GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
 #: Names of arrays and tables in the sources, which no step may have.
-RESERVED = ARGUMENTS | set("c s j v geometry body motion wrench antecedent kind variable".split())
+RESERVED = ARGUMENTS | set(
+    "c s up i geometry body antecedent kind variable theta turns row column".split()
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +68,6 @@ class Sweep:
     """Steps that every joint applies, from the base to the tips or back.
 
     Attributes:
-        name: a verb for the sources.
         doc: what it computes.
         inward: from the tips to the base.
         bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
@@ -68,7 +76,6 @@ class Sweep:
             adds.
     """
 
-    name: str
     doc: str
     inward: bool
     bodies: tuple[tuple[Kind, Tape], ...]
@@ -142,40 +149,136 @@ def inverse_dynamics(
         out: name of the output.
     """
     table = _Table.of(robot, base)
+    size = 9 if moving else 3
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
-        before = at.rows(f"motion{UP}", 9 if moving else 3)
-        w, dw = (before[:3], before[3:6]) if moving else (ZERO, ZERO)
-        speed, faster = at.rate("qd", moving), at.rate("qdd", accelerating)
-        rates = speed, speed, faster
-        now = passed(Motion(w, dw, before[-3:], w), at.step(speed), rates, REAL, at.tape)
-        f, n = at.inertia.wrench(now, 0, at.tape)
-        return (*now.w, *now.dw, *now.a, *f, *n) if moving else (*now.a, *f, *n)
+        return _wrenched(at, size, accelerating)
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
-        wrench = at.rows("wrench", 6)
-        screw = wrench[:3], wrench[3:]
-        f, n = handed_back(screw, at.step(sp.S.Zero), "b", at.tape)
-        if not at.moves:
-            return (*f, *n)
-        torque = acting(screw, axis(at.kind.sigma))
-        torque += at.value(names.ROTOR) * at.rate("qdd", accelerating)
-        if moving:
-            torque += at.friction()
-        return (*f, *n, torque)
+        back, torque = _torque(at, moving, accelerating)
+        return (*back, *torque)
 
-    size = 9 if moving else 3
-    gravity = (*[sp.S.Zero] * (size - 3), *(-g for g in robot.gravity))
+    sweeps = (
+        table.sweep("Motion and wrench of each body.", outward, ("motion", size), ("wrench", 6)),
+        table.sweep(
+            "Torque of each joint, and the wrench on the body before it.",
+            inward,
+            (f"wrench{UP}", 6),
+            (out, 1),
+            inward=True,
+        ),
+    )
+    return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
+
+
+def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
+    """Return forward dynamics by articulated bodies as three sweeps.
+
+    Motions and wrenches without accelerations go outward, articulated bodies inward, and
+    accelerations outward.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        return (*_wrenched(at, 9, accelerating=False), *_entries(rigid(at.inertia)))
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        step, own = at.step(sp.S.Zero), _articulated(at.rows("articulated", 27))
+        back, torque = _torque(at, moving=True, accelerating=False)
+        pivot: list[sp.Expr] = []
+        driven: list[sp.Expr] = []
+        if at.moves:
+            right = at.tape.name("b", at.rows("tau", 1)[0] - torque[0])
+            guard, joint, own = released(at.tape, step, own, at.value(names.ROTOR), right)
+            pivot, driven = [guard], [*joint.n, *joint.f, joint.driven]
+        for motion in reversed(step.way):
+            own = own.before(motion, at.tape)
+        return (*back, *_entries(own), *driven, *pivot)
+
+    def accelerations(at: _Template) -> Sequence[sp.Expr]:
+        before, driven = at.rows(f"acceleration{UP}", 6), at.rows("driven", 7)
+        own = Driven(driven[:3], driven[3:6], sp.S.One, driven[6]) if at.moves else None
+        twist = before[:3], before[3:]
+        (w, v), found = accelerated(at.tape, at.step(sp.S.Zero), own, twist)
+        return (*w, *v, *([] if found is None else [found]))
+
     sweeps = (
         table.sweep(
-            "outward", "Motion and wrench of a body.", outward, ("motion", size), ("wrench", 6)
+            "Motion and wrench of each body without accelerations, and the body alone.",
+            outward,
+            ("motion", 9),
+            ("wrench", 6),
+            ("articulated", 27),
         ),
         table.sweep(
-            "inward", "Torque of a joint, and the wrench on the body before it.", inward,
-            (f"wrench{UP}", 6), (out, 1), inward=True,
+            "What drives each joint, and the articulated body that the body before it carries.",
+            inward,
+            (f"wrench{UP}", 6),
+            (f"articulated{UP}", 27),
+            ("driven", 7),
+            ("guard", 1),
+            inward=True,
         ),
-    )  # fmt: skip
-    return table.program((("motion", gravity), ("wrench", (sp.S.Zero,) * 6)), sweeps)
+        table.sweep(
+            "Acceleration of each body and joint.", accelerations, ("acceleration", 6), ("qdd", 1)
+        ),
+    )
+    sizes = {"wrench": 6, "articulated": 27, "driven": 7, "acceleration": 6}
+    zeros = ((name, _zeros(size)) for name, size in sizes.items())
+    return table.program((_base_motion(robot, 9), *zeros), sweeps)
+
+
+def _zeros(count: int) -> tuple[sp.Expr, ...]:
+    return (sp.S.Zero,) * count
+
+
+def _base_motion(robot: Robot, size: int) -> tuple[str, tuple[sp.Expr, ...]]:
+    """Return the motion of the base: it accelerates against gravity."""
+    return "motion", (*_zeros(size - 3), *(-g for g in robot.gravity))
+
+
+def _wrenched(at: _Template, size: int, accelerating: bool) -> Sequence[sp.Expr]:
+    """Return the motion of a body, of 9 entries or at rest of 3, and the wrench that it needs."""
+    before, moving = at.rows(f"motion{UP}", size), size == 9
+    w, dw = (before[:3], before[3:6]) if moving else (ZERO, ZERO)
+    speed, faster = at.rate("qd", moving), at.rate("qdd", accelerating)
+    rates = speed, speed, faster
+    now = passed(Motion(w, dw, before[-3:], w), at.step(speed), rates, REAL, at.tape)
+    f, n = at.inertia.wrench(now, 0, at.tape)
+    return (*now.w, *now.dw, *now.a, *f, *n) if moving else (*now.a, *f, *n)
+
+
+def _torque(
+    at: _Template, moving: bool, accelerating: bool
+) -> tuple[Sequence[sp.Expr], Sequence[sp.Expr]]:
+    """Return the wrench on the body before, and the torque of the joint unless it is fixed."""
+    wrench = at.rows("wrench", 6)
+    screw = wrench[:3], wrench[3:]
+    f, n = handed_back(screw, at.step(sp.S.Zero), "b", at.tape)
+    if not at.moves:
+        return (*f, *n), ()
+    torque = acting(screw, axis(at.kind.sigma))
+    torque += at.value(names.ROTOR) * at.rate("qdd", accelerating)
+    return (*f, *n), (torque + at.friction() if moving else torque,)
+
+
+def _entries(body: Articulated) -> Sequence[sp.Expr]:
+    """Return the 27 numbers of an articulated body without what drives its joints."""
+    J, M = ([a[i][k] for i, k in UPPER] for a in (body.J, body.M))
+    return (*J, *(x for row in body.H for x in row), *M, *body.n, *body.f)
+
+
+def _articulated(entries: Symbols) -> Articulated:
+    """Return the articulated body of these numbers."""
+    J, M = (
+        symmetric(dict(zip(UPPER, part, strict=True))) for part in (entries[:6], entries[15:21])
+    )
+    H = matrix(lambda i, k: entries[6 + 3 * i + k])
+    return Articulated(J, H, M, entries[21:24], entries[24:])
 
 
 @dataclass(frozen=True)
@@ -218,7 +321,6 @@ class _Table:
 
     def sweep(
         self,
-        name: str,
         doc: str,
         derive: Callable[[_Template], Sequence[sp.Expr]],
         *written: tuple[str, int],
@@ -229,7 +331,7 @@ class _Table:
         for kind in dict.fromkeys(self.kinds):
             at = _Template(self, kind)
             bodies.append((kind, at.close(derive(at))))
-        return Sweep(name, doc, inward, tuple(bodies), written)
+        return Sweep(doc, inward, tuple(bodies), written)
 
     def program(
         self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]

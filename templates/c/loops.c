@@ -79,6 +79,9 @@
 {% for array, base in k.loops.state %}
     {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + 1 }}];
 {% endfor %}
+{% if k.loops.guards %}
+    {{ k.dtype }} guard[{{ k.loops.guards }}];
+{% endif %}
 {% for array, base in k.loops.state %}
 {% for value in base %}
     {{ array }}[{{ loop.index0 }}][0] = {{ value }};
@@ -144,6 +147,9 @@
         }
 {% endif %}
     }
+{% endfor %}
+{% for line in k.loops.status %}
+    {{ line }}
 {% endfor %}
 }
 {% if k.loop %}
