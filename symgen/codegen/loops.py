@@ -15,19 +15,21 @@ from symgen.codegen.kernels import Kernel, Output
 from symgen.robot.types import Robot
 from symgen.symbolic import rolled
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.rolled import UP, Kind, Program, Sweep
+from symgen.symbolic.rolled import UP, Kind, Pairs, Program, Sweep
 from symgen.symbolic.tape import Tape
 
 #: Whether kernels that have a program are loops.
 CHOICES = ("auto", "always", "never")
-#: Number of joints from which "auto" takes loops (docs/scaling.md, "Large trees").
-MANY = 15
+#: Number of joints from which "auto" takes loops, and that of other kernels: there, they gain as
+#: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
+MANY, MANY_OF = 15, {"mass_matrix": 40}
 _LINE, _ANGLES = 92, 4
 #: Kernels that have a program.
 PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
     "gravity_torque": partial(rolled.inverse_dynamics, accelerating=False, moving=False),
     "forward_dynamics": rolled.forward_dynamics,
+    "mass_matrix": rolled.mass_matrix,
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
 }
 
@@ -41,10 +43,11 @@ def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> 
         base: its base parameters.
         choice: one of CHOICES.
     """
-    wanted = choice == "always" or (choice == "auto" and robot.n >= MANY)
+    wanted = choice == "always" or (choice == "auto" and robot.n >= MANY_OF.get(kernel.name, MANY))
     if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
         return None
-    return PROGRAMS[kernel.name](robot, base)
+    found = PROGRAMS[kernel.name](robot, base)
+    return found if found.pairs is None or robot.n == len(robot.joints) else None
 
 
 def loop_data(
@@ -94,6 +97,7 @@ def loop_data(
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "zero": number(sp.S.Zero),
         "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
+        "pairs": program.pairs and _pairs(program.pairs, robot, dtype),
         "guards": kernel.guards,
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
         "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
@@ -149,6 +153,36 @@ def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> 
     function = printer.function()
     up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
     return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+
+
+def _pairs(pairs: Pairs, robot: Robot, dtype: str) -> dict[str, Any]:
+    """Return the data of a template of two bodies."""
+    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (1,)),))
+    first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
+    for joint in robot.joints:
+        neighbour = first and joint.antecedent == joint.number - 1
+        first.append(first[-1] if neighbour else joint.number)
+    return {
+        "doc": pairs.doc,
+        "matrix": pairs.matrix,
+        "diagonal": pairs.diagonal,
+        "first": _lines(f"{row}u" for row in first),
+        "whole": len(set(first)) == 1,
+        "body": _PairPrinter(kernel, dtype).function().body,
+    }
+
+
+class _PairPrinter(Printer):
+    """Writes the entry of joint j and of the joint with row u of the state."""
+
+    def __init__(self, kernel: Kernel, dtype: str) -> None:
+        super().__init__(kernel, {}, {}, dtype)
+        for name, symbols in kernel.tape.inputs:
+            array, row = (name.removesuffix(UP), "u" if name.endswith(UP) else "j + 1u")
+            self.word |= {symbol: f"{array}[{i}][{row}]" for i, symbol in enumerate(symbols)}
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return super().stored(place.replace("[0]", "[i]"), result)
 
 
 class _BodyPrinter(Printer):

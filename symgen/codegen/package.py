@@ -110,7 +110,7 @@ def generate(
             ends in f, so that one program can link both packages.
         values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
         loops: whether single calls in C are loops over the joints instead of single statements:
-            "auto" (from 15 joints), "always" or "never". Only some kernels have loops, and only
+            "auto" (large robots), "always" or "never". Only some kernels have loops, and only
             robots without couplings, effects and joints that follow others.
 
     Raises:

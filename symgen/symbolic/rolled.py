@@ -29,7 +29,22 @@ from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
 from symgen.symbolic.motion import REAL, Motion, handed_back, passed
-from symgen.symbolic.spatial import UPPER, ZERO, Shift, Turn, acting, axis, matrix, symmetric
+from symgen.symbolic.placement import moved_place
+from symgen.symbolic.spatial import (
+    UPPER,
+    ZERO,
+    Shift,
+    Turn,
+    acting,
+    axis,
+    cross,
+    matrix,
+    named,
+    plus,
+    scaled,
+    symmetric,
+    unit,
+)
 from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
 
 #: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
@@ -83,6 +98,24 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Pairs:
+    """Steps for each body j and each body `up` on its way to the base, itself included.
+
+    Attributes:
+        doc: what they compute.
+        body: the template of two bodies. Its output is the entry of `matrix` for both, which is
+            symmetric.
+        matrix: name of the output.
+        diagonal: column of the parameters that is added to the diagonal, if any body has it.
+    """
+
+    doc: str
+    body: Tape
+    matrix: str
+    diagonal: int | None
+
+
+@dataclass(frozen=True)
 class Program:
     """A kernel as sweeps.
 
@@ -95,6 +128,7 @@ class Program:
         places: for every entry of X, its row and column among the parameters of bodies.
         state: arrays with a row for the base and for each joint, and the row of the base.
         sweeps: in their order.
+        pairs: what follows them, if the kernel is a matrix.
     """
 
     kinds: tuple[Kind, ...]
@@ -105,6 +139,7 @@ class Program:
     places: tuple[tuple[int, int], ...]
     state: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
     sweeps: tuple[Sweep, ...]
+    pairs: Pairs | None = None
 
     @property
     def operations(self) -> Operations:
@@ -230,6 +265,72 @@ def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
     sizes = {"wrench": 6, "articulated": 27, "driven": 7, "acceleration": 6}
     zeros = ((name, _zeros(size)) for name, size in sizes.items())
     return table.program((_base_motion(robot, 9), *zeros), sweeps)
+
+
+def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
+    """Return the mass matrix: composite bodies, then the power of their forces on earlier joints.
+
+    Screws and forces are about the origin of frame 0 and in its axes, so that each entry is one
+    product.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        before = at.rows(f"place{UP}", 12)
+        place = tuple(before[3 * k : 3 * k + 3] for k in range(4))
+        for motion in at.step(sp.S.Zero).way:
+            place = moved_place(place, motion, at.tape)
+        z, origin = place[2:]
+        screw = (z, cross(origin, z)) if at.kind.sigma == names.REVOLUTE else (ZERO, z)
+        return (*(x for v in (*place, *screw) for x in v), *at.inertia.parameters.values())
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        body = Inertia.of(dict(zip(names.LINK, at.rows("composite", 10), strict=True)))
+        if names.MASS not in table.parameters:
+            body = replace(body, M=sp.S.Zero)
+        columns = at.rows("place", 12)
+        *axes, origin = (columns[3 * k : 3 * k + 3] for k in range(4))
+        lin, ang = (
+            named(plus(*map(scaled, part, axes)), letter, at.tape)
+            for part, letter in zip(body.momentum(axis(at.kind.sigma)), "fn", strict=True)
+        )
+        for motion in reversed(at.step(sp.S.Zero).way):
+            body = body.before(motion, 0, at.tape)
+        return (*body.parameters.values(), *lin, *plus(ang, cross(origin, lin)))
+
+    at = _Template(table, table.kinds[0])
+    screw, force = at.rows(f"screw{UP}", 6), at.rows("force", 6)
+    entry = acting((force[:3], force[3:]), (screw[:3], screw[3:]))
+    rotor = names.ROTOR
+    pairs = Pairs(
+        "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
+        at.close((entry,)),
+        "M",
+        table.parameters.index(rotor) if rotor in table.parameters else None,
+    )
+    sweeps = (
+        table.sweep(
+            "Place and screw of each joint in frame 0, and the body alone.",
+            outward,
+            ("place", 12),
+            ("screw", 6),
+            ("composite", 10),
+        ),
+        table.sweep(
+            "Force of each joint at unit acceleration, and the composite body before it.",
+            inward,
+            (f"composite{UP}", 10),
+            ("force", 6),
+            inward=True,
+        ),
+    )
+    unit_place = (*unit(0), *unit(1), *unit(2), *ZERO)
+    zeros = (("screw", _zeros(6)), ("composite", _zeros(10)), ("force", _zeros(6)))
+    return replace(table.program((("place", unit_place), *zeros), sweeps), pairs=pairs)
 
 
 def _zeros(count: int) -> tuple[sp.Expr, ...]:

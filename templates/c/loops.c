@@ -45,6 +45,14 @@
 {% endfor %}
     };
 {% endif %}
+{% if k.loops.pairs %}
+    /* Row of the first of the neighbours on the way from the base that end at each joint. */
+    static const unsigned char first[{{ k.loops.joints }}] = {
+{% for line in k.loops.pairs.first %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
     /* Angle of each joint about z, to which q of a revolute joint is added; up to a multiple of four. */
     static const {{ k.dtype }} theta[{{ k.loops.angles }}] = {
 {% for line in k.loops.theta %}
@@ -77,7 +85,7 @@
     {{ k.dtype }} s[{{ k.loops.angles }}];
     {{ k.dtype }} body[{{ k.loops.joints }}][{{ k.loops.parameters | length }}];
 {% for array, base in k.loops.state %}
-    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + 1 }}];
+    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + (5 if k.loops.pairs else 1) }}];
 {% endfor %}
 {% if k.loops.guards %}
     {{ k.dtype }} guard[{{ k.loops.guards }}];
@@ -148,6 +156,41 @@
 {% endif %}
     }
 {% endfor %}
+{% if k.loops.pairs %}
+{% set n = k.loops.joints %}
+{% set matrix = k.loops.pairs.matrix %}
+{% if not k.loops.pairs.whole %}
+    for (size_t i = 0u; i < {{ n * n }}u; ++i) {
+        {{ matrix }}[i] = {{ k.loops.zero }};
+    }
+{% endif %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
+        /* {{ k.loops.pairs.doc }} */
+        size_t last = j + 1u;
+        while (last != 0u) {
+            for (size_t b = first[last - 1u]; b <= last; b += 4u) {
+                {{ k.dtype }} entry[4];
+                for (size_t i = 0u; i < 4u; ++i) {
+                    const size_t u = b + i;
+{% for line in k.loops.pairs.body %}
+                    {{ line }}
+{% endfor %}
+                }
+                for (size_t i = 0u; (i < 4u) && ((b + i) <= last); ++i) {
+                    const size_t u = (b + i) - 1u;
+                    {{ matrix }}[(j * {{ n }}u) + u] = entry[i];
+                    {{ matrix }}[(u * {{ n }}u) + j] = entry[i];
+                }
+            }
+            last = antecedent[first[last - 1u] - 1u];
+        }
+    }
+{% if k.loops.pairs.diagonal is not none %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
+        {{ matrix }}[j * {{ n + 1 }}u] += body[j][{{ k.loops.pairs.diagonal }}];
+    }
+{% endif %}
+{% endif %}
 {% for line in k.loops.status %}
     {{ line }}
 {% endfor %}

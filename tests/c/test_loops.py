@@ -42,7 +42,7 @@ def loaded(folder: Path) -> ctypes.CDLL:
 @pytest.mark.parametrize("name", sampled([n for n in LARGE if n != "chain7"], 1, ["humanoid"]))
 def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: Path) -> None:
     arm = LARGE[name]
-    model = written(to_toml(arm, name, FRICTION), tmp_path / "package")
+    model = written(to_toml(arm, name, FRICTION), tmp_path / "package", loops="always")
     links, rotors = random_parameters(arm, 5)
     values = dict.fromkeys((p.name for p in model.base.standard), 0.0)
     for j, (link, rotor) in enumerate(zip(links, rotors, strict=True), 1):
@@ -55,7 +55,7 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
     library = loaded(tmp_path)
 
     def called(kernel: str, *states: np.ndarray) -> np.ndarray:
-        out = np.full(arm.n, np.nan)
+        out = np.full((arm.n, arm.n) if kernel == "mass_matrix" else arm.n, np.nan)
         given = (*states, X, out)
         getattr(library, f"{name}_{kernel}")(*(a.ctypes.data_as(ctypes.c_void_p) for a in given))
         return out
@@ -67,6 +67,7 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
             (called("inverse_dynamics", q, qd, qdd), witness.inverse_dynamics(q, qd, qdd)),
             (called("bias_torque", q, qd), witness.inverse_dynamics(q, qd, zero)),
             (called("gravity_torque", q), witness.inverse_dynamics(q, zero, zero)),
+            (called("mass_matrix", q), witness.mass_matrix(q)),
         ):
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
         accelerations = called("forward_dynamics", q, qd, qdd)  # qdd: torques
@@ -77,6 +78,8 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
 
 def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
     model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package")
+    texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in PROGRAMS}
+    assert {k for k, text in texts.items() if "size_t j" not in text} == {"mass_matrix"}
     library = loaded(tmp_path)
     X = np.array(physical_parameters(model, random.Random(2)))
     rng, out = np.random.default_rng(2), np.zeros(15)
@@ -91,7 +94,7 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
     """The check program of a package compares them with values of the straight-line tapes."""
     sharp = 'friction = ["coulomb"'
     for seed, dtype, gravity in ((3, "double", False), (8, "float", True)):
-        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True)
+        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
         text = to_toml(arm, "arm", FRICTION)
         text = text.replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
         if gravity:
