@@ -1,7 +1,7 @@
 """Faults put into the code one at a time, and whether its quick tests see them.
 
-    python tests/mutants.py GROUP COUNT [--seed WORD]
-    python tests/mutants.py GROUP 0 --at PLACE...
+    python tests/mutants.py GROUP COUNT [--seed WORD] [--reached FILE]
+    python tests/mutants.py GROUP 0 --at PLACE... [--reached FILE]
     python tests/mutants.py --again GROUP PLACE TEST...
 
 Prints a line for each mutant of the group, COUNT of them drawn at random, or those at some PLACES
@@ -9,8 +9,8 @@ among all: killed, and by which test, or survived. `--again` shows a mutant to o
 copied into a folder of its own.
 Libraries are imported once, and every mutant runs in a fork of that process. All tests run once
 without a change, and which lines each one reaches is noted: a mutant is shown to the tests that
-reach it, the quickest first, up to the first that fails. Of the group "project", all of symgen/, a
-mutant is shown to the quick tests of its folder, which stand in FOLDERS.
+reach it, the quickest first, up to the first that fails. `--reached` keeps what they reach in a
+file: for the group "project", all of symgen/, they take a quarter of an hour.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ import traceback
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -41,6 +40,9 @@ SECONDS, TIMES = 60.0, 20.0
 #: The quickest tests that reach it, of so many seconds in all, are shown to a mutant.
 SHOWN = 25.0
 _PASSED = "passed"
+#: Folders of tests that show mutants of the whole project, and the longest of their files, s.
+_READING = ("generated", "identities", "reference", "robustness", "unit", "workflow")
+LONG = 35.0
 
 _S, _E = "symgen/symbolic/", "symgen/estimation/"
 
@@ -51,6 +53,15 @@ def _importing(package: str) -> list[str]:
         p for part in ("unit", "reference") for p in (PROJECT / "tests" / part).glob("*.py")
     )
     return [p.relative_to(PROJECT).as_posix() for p in paths if package in p.read_text("utf-8")]
+
+
+def _of_a_file_up_to(seconds: float) -> list[str]:
+    """Return the files of tests, without those of emitted C, that take so many seconds at most."""
+    known = json.loads((PROJECT / "tests" / "durations.json").read_text("utf-8"))
+    files = {name: taken for name, taken in known.items() if "::" not in name}
+    del files["robustness/test_mutation.py"]
+    return [f"tests/{name}" for name, taken in files.items()
+            if name.split("/")[0] in _READING and taken <= seconds]  # fmt: skip
 
 
 #: Group: what is changed, and the tests that look.
@@ -74,26 +85,11 @@ GROUPS: dict[str, tuple[list[str], list[str]]] = {
     "score": (
         ["symgen/estimation/predictive_score.py"], ["tests/unit/test_predictive_score.py"]
     ),
+    "project": (
+        sorted(p.relative_to(PROJECT).as_posix() for p in (PROJECT / "symgen").rglob("[a-z]*.py")),
+        _of_a_file_up_to(LONG),
+    ),
 }  # fmt: skip
-#: The whole project: each mutant is shown to the quick tests of its folder alone.
-WHOLE = "project"
-#: Folder: tests that docs/contributing.md names for it, those that take about a minute at most.
-FOLDERS = {
-    "robot": ["unit/test_par.py", "robustness/test_bad_robots.py"],
-    "data": ["unit/test_log.py", "unit/test_recorders.py", "unit/test_mask.py"],
-    "symbolic": ["unit/test_tape.py", "reference/test_base_parameters.py"],
-    "codegen": ["unit/test_derivations.py", "unit/test_parts.py", "generated"],
-    "runtime": ["unit/test_evaluator.py", "unit/test_panels.py", "unit/test_build.py"],
-    "estimation": ["reference/test_estimators.py", "workflow/test_uses.py"],
-    "identification": ["reference/test_estimators.py", "workflow/test_uses.py"],
-    "faults": ["unit/test_repairs.py", "unit/test_speeds.py", "workflow/test_causes.py"],
-    "diagnosis": ["workflow/test_diagnose_cli.py"],
-    "experiment": ["unit/test_trajectory.py", "workflow/test_simulate.py"],
-    "report": ["reference/test_schemas.py", "workflow/test_report.py"],
-    "cli": ["unit/test_again.py", "robustness/test_bad_cli.py"],
-}
-_ELSEWHERE = ["reference/test_schemas.py", "robustness/test_folders.py"]
-
 _OTHER: dict[type[ast.AST], type[ast.AST]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq,
     ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
@@ -186,10 +182,8 @@ def nodes_of(tree: ast.Module) -> list[ast.AST]:
 
 def places(group: str) -> list[tuple[str, int]]:
     """Return every place of a group that can be changed: a file, and the number of a node in it."""
-    every = sorted((PROJECT / "symgen").rglob("[a-z]*.py"))
-    whole = [p.relative_to(PROJECT).as_posix() for p in every]
     out = []
-    for file in whole if group == WHOLE else GROUPS[group][0]:
+    for file in GROUPS[group][0]:
         nodes = nodes_of(ast.parse((PROJECT / file).read_text("utf-8")))
         out += [(file, k) for k, node in enumerate(nodes) if changed(node)]
     return out
@@ -341,8 +335,10 @@ class Copy:
             shutil.copytree(PROJECT / name, folder / name, ignore=ignored)
         shutil.copy(PROJECT / "pyproject.toml", folder)
 
-    def reached(self, files: Sequence[str], tests: Sequence[str]) -> Reached:
-        """Return what tests reach of files.
+    def reached(
+        self, files: Sequence[str], tests: Sequence[str], kept: Path | None = None
+    ) -> Reached:
+        """Return what tests reach of files, from the file where that is kept.
 
         Raises:
             AssertionError: the tests fail without any change.
@@ -352,14 +348,19 @@ class Copy:
             plugin = _Recorder([self.folder / f for f in files])
             failed = _tested(self.folder, tests, plugin, unchanged=True)
             found = plugin.found
-            lines = [[f, k, sorted(tests)] for (f, k), tests in found.lines.items()]
+            lines = [[Path(f).relative_to(self.folder).as_posix(), k, sorted(tests)]
+                     for (f, k), tests in found.lines.items()]  # fmt: skip
             return json.dumps([failed, found.seconds, lines])
 
-        failed, seconds, lines = json.loads(_in_fork(run, 3600.0))
+        known = kept is not None and kept.exists()
+        said = kept.read_text("utf-8") if kept and known else _in_fork(run, 3600.0)
+        failed, seconds, lines = json.loads(said)
         assert failed == _PASSED, f"without any change: {failed}"
+        if kept and not known:
+            kept.write_text(said, "utf-8")
         out = Reached(seconds)
         for file, k, tests_ in lines:
-            out.lines[Path(file).relative_to(self.folder).as_posix(), k] |= set(tests_)
+            out.lines[file, k] |= set(tests_)
         return out
 
     def failing(self, found: Mutant, text: str, tests: Sequence[str], seconds: float) -> str:
@@ -376,8 +377,13 @@ class Copy:
         return "" if said == _PASSED else said or "the process died"
 
 
-def tried(group: str, chosen: Sequence[int]) -> Iterator[Mutant]:
+def tried(group: str, chosen: Sequence[int], kept: Path | None = None) -> Iterator[Mutant]:
     """Yield the mutants of some places, after the tests that reach them have run.
+
+    Args:
+        group: of GROUPS.
+        chosen: the places.
+        kept: file that holds what the tests reach; it is written where it is absent.
 
     Raises:
         AssertionError: the tests fail without any change.
@@ -386,34 +392,13 @@ def tried(group: str, chosen: Sequence[int]) -> Iterator[Mutant]:
     every = places(group)
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(Path(folder).resolve())
-        reached = copy.reached(files, tests)
+        reached = copy.reached(files, tests, kept)
         for place in chosen:
             found, text = mutant(place, *every[place])
             known = reached.tests(found.file, *_statement(found.file, found.line))
             seconds = SECONDS + TIMES * sum(reached.seconds[t] for t in known)
             found.killed_by = copy.failing(found, text, known, seconds)
             found.seconds = round(reached.seconds.get(found.killed_by, 0.0), 2)
-            yield found
-
-
-def tried_by_folder(chosen: Sequence[int]) -> Iterator[Mutant]:
-    """Yield the mutants of some places of the whole project, shown to the tests of their folder.
-
-    Raises:
-        AssertionError: the tests fail without any change.
-    """
-    every, sound = places(WHOLE), set[tuple[str, ...]]()
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Copy(Path(folder).resolve())
-        for place in chosen:
-            found, text = mutant(place, *every[place])
-            tests = [f"tests/{t}" for t in FOLDERS.get(found.file.split("/")[1], _ELSEWHERE)]
-            if tuple(tests) not in sound:
-                run = partial(_tested, copy.folder, tests, _First(), unchanged=True)
-                failed = _in_fork(run, 3600.0)
-                assert failed == _PASSED, f"without any change: {failed}"
-                sound.add(tuple(tests))
-            found.killed_by = copy.failing(found, text, tests, 60 * SECONDS)
             yield found
 
 
@@ -438,10 +423,11 @@ def again(killed: Sequence[tuple[str, str, str]]) -> Iterator[Mutant]:
 def main() -> None:
     """Try the mutants that the command line asks for."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("group", choices=[*GROUPS, WHOLE], nargs="?")
+    parser.add_argument("group", choices=GROUPS, nargs="?")
     parser.add_argument("count", type=int, nargs="?", default=0)
     parser.add_argument("--seed", default="1")
     parser.add_argument("--at", type=int, nargs="*", default=())
+    parser.add_argument("--reached", type=Path)
     parser.add_argument("--again", nargs=3, action="append", metavar=("GROUP", "PLACE", "TEST"))
     asked = parser.parse_args()
     sys.dont_write_bytecode = True
@@ -457,7 +443,7 @@ def main() -> None:
         draw = random.Random(f"{asked.group} {asked.seed}")
         # In any order, so that those that were tried when somebody stops it are a sample, too.
         chosen = asked.at or draw.sample(range(len(places(asked.group))), asked.count)
-        found = tried_by_folder(chosen) if asked.group == WHOLE else tried(asked.group, chosen)
+        found = tried(asked.group, chosen, asked.reached)
     for m in found:
         print(json.dumps(asdict(m)), flush=True)
 

@@ -24,6 +24,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, motion_folds
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
@@ -146,7 +147,8 @@ class Baseline:
         logs = tuple(undo_faults(log, faults)[0] for log in self.base.logs)
         base = whitened(logs, self.base.W, self.base.y)
         out = replace(self, base=base, X=self.X if self.given else estimated(base).X)
-        out.__dict__["_folds"] = self._folds
+        for same in ("_folds", "features"):
+            out.__dict__[same] = getattr(self, same)
         return out
 
     def score(
@@ -163,6 +165,17 @@ class Baseline:
         size = misfit * self.base.size
         rests = None if accepted is None else self._rests(found, accepted)
         return PredictiveScore(found.W, left, found.moves, found.sigma, self._folds, size, rests)
+
+    def beside_misfit(self, found: WhitenedSystem, misfit: float) -> MisfitEvidence:
+        """Return what says whether columns beside `found` are more than misfit.
+
+        Args:
+            found: the equations, with the columns of the effects that were accepted so far.
+            misfit: model error to expect, as a part of a joint's torque.
+        """
+        left = found.y - found.W @ found.X
+        size, random = misfit * self.base.size, np.concatenate(self.features)
+        return MisfitEvidence(found.W, left, found.moves, found.sigma, random, size)
 
     @cached_property
     def _resting(self) -> RestingLogs | None:

@@ -160,6 +160,7 @@ class Score:
         columns: by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
         evidence: score with the effect minus score without it.
+        rests: part of the evidence that is of rests.
         left: (n,) held-out variance of each joint with the effect.
         worth: reduction of the held-out error as a part of the joint's torque, from squares.
         gain: share of the held-out sum of squares of its joints that it explains.
@@ -175,6 +176,7 @@ class Score:
     columns: Columns
     odds: float = 0.0
     evidence: float = 0.0
+    rests: float = 0.0
     left: FloatArray = field(default_factory=lambda: np.zeros(0))
     worth: float = 0.0
     gain: float = 0.0

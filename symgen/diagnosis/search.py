@@ -5,19 +5,22 @@ prior:
 
     log-odds of an effect = score with it - score without + log(prior odds) + log(prior of its size)
 
-Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom.
-Effects are added one by one, and removed, while that raises the odds. An effect that lowers the
-held-out torque error of every joint by less than `least` is never named. Effects that explain the
-same form one class. The odds give the probability of each of its names. A short span with an error
-of its own (`symgen.estimation.events`) competes as a contact; the other effects then compete on the
-other rows.
+Constants on a grid are marginalised. Sizes have a Student t prior with 3 degrees of freedom. An
+effect competes with two models: the one without it, and that with a misfit of any shape
+(`symgen.estimation.misfit_evidence`). The more probable of the two decides. Effects are added one
+by one, and removed, while that raises the odds. An effect that lowers the held-out torque error of
+every joint by less than `least` is never named. Effects that explain the same form one class. The
+odds give the probability of each of its names. A short span with an error of its own
+(`symgen.estimation.events`) competes as a contact; the other effects then compete on the other
+rows.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -30,6 +33,7 @@ from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained
 from symgen.distributed import Say, silent
+from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import (
     LEAST,
     MISFIT,
@@ -77,12 +81,19 @@ class _Stage:
         score: the predictive score for candidates beside it.
         seen: gives columns of candidates.
         keys: names and joints of the effects.
+        of_misfit: makes `beside_misfit`.
     """
 
     system: WhitenedSystem
     score: PredictiveScore
     seen: Seen
     keys: frozenset[Key]
+    of_misfit: Callable[[], MisfitEvidence]
+
+    @cached_property
+    def beside_misfit(self) -> MisfitEvidence:
+        """What says whether candidates are more than misfit."""
+        return self.of_misfit()
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +160,7 @@ class Search:
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
             options = self._options(stage)
-            best = next((s for s in options if s.odds > 0 and s.worth >= self.least), None)
+            best = self._best(stage, options)
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
             if own is not None and (best is None or own.odds > best.odds):
@@ -238,7 +249,8 @@ class Search:
         system = self.baseline.beside(accepted)
         keys = frozenset(s.candidate.key for s in accepted)
         score = self.baseline.score(system, self.misfit, accepted)
-        return _Stage(system, score, self.baseline.seen(system), keys)
+        misfit = partial(self.baseline.beside_misfit, system, self.misfit)
+        return _Stage(system, score, self.baseline.seen(system), keys, misfit)
 
     def _options(self, stage: _Stage, joints: frozenset[int] | None = None) -> list[Score]:
         """Return every effect that may be added to a stage, the most probable first.
@@ -335,8 +347,10 @@ class Search:
         gain = float(np.sum((fell / base**2)[joints])) / max(was, 1e-300)
         torque = float(np.max(fit.torque))
         worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
-        odds = evidence + prior
-        return Score(candidate, columns, odds, evidence, fit.left, worth, gain, torque, turned)
+        odds, rests = evidence + prior, fit.rests - alone.rests
+        return Score(
+            candidate, columns, odds, evidence, rests, fit.left, worth, gain, torque, turned
+        )
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
         """Whether a coefficient has a physically impossible sign."""
@@ -345,6 +359,39 @@ class Search:
         size = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns.values()], axis=0))
         told = (size * fit.coefficients)[: len(candidate.definition.linear)]
         return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
+
+    def _best(self, stage: _Stage, options: Sequence[Score]) -> Score | None:
+        """Return the most probable effect that matters; None if none is probable.
+
+        Effects are asked in the order of their odds, as long as the misfit, which only lowers them,
+        may leave them the most probable.
+        """
+        best, left = None, 0.0
+        for s in options:
+            if s.odds <= left:
+                break
+            if s.worth >= self.least and (own := self._doubted(stage, s)).odds > left:
+                best, left = own, own.odds
+        return best
+
+    def _doubted(self, stage: _Stage, s: Score) -> Score:
+        """Return an effect with the odds that a misfit of any shape leaves it."""
+        shown = stage.beside_misfit.of(s.columns, self._units(stage, s))
+        lost = max(s.evidence - s.rests - shown, 0.0)
+        return replace(s, odds=s.odds - lost, evidence=s.evidence - lost)
+
+    def _units(self, stage: _Stage, s: Score) -> FloatArray:
+        """Return the expected coefficients of an effect, (m,)."""
+        sizes, weight = self._sizes(s.candidate), stage.system.moves
+        squares = [
+            np.sum((c * weight[:, [j]]) ** 2, axis=0) / np.sum(weight[:, j] ** 2) / sizes[j] ** 2
+            for j, c in s.columns.items()
+            if weight[:, j].any()
+        ]
+        largest = np.sqrt(np.max(squares, axis=0, initial=0.0))
+        units = 1 / np.where(largest > 0, largest, 1.0)
+        known = s.candidate.scales or ()
+        return np.asarray([*known, *units[len(known) :]])
 
     def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
         """Return the simplest effect of the class of the best one: the first by `_plainness`.
@@ -366,7 +413,8 @@ class Search:
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
         fit = stage.score.beside(columns, self._expected(own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
-        return replace(found, odds=found.odds - np.log(self._grid(own.candidate)) / 2)
+        odds = found.odds - np.log(self._grid(own.candidate)) / 2
+        return self._doubted(stage, replace(found, odds=odds))
 
     def _grid(self, candidate: Candidate) -> int:
         if self.expressions is not None and candidate.name == UNNAMED:
@@ -403,7 +451,7 @@ class Search:
                 other = explained(stage.system, s.columns)
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
-                    rivals.append((alike, s))
+                    rivals.append((alike, self._doubted(stage, s)))
             weight = softmax([again.odds, *(s.odds for _, s in rivals), 0.0])
             same = weight[0] + sum(
                 w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME

@@ -11,6 +11,7 @@ of all joints and what the others miss.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -24,6 +25,8 @@ from symgen.estimation.values import FloatArray
 _RANK = 1e-10  # of the products of W: eigenvalues below are zero
 _SHOWN = 1e-7  # of what functions show: less is rounding, or noise alone
 _SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
+#: Log of the density at zero of Student's t with 3 degrees of freedom, over the normal one.
+_STUDENT = math.log(2 / (math.pi * math.sqrt(3.0)) * math.sqrt(2 * math.pi))
 #: Variances of a misfit over that of noise, in the direction that shows most of it.
 _RATIOS = np.geomspace(1e-4, 1e6, 101)
 
@@ -146,9 +149,12 @@ def misfit_variances(
         u = F'(y - W X),    cov u = s^2 N D N' + V,    N = F'F - F'W A W'F
 
     with V from the noise of the joint and from the errors of X that it does not make itself, and D
-    one of the mixtures of smooth functions and friction, each as probable beforehand. s has the
-    half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that shows
-    most of it has as much of noise.
+    one of the mixtures of smooth functions and friction. Beside N, V is the unit matrix, and u has
+    independent shares along the left singular vectors of N. All are normal, or all have Student's t
+    with 3 degrees of freedom, of the same scales: a misfit in few waves of the state does not make
+    all the others as large. Each law and D is as probable beforehand. s has the half-Cauchy law
+    beforehand (Gelman 2006), with the size at which the direction of u that shows most of it has as
+    much of noise.
 
     Args:
         own: products of the joint.
@@ -174,7 +180,10 @@ def misfit_variances(
             continue  # a joint that stands has no friction
         z2, shown = (directions.T @ left) ** 2, np.square(shown)
         spread = 1 + np.outer(_RATIOS, shown / shown[0])
-        fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))
-        sizes.append(_RATIOS[:, None] / shown[0] * D)
+        logs, z2 = 0.5 * np.sum(np.log(spread), axis=1), z2 / spread
+        fits.append(-logs - 0.5 * np.sum(z2, axis=1))
+        fits.append(-logs - np.sum(2 * np.log1p(z2 / 3) - _STUDENT, axis=1))
+        scale = _RATIOS[:, None] / shown[0] * D
+        sizes += [scale, 3 * scale]  # variances
     likely = np.exp(fits - np.max(fits)) * np.sqrt(_RATIOS) / (1 + _RATIOS)
     return np.asarray(np.einsum("sr,srm->m", likely / likely.sum(), sizes))

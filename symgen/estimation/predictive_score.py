@@ -127,12 +127,14 @@ class Fit(NamedTuple):
         left: (n,) held-out variance of each joint.
         coefficients: (m,) of the columns, fitted to all folds.
         torque: (n,) RMS of what the columns add to each joint.
+        rests: part of the score that is of rests.
     """
 
     score: float
     left: FloatArray
     coefficients: FloatArray
     torque: FloatArray
+    rests: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,8 +325,9 @@ class PredictiveScore:
         """The model without anything beside it."""
         d = self._base[:-1, None]
         score, left = self._scored(self._squares(d))
-        score = score + self._at_rest(d)
-        return Fit(float(score[0]), left[0], np.zeros(0), np.zeros(len(self.sigma)))
+        rests = float(self._at_rest(d)[0])
+        none = np.zeros(0), np.zeros(len(self.sigma))
+        return Fit(float(score[0]) + rests, left[0], *none, rests)
 
     @cached_property
     def _rest_fold(self) -> NDArray[np.intp]:
@@ -393,8 +396,7 @@ class PredictiveScore:
         left = other.alone
         squares = np.sum((own * other.held_out) ** 2, axis=0)
         variance = squares / np.maximum(np.sum(own**2, axis=0), 1e-300)
-        rests = float(other._at_rest(other._base[:-1, None])[0])
-        return left.score - rests - float(score), left, variance
+        return left.score - left.rests - float(score), left, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
         """Return the columns (K, m) of candidates on the same joints, as they are scored.
@@ -439,16 +441,17 @@ class PredictiveScore:
         more = np.einsum("fna,jfna->njf", b, slope)
         squares[:, joints] += more
         scores, left = self._scored(squares)
+        rests = np.zeros(len(scores))
         if columns.rests is not None:
             coefficients = (b / own.norms)[self._rest_fold]
-            scores = scores + self._at_rest(d, np.sum(columns.rests * coefficients, axis=2))
+            rests = self._at_rest(d, np.sum(columns.rests * coefficients, axis=2))
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
         power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
         part = self.sigma[joints] / np.maximum(rows[joints], 1e-300)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
-        for fit in zip(scores, left, last / own.norms, torque, strict=True):
-            yield Fit(float(fit[0]), *fit[1:])
+        for fit in zip(scores + rests, left, last / own.norms, torque, rests, strict=True):
+            yield Fit(float(fit[0]), *fit[1:4], float(fit[4]))
 
     def fits(self, columns: Columns, size: float = np.inf) -> tuple[FloatArray, FloatArray]:
         """Return what fits with columns beside the model give; arguments as for `beside`.

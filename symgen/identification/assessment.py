@@ -536,8 +536,9 @@ def _unexplained(
         *(np.array(r.per_joint) for r in (held.residual, noise)),
     )
     whole, level = unexplained_from(noise)
-    counts = held.size > LEAST**2 * held.size.sum()
-    lost = np.flatnonzero(counts & (each > level))
+    # What is little beside the torque of all joints concerns nobody.
+    counts, wrong = (x > LEAST**2 * held.size.sum() for x in (held.size, held.error))
+    lost = np.flatnonzero((counts | wrong) & (each > level))
     cause = ", cause unknown" if unknown else ""
     if said > whole:
         yield (

@@ -348,11 +348,8 @@ def _rational(value: sp.Rational) -> str:
     """Write a rational as a short decimal if possible, else as a fraction."""
     if value.is_Integer:
         return str(value)
-    if value.q < 10**12 and 10**40 % int(value.q) == 0:  # a product of 2s and 5s
-        digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
-        if sp.Rational(digits) == value:
-            return digits
-    return f"{value.p}/{value.q}"
+    digits = format(Decimal(int(value.p)) / Decimal(int(value.q)), "f")
+    return digits if sp.Rational(digits) == value else f"{value.p}/{value.q}"
 
 
 def _parenthesised(out: str, compound: bool, level: int, value: sp.Rational) -> str:

@@ -98,12 +98,13 @@ def test_missing_speeds_are_none_and_so_are_those_that_are_nan_throughout(writte
     assert_holds(read_log(written(states(qd=np.full_like(QD, np.nan))), reading=BY_NAME), None)
 
 
-def test_messages_out_of_order_are_sorted_and_repeated_ones_left_out(written):
-    messages = states()
+@pytest.mark.parametrize("qd", [QD, np.full_like(QD, np.nan)], ids=["speeds", "speeds of NaN"])
+def test_messages_out_of_order_are_sorted_and_repeated_ones_left_out(written, qd):
+    messages = states(qd=qd)
     messages[7], messages[8] = messages[8], messages[7]
     messages.insert(20, messages[19])
     log = read_log(written(messages), reading=BY_NAME)
-    assert_holds(log)
+    assert_holds(log, QD if qd is QD else None)
     assert "1 messages came out of order" in log.notes[0]
     assert "1 repeated messages" in log.notes[1]
 

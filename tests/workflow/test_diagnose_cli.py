@@ -184,6 +184,39 @@ def test_every_effect_is_explained(run, name):
     assert all(len(line) <= 120 for line in out.splitlines())
 
 
+TWO = """
+[robot]
+name = "two"
+[[joint]]
+KEYS
+[[joint]]
+alpha = "pi/2"
+"""
+
+
+@pytest.mark.parametrize("name", sorted({*definitions()} - {"unnamed"}))
+def test_what_explain_says_of_a_robot_file_declares_the_effect(run, name):
+    out = run("explain", name)[1]
+    said = out.split("in robot.toml")[1].splitlines()[0].strip()
+    definition = definitions()[name]
+    if said.startswith("not declared there"):
+        assert not any((definition.native, definition.declarable, definition.reads))
+        return
+    keys, more = (plain := "friction = []\nrotor_inertia = false"), ""
+    if " with " in said:
+        more = re.sub(r", (?=\w+ = [\[{\d])", "\n", said.replace(" with ", "\n").split(", and ")[0])
+        more = more.replace("[j", "[1").replace("k]", "2]").replace("= j, the link", "= 1 #")
+        values = ", ".join(f"{key} = 1" for key in definition.linear | definition.nonlinear)
+        more = re.sub(r"\{ \.\. \}", f"{{ {values} }} #", more)
+    else:
+        keys = said.split(" of the joint")[0]
+    declared = symgen.parse_robot(TWO.replace("KEYS", keys) + more)
+    assert declared != symgen.parse_robot(TWO.replace("KEYS", plain))
+    if said.startswith("[[effect]]"):
+        assert [e.name for e in (*declared.effects, *declared.on_logs)] == [name]
+    assert definition.offset == ('"offset" among' in said)
+
+
 def test_without_a_name_every_effect_is_listed(run):
     code, out, _ = run("explain")
     assert code == 0

@@ -480,14 +480,18 @@ def test_the_tx40s_torques_are_within_their_limits_by_pinocchio() -> None:
             assert (np.abs(tau) <= case["case"]["torque"]).all()
 
 
-def test_a_motion_for_an_effect_shows_it(command, tmp_path) -> None:
-    """Of the column q2 of a spring, half at least is none of the model's, offset included."""
+def test_a_motion_for_effects_shows_them(command, tmp_path) -> None:
+    """Of the column q2 of a spring, half at least is none of the model's, offset included.
+
+    The plan counts the spring, its offset and Stribeck's friction beside four of the robot.
+    """
     quick = ("--duration", 6, "--terms", 3, "--searches", 1, "--iterations", 20)
     limits = ("--position", 1.5, "--velocity", 2, "--acceleration", 6, "--budget", 60)
     into = tmp_path / "run.csv"
-    asked = ("excite", "planar2r", *quick, *limits, "--for", "gravity_spring:2", "--into", into)
-    code, _, err = command(*asked)
+    wanted = ("--for", "gravity_spring:2", "--for", "stribeck_friction:1")
+    code, out, err = command("excite", "planar2r", *quick, *limits, *wanted, "--into", into)
     assert code in (0, 1), err
+    assert "for 7 parameters" in out
     t, *q = np.loadtxt(into, delimiter=",", skiprows=1)[:, :3].T
     q = np.column_stack(q)
     qd = np.gradient(q, t, axis=0)

@@ -27,7 +27,7 @@ friction = ["coulomb", "viscous"]
 
 
 def log(name: str, size: float, seed: int, speeds: bool = True, rest: float = 0.0) -> symgen.Log:
-    """Joint 2 swings by `size` rad; at the end, for `rest` s, brakes hold and the drives are off."""
+    """Joint 2 swings by `size` rad; at the end, brakes hold for `rest` s and the drives are off."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, 16.0, STEP)
     w = np.array([[1.1, 1.7], [2.9, 4.3]])

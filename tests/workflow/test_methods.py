@@ -308,6 +308,10 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
     assert held.method == "wls with prior"
     assert np.abs(held.X / X - 1).max() < 0.3 < np.abs(free.X / X - 1).max()
     assert "errors of the prior" in held.excludes
+    sure = symgen.Prior(mean := np.array([1.8, 0.055, 0.16, 0.08]), np.full(4, 1e-6))
+    tied = symgen.identify("planar2r", log, model="momentum", method=sure)
+    assert (tied.method, tied.excludes) == (held.method, held.excludes)
+    assert np.abs(tied.X / mean - 1).max() < 1e-3
 
 
 def test_models_that_see_something_else_are_said_where_the_model_misses_something() -> None:

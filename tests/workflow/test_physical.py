@@ -176,6 +176,12 @@ def test_negative_friction_is_named_and_its_distance_is_its_own() -> None:
     assert said.feasible is False
     assert said.distance_sigma == pytest.approx(3, abs=1e-4)
     assert "FV2" in said.reason
+    X[[model.base.names.index(f"FV{j}") for j in (1, 2, 3, 4)]] = -0.3
+    X[model.base.names.index("FS4")] = -0.1
+    with pytest.raises(symgen.ParameterError, match=r"FV1 is -0\.3") as many:
+        symgen.link_parameters(model, X)
+    assert str(many.value).count("cannot be negative") == 3
+    assert "; 2 more" in str(many.value)
 
 
 def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model) -> None:

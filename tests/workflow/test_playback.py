@@ -88,6 +88,8 @@ def test_identify_simulates_held_out_motion_before_and_after(tmp_path, command) 
     assert "with the values of the file" in printed
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Position error in simulation" in page
+    for angle in use["horizons"][-1]["per_joint"]:
+        assert f"{angle:.3g} rad" in page
 
 
 def test_a_model_worse_than_standing_still_is_not_good_for_simulation() -> None:

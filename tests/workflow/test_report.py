@@ -270,6 +270,13 @@ def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
     assert level == pytest.approx(0.5 * np.sqrt(2 * 0.01), rel=0.1)
 
 
+def test_a_spectrum_is_drawn_from_16_rows_on() -> None:
+    for rows in (15, 16):
+        t, left = 0.01 * np.arange(rows), np.ones((rows, 1))
+        short = replace(synthetic(), traces=(Trace("a", "train", "energy", t, left, 0 * left),))
+        assert (residual_plots.residual_spectrum(short, "energy") is not None) == (rows == 16)
+
+
 def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
     t = np.arange(0.0, 40.0, 0.005)
     sines = np.stack([0.3 * np.sin(2 * np.pi * 7.0 * t), 2.0 * np.cos(2 * np.pi * 21.3 * t)], 1)
@@ -353,6 +360,22 @@ def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
     picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
     assert picture.count("<circle") == robot.n
     assert "L1" in html.split("<h2>The robot</h2>")[1].split("</details>")[0]
+
+
+def test_the_picture_of_a_robot_has_a_mark_for_each_kind_of_joint() -> None:
+    """A circle for a revolute joint, a square for a prismatic one, none for a fixed one.
+
+    All of it is inside the picture.
+    """
+    joints = "".join(f"[[joint]]\nd = 0.3\nsigma = {sigma}\n" for sigma in (0, 1, 2, 1, 1))
+    html = result_page(synthetic(), symgen.parse_robot(f'[robot]\nname = "arm2"\n{joints}'))
+    picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
+    assert (picture.count("<circle"), picture.count("<rect")) == (1, 3)
+    assert picture.count('class="link"') == 5
+    size = [float(x) for x in re.findall(r'viewBox="0 0 (\S+) (\S+)"', picture)[0]]
+    points = re.findall(r'(?:[ML]|c?x="|<text x=")([-\d.]+)(?: |" c?y=")([-\d.]+)', picture)
+    assert len(points) >= 2 * (5 + 2 * 6) + 4
+    assert all(0 <= float(x) <= size[0] and 0 <= float(y) <= size[1] for x, y in points)
 
 
 def test_frames_stand_where_an_independent_table_puts_them() -> None:

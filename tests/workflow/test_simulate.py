@@ -491,6 +491,15 @@ def test_parameters_of_no_robot_are_refused_with_the_time(elbow) -> None:
         simulate(evaluator, bad, duration=1)
 
 
+def test_the_tolerances_that_a_message_accepts_are_accepted(ramp) -> None:
+    few = _played(ramp[1].t[:20], ramp[1].tau[:20])
+    for tolerance in (1e-13, 1e-3):
+        simulate(ramp[0], {"M1": M, "FS1": FS}, torque=few, tolerance=tolerance)
+    for tolerance in (0.9e-13, 1.1e-3, float("nan")):
+        with pytest.raises(symgen.ParameterError, match="accepted: 1e-13 to 1e-3"):
+            simulate(ramp[0], {"M1": M, "FS1": FS}, torque=few, tolerance=tolerance)
+
+
 def test_friction_that_drives_at_rest_is_refused(ramp) -> None:
     with pytest.raises(symgen.ParameterError, match=r"FS1 = -0\.1.*accepted"):
         simulate(ramp[0], {"M1": M, "FS1": -0.1}, torque=ramp[1])

@@ -113,6 +113,8 @@ def test_time_to_record_follows_from_bias_and_std() -> None:
     assert {p.name: p.seconds for p in tried.parameters} == pytest.approx(wanted)
     assert None in wanted.values(), "a bias above the target is to be among them"
     assert any(s is not None for s in wanted.values()), "and one below it"
+    known = [p for p in tried.parameters if p.known and p.seconds is not None]
+    assert tried.slowest == max(known, key=lambda p: p.seconds)
 
 
 @pytest.mark.filterwarnings("default")  # of Dask's own
@@ -163,6 +165,13 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     assert (files / "again.html").read_bytes() == (files / "a" / "report.html").read_bytes()
     page = Page((files / "a" / "report.html").read_text("utf-8"))
     assert "How long to record" in page.text
+    told = [p["seconds"] for r in content["results"] for p in r["parameters"]]
+    rows = page.text.split("By the model of energy")[1]
+    assert all(f"{s:.3g} s" in rows for s in told if s is not None and s < 120)
+    assert ("never" in rows) == (None in told)
+    shares = ([f"{100 * p['std'] / abs(p['value']):.2g} %" for p in r["parameters"]]
+              for r in content["results"])  # fmt: skip
+    assert any(all(share in out for share in of_a_way) for of_a_way in shares)
     if BROWSER is not None:
         html = (files / "a" / "report.html").read_text("utf-8")
         seen = clipped(html, files)
@@ -192,6 +201,7 @@ def test_runs_that_move_apart_are_simulated_one_by_one() -> None:
         "planar2r", X, trajectories=[_reference()], recording=made,
         models=["energy", "torque"], methods=["iv"], runs=8,
     )  # fmt: skip
+    assert not any("do not determine" in note for note in found.notes)
     for tried in found.results:
         assert tried.failed == 0
         assert tried.torque_error is not None

@@ -46,7 +46,7 @@ def _costs(evaluator: Evaluator) -> Figure:
     for key, colour in zip(_OPERATIONS, plots.COLOURS, strict=False):
         counts = [getattr(k.tape.operations, key) for k in kernels]
         figure.add_bar(y=labels, x=counts, name=key, orientation="h", marker={"color": colour})
-    figure.update_layout(barmode="stack", bargap=0.3)
+    figure.update_layout(barmode="stack")
     figure.update_xaxes(title="operations of a call").update_yaxes(
         title="kernel", autorange="reversed", showgrid=False
     )

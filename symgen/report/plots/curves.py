@@ -140,7 +140,7 @@ def bars(
     for level in levels:
         figure.add_hline(y=level, line={"color": INK, "width": 1, "dash": "dash"})
     figure.update_xaxes(categoryorder="array", categoryarray=shown, showgrid=False, **NAMED_AXIS)
-    return figure.update_layout(bargap=0.25, barmode="overlay")
+    return figure.update_layout(barmode="overlay")
 
 
 def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:

@@ -58,7 +58,7 @@ def gaps(diagnosis: Diagnosis) -> Figure:
         add_menu(figure, buttons, type="buttons", direction="right")
     figure.update_yaxes(title="torque error, % of measured torque", rangemode="tozero")
     figure.update_xaxes(title="joint", showgrid=False)
-    figure.update_layout(barmode="group", bargap=0.25, bargroupgap=0.05)
+    figure.update_layout(barmode="group", bargroupgap=0.05)
     return styled(figure, "Torque error", 400, min_width=80 * len(labels))
 
 
