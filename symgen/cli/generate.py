@@ -30,6 +30,11 @@ _DERIVING = 0.6
     type=PATH,
     help="Values for NAME_values.h, FMU and MEX: URDF, TOML or a result of identify.",
 )
+@click.option(
+    "--loops",
+    default="auto",
+    help="Loops over the joints in C: auto (large robots), always or never.",
+)
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
 @click.option("--tex", is_flag=True, help="Add the model as a LaTeX document.")
 def generate(

@@ -52,6 +52,35 @@ def _decimal(digits: str) -> str:
     return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
 
 
+def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
+    """Return the statements that find and return the status of a kernel, from its array `guard`.
+
+    Guards have the order of the elimination: after the first failure, nothing has a meaning.
+    NaN makes every comparison by `<=` false, and x - x is 0 if x is finite.
+    """
+    zero = literal(sp.S.Zero, dtype)
+    going = "&& (status == 0); ++i) {"
+    lines = [
+        f"int status = {prefix}_OK;",
+        f"for (size_t i = 0u; (i < {kernel.guards}u) {going}",
+        f"    if (!(guard[i] > {zero})) {{",
+        f"        status = (guard[i] <= {zero}) ? {prefix}_NOT_POSITIVE_DEFINITE "
+        f": {prefix}_NOT_FINITE;",
+        "    }",
+        "}",
+    ]
+    for output in kernel.outputs:
+        difference = f"{output.name}[i] - {output.name}[i]"
+        lines += [
+            f"for (size_t i = 0u; (i < {output.size}u) {going}",
+            f"    if (!(({difference}) == {zero})) {{",
+            f"        status = {prefix}_NOT_FINITE;",
+            "    }",
+            "}",
+        ]
+    return [*lines, "return status;"]
+
+
 class Printer:
     """Writes the body of one kernel. Subclasses write other kinds of values.
 
@@ -120,36 +149,13 @@ class Printer:
         return CFunction(tuple(lines), needs_math, bool(calls))
 
     def verdict(self) -> list[str]:
-        """Return the status of a guarded kernel.
-
-        Guards have the order of the elimination: after the first failure, nothing has a meaning.
-        NaN makes every comparison by `<=` false, and x - x is 0 if x is finite.
-        """
-        if not self.kernel.guards:
+        """Return the status of a guarded kernel."""
+        count = self.kernel.guards
+        if not count:
             return []
-        zero, count = literal(sp.S.Zero, self.dtype), self.kernel.guards
         guards = ", ".join(self.expression(e) for e in self.tape.outputs[self.kernel.size :])
-        going = "&& (status == 0); ++i) {"
-        lines = [
-            f"const {self.dtype} guard[{count}] = {{ {guards} }};",
-            f"int status = {self.prefix}_OK;",
-            f"for (size_t i = 0u; (i < {count}u) {going}",
-            f"    if (!(guard[i] > {zero})) {{",
-            f"        status = (guard[i] <= {zero}) ? {self.prefix}_NOT_POSITIVE_DEFINITE "
-            f": {self.prefix}_NOT_FINITE;",
-            "    }",
-            "}",
-        ]
-        for output in self.kernel.outputs:
-            difference = f"{output.name}[i] - {output.name}[i]"
-            lines += [
-                f"for (size_t i = 0u; (i < {output.size}u) {going}",
-                f"    if (!(({difference}) == {zero})) {{",
-                f"        status = {self.prefix}_NOT_FINITE;",
-                "    }",
-                "}",
-            ]
-        return [*lines, "return status;"]
+        first = f"const {self.dtype} guard[{count}] = {{ {guards} }};"
+        return [first, *status(self.kernel, self.dtype, str(self.prefix))]
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         return f"const {self.dtype} {symbol.name} = {self.expression(expr)};"

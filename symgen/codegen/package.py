@@ -25,6 +25,7 @@ from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
+from symgen.codegen.loops import CHOICES, loop_data, program
 from symgen.codegen.model import Model
 from symgen.codegen.panels import panel, panelled
 from symgen.codegen.parts import in_parts
@@ -45,7 +46,8 @@ from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Frame, Robot, joint_variable, require_gravity
 from symgen.symbolic.base_parameters import bound
-from symgen.symbolic.tape import real_symbol
+from symgen.symbolic.rolled import Program
+from symgen.symbolic.tape import Operations, real_symbol
 
 SCHEMA = "symgen.manifest/1"
 #: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
@@ -93,6 +95,7 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
     values: Values | None = None,
+    loops: str = "auto",
 ) -> SourceTree:
     """Generate a package of C, CasADi, FMU and MEX from a model.
 
@@ -106,12 +109,17 @@ def generate(
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
         values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
+        loops: whether single calls in C are loops over the joints instead of single statements:
+            "auto" (large robots), "always" or "never". Only some kernels have loops, and only
+            robots without couplings, effects and joints that follow others.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.
     """
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
+    if loops not in CHOICES:
+        raise PackageError(f"loops {loops!r}; accepted: {', '.join(CHOICES)}")
     chosen = _chosen(model, kernels)
     added = _backends(target, chosen, model.robot)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
@@ -119,7 +127,8 @@ def generate(
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
     if values is not None:
         values.require(model.base)
-    return _Writer(model, target, dtype, chosen, tex, name, added, values).tree()
+    writer = _Writer(model, target, dtype, chosen, tex, name, added, values, loops=loops)
+    return writer.tree()
 
 
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
@@ -163,11 +172,13 @@ def library(
 ) -> dict[str, bytes]:
     """Return the C sources and headers of a model in double, for an evaluator.
 
-    They are the functions of `generate` for target "c", without the other files. Without panels,
-    batches are loops of single calls, which compile faster.
+    They are the functions of `generate` for target "c" and loops "never", without the other files.
+    Without panels, batches are loops of single calls, which compile faster.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    writer = _Writer(model, "c", "double", chosen, False, model.robot.name, (), panels=panels)
+    writer = _Writer(
+        model, "c", "double", chosen, False, model.robot.name, (), panels=panels, loops="never"
+    )
     return {path: content.encode() for path, content in writer.library().items()}
 
 
@@ -231,6 +242,7 @@ class _Writer:
     backends: tuple[str, ...]
     values: Values | None = None
     panels: bool = True
+    loops: str = "auto"
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
@@ -321,7 +333,9 @@ class _Writer:
             digest=model_digest(robot_key(robot)),
         )
         out = {f"{self.name}.h": header}
-        out |= {f"{self.name}_{k['name']}.c": self.render("kernel.c", k=k) for k in kernels}
+        for k in kernels:
+            template = "loops.c" if k["loops"] else "kernel.c"
+            out[f"{self.name}_{k['name']}.c"] = self.render(template, k=k)
         plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
         if any(k["needs_sincos"] for k in kernels):
             plain.append(_SINCOS)
@@ -429,9 +443,10 @@ class _Writer:
         """Return the data of a kernel for the templates."""
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
+        rolled = self.program(kernel)
         function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         on_panels = self.panels and panelled(kernel)
-        counts = vars(kernel.tape.operations)
+        counts = vars(self.operations(kernel))
         names = [a.name for a in listed]
         shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
         for o in kernel.outputs:
@@ -463,6 +478,7 @@ class _Writer:
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
+            "loops": rolled and loop_data(kernel, robot, rolled, self.dtype, self.name),
             "body": function.body,
             "parts": in_parts(function.body, names),
             "dtype": self.dtype,
@@ -470,6 +486,14 @@ class _Writer:
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
+
+    def program(self, kernel: Kernel) -> Program | None:
+        """Return the loops of a kernel; None if it is single statements."""
+        return program(kernel, self.model.robot, self.model.base, self.loops)
+
+    def operations(self, kernel: Kernel) -> Operations:
+        """Return the operations of a kernel as C."""
+        return (self.program(kernel) or kernel.tape).operations
 
     def shape(self, name: str, size: int) -> str:
         """Describe an input."""
@@ -511,7 +535,7 @@ class _Writer:
             geometry=[(name, text(value)) for name, value in robot.geometry],
             base=base.parameters,
             no_effect=", ".join(base.no_effect) or "none",
-            kernels=[(k.name, *vars(k.tape.operations).values()) for k in self.kernels],
+            kernels=[(k.name, *vars(self.operations(k)).values()) for k in self.kernels],
             worst_case=[(k.name, *counts[k.name]) for k in self.kernels if k.name in counts],
             compiler=known["compiler"],
             control=self.controlled,
@@ -529,6 +553,7 @@ class _Writer:
                 "kernels": [k.name for k in self.kernels],
                 "prefix": self.name,
                 **({"tex": True} if self.tex else {}),
+                **({"loops": self.loops} if self.loops != "auto" else {}),
                 **({"values": vars(self.values)} if self.values is not None else {}),
             },
             "joints": robot.n,
@@ -549,7 +574,7 @@ class _Writer:
                     "name": k.name,
                     "inputs": [{"name": a.name, "shape": [a.size]} for a in k.inputs],
                     "outputs": [vars(o) for o in k.outputs],
-                    "operations": vars(k.tape.operations),
+                    "operations": vars(self.operations(k)),
                 }
                 for k in self.kernels
             ],

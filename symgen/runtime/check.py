@@ -83,6 +83,7 @@ class Options:
     tex: bool = False
     prefix: str | None = None
     values: Values | None = None
+    loops: str = "auto"
 
 
 def read_options(folder: Path) -> Options:

@@ -147,7 +147,7 @@ def rigid(body: Inertia) -> Articulated:
 
 
 @dataclass(frozen=True)
-class _Joint:
+class Driven:
     """U = (n, f) in the frame of the link, 1 / D, and (right-hand side - s^T p) / D."""
 
     n: Vector
@@ -165,12 +165,12 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     """
     tape, rotor = p.tape, rotors(p)
     bodies = {j: rigid(body) for j, body in p.bodies.items()}
-    joints: dict[int, _Joint] = {}
+    joints: dict[int, Driven] = {}
     pivots = []
     for step in reversed(p.way):
         j, a, body = step.joint.number, step.joint.antecedent, bodies[step.joint.number]
         if not step.joint.fixed:
-            pivot, joints[j], body = _released(p, step, body, rotor[j][j], right[j])
+            pivot, joints[j], body = released(tape, step, body, rotor[j][j], right[j])
             pivots.append(pivot)
         if a != 0:
             for motion in reversed(step.way):
@@ -179,12 +179,11 @@ def linear_solution(p: Plant, right: ByJoint) -> tuple[ByJoint, list[sp.Expr]]:
     return _accelerated(p, joints), pivots
 
 
-def _released(
-    p: Plant, step: Step, body: Articulated, rotor: sp.Expr, right: sp.Expr
-) -> tuple[sp.Expr, _Joint, Articulated]:
+def released(
+    tape: TapeBuilder, step: Step, body: Articulated, rotor: sp.Expr, right: sp.Expr
+) -> tuple[sp.Expr, Driven, Articulated]:
     """Return the pivot of a joint, its right-hand side, and the body that the link before sees."""
-    tape, j = p.tape, step.joint.number
-    turns = step.joint.turns
+    j, turns = step.joint.number, step.joint.turns
     n, f = (body.J[2], body.H[2]) if turns else (transposed(body.H)[2], body.M[2])
     pivot = (n[2] if turns else f[2]) + rotor
     inverse = tape.name(f"d{j}", 1 / pivot)
@@ -201,23 +200,32 @@ def _released(
         named(plus(body.n, scaled(driven, n)), f"an{j}l", tape),
         named(plus(body.f, scaled(driven, f)), f"af{j}l", tape),
     )
-    return pivot, _Joint(un, uf, inverse, driven), left
+    return pivot, Driven(un, uf, inverse, driven), left
 
 
-def _accelerated(p: Plant, joints: Mapping[int, _Joint]) -> ByJoint:
+def _accelerated(p: Plant, joints: Mapping[int, Driven]) -> ByJoint:
     """Return the acceleration of each joint, from the base to the tips."""
-    tape, out = p.tape, ByJoint()
+    out = ByJoint()
     twists: dict[int, Screw] = {0: (ZERO, ZERO)}
     for step in p.way:
-        j, twist = step.joint.number, twists[step.joint.antecedent]
-        for motion in step.way:
-            twist = onward(twist, motion, ("ow", "ov"), tape)
-        if j in joints:
-            own, (w, v) = joints[j], twist
-            out[j] = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
-            if step.joint.turns:
-                twist = replaced(w, {2: tape.name(f"ow{j}", w[2] + out[j])}), v
-            else:
-                twist = w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out[j])})
-        twists[j] = twist
+        j, before = step.joint.number, twists[step.joint.antecedent]
+        twists[j], found = accelerated(p.tape, step, joints.get(j), before)
+        if found is not None:
+            out[j] = found
     return out
+
+
+def accelerated(
+    tape: TapeBuilder, step: Step, own: Driven | None, twist: Screw
+) -> tuple[Screw, sp.Expr | None]:
+    """Return the acceleration of a link and of its joint, from that of the link before."""
+    j = step.joint.number
+    for motion in step.way:
+        twist = onward(twist, motion, ("ow", "ov"), tape)
+    if own is None:
+        return twist, None
+    w, v = twist
+    out = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
+    if step.joint.turns:
+        return (replaced(w, {2: tape.name(f"ow{j}", w[2] + out)}), v), out
+    return (w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out)})), out

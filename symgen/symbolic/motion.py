@@ -66,7 +66,7 @@ class Letters:
     slide: str
 
 
-_REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
+REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
 _REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
@@ -85,7 +85,7 @@ def motions(
     for step in way:
         j = step.joint.number
         rates = step.rate, step.qd, qdd.get(j, sp.S.Zero)
-        states[j] = _passed(states[step.joint.antecedent], step, rates, _REAL, tape)
+        states[j] = passed(states[step.joint.antecedent], step, rates, REAL, tape)
     return states
 
 
@@ -114,7 +114,7 @@ def references(
         rate = speed.get(j, sp.S.Zero)
         rates = rate, rate, acceleration.get(j, sp.S.Zero)
         now = replace(states[step.joint.antecedent], real=real[step.joint.antecedent].w)
-        states[j] = _passed(now, step, rates, letters, tape)
+        states[j] = passed(now, step, rates, letters, tape)
     return states
 
 
@@ -122,7 +122,7 @@ def _at_rest(base_gravity: Vector) -> Motion:
     return Motion(ZERO, ZERO, scaled(sp.S.NegativeOne, base_gravity), ZERO)
 
 
-def _passed(
+def passed(
     now: Motion,
     step: Step,
     rates: tuple[sp.Expr, sp.Expr, sp.Expr],

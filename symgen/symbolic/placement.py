@@ -42,12 +42,12 @@ def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
     for step in way:
         place = out[step.joint.antecedent]
         for motion in step.way:
-            place = _moved(place, motion, tape)
+            place = moved_place(place, motion, tape)
         out[step.joint.number] = place
     return out, way
 
 
-def _moved(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
+def moved_place(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
     columns, k = list(place), motion.axis
     if isinstance(motion, Shift):
         origin = plus(place[3], scaled(motion.length, place[k]))

@@ -24,10 +24,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from packages import c_files, run
-from peers import casadi_slopes, loops, pinocchio_model, pinocchio_objects
+from peers import base_of, casadi_slopes, loops, pinocchio_model, pinocchio_objects
 
 import symgen
-from symgen.codegen.kernels import SCALARS, Kernel, regrouped
+from symgen.codegen.kernels import SCALARS, Kernel
 
 ROBOTS = ("panda", "puma560", "ur10e")
 SAMPLES, REPEATS = 256, 41
@@ -120,20 +120,15 @@ def case(name: str, kernels: tuple[str, ...] | str, folder: Path, known: set[str
     found = pinocchio_model(model.robot)
     assert found is not None
     _, arm = found
-    standard = dict.fromkeys((p.name for p in model.base.standard), 0.0)
     lines = ["    begin();"]
     for j in range(1, arm.njoints):
         place, body = arm.jointPlacements[j], arm.inertias[j].toDynamicParameters()
-        m, mx, my, mz, xx, xy, yy, xz, yz, zz = body
-        values = (xx, xy, xz, yy, yz, zz, mx, my, mz, m)
-        words = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
-        standard |= {f"{w}{j}": float(v) for w, v in zip(words, values, strict=True)}
         parts = ", ".join(
             f"(const double[]){listed(v)}" for v in (place.rotation, place.translation, body)
         )
         lines.append(f"    joint({arm.parents[j]}, {parts});")
     lines.append(f"    end((const double[]){listed(arm.gravity.linear)});")
-    X = regrouped(model.base, list(standard.values()), model.robot.values())
+    X = base_of(model, arm)
     draw = np.random.default_rng(3)
     state = {
         word: draw.uniform(-1, 1, (SAMPLES, model.robot.n)) for word in ("q", "qd", "third", "more")

@@ -8,7 +8,9 @@ its headers with -march=native; CasADi's C with symgen's compiler and flags. "In
 that stay in the second cache; "to memory": outputs four times as large as the last one, written
 again and again, beside what filling the same memory by streaming stores costs. "Panels in C": a
 program in C calls the functions of a package in a loop, all with the same flags, by instruction
-set; over single calls, and as a share of the width of a panel.
+set; over single calls, and as a share of the width of a panel. "Large trees": kernels as single
+statements and as loops over the joints beside Pinocchio's C++, all with -O2 -march=native, in cache
+and out of it (trees.c says how).
 """
 
 from __future__ import annotations
@@ -31,10 +33,15 @@ from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
+from oracles.large_arms import LARGE
+from oracles.random_arms import to_toml
+from packages import run
 from peers import (
     PINOCCHIO,
+    base_of,
     begin_cxx,
     casadi_c,
     figaroh_builder,
@@ -62,6 +69,11 @@ KERNELS = (
     "forward_dynamics",
 )
 DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+TREES = ("inverse_dynamics", "mass_matrix", "forward_dynamics")
+STATES = 32  # of a large tree, as in trees.c
+TREE_FLAGS = ("-O2", "-march=native", "-fPIC")
+TIMES = Path(__file__).with_name("trees.c")
+FRICTION = ("coulomb", "viscous")
 IN_CACHE = 2**18  # bytes of output
 REPEATS, AT_LEAST = 9, 5e-4
 FILL = """
@@ -265,6 +277,68 @@ def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) ->
     return measure(ways) | {"width": width}
 
 
+def tree(name: str, kernel: str, loops: str, objects: list[Path], folder: Path) -> dict[str, float]:
+    """Return ns of a call beside Pinocchio's, hot and cold, and the largest difference.
+
+    Args:
+        name: of a large robot.
+        kernel: name of the kernel.
+        loops: whether it is loops over the joints.
+        objects: Pinocchio's, compiled.
+        folder: where to compile.
+    """
+    model = symgen.derive(symgen.parse_robot(to_toml(LARGE[name], name, FRICTION)), (kernel,))
+    (own,) = model.kernels
+    symgen.write_package(symgen.generate(model, target="c", loops=loops), folder / name)
+    n, found = model.robot.n, pinocchio_model(model.robot)
+    assert found is not None
+    places, at = {"q": "q + i * n", "qd": "qd + i * n", "X": "X"}, 0
+    for output in own.outputs:
+        places[output.name] = f"ours + i * size + {at}"
+        at += output.size
+    call = ", ".join(places.get(a.name, "third + i * n") for a in own.arguments)
+    marks = {"NAME": name, "KERNEL": kernel, "CALL": call, "JOINTS": str(n)}
+    program = TIMES.read_text()
+    for mark, content in (marks | {"HALF": str(int(kernel == "mass_matrix"))}).items():
+        program = program.replace(mark, content)
+    (folder / "main.c").write_text(program)
+    sources = ("main.c", f"{name}/{name}_{kernel}.c")
+    run(["gcc", "-std=gnu11", *TREE_FLAGS, f"-I{name}", "-c", *sources], folder)
+    compiled = sorted(folder.glob("*.o"))
+    run(["g++", "-shared", *compiled, *objects, "-lm", "-o", "tree.so"], folder)
+    library = ctypes.CDLL(str(folder / "tree.so"))
+    begin_cxx(library, found[1])
+    state = np.random.default_rng(3).uniform(-1, 1, (3, STATES, n))
+    arrays = (*state, base_of(model, found[1]), *np.zeros((2, STATES * at)), np.zeros(5))
+    library.measure(ctypes.c_size_t(at), *map(pointer, arrays))
+    heads = ("hot", "Pinocchio hot", "cold", "Pinocchio cold", "difference")
+    return dict(zip(heads, map(float, arrays[-1]), strict=True))
+
+
+def trees() -> dict[str, dict[str, float]]:
+    """Return the rows of all large trees, and print them."""
+    objects = pinocchio_objects(TREES, TREE_FLAGS)
+    if isinstance(objects, str):
+        raise SystemExit(objects)
+    head = ("robot and kernel", "as", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio")
+    table = Table(*head, "difference", title="large trees", box=None)
+    rows = {}
+    for name in LARGE:
+        for kernel in TREES:
+            for word, loops in (("statements", "never"), ("loops", "always")):
+                with tempfile.TemporaryDirectory() as temporary:
+                    row = tree(name, kernel, loops, objects, Path(temporary))
+                rows[f"{name} {kernel}, {word}"] = row
+                cells = [
+                    cell
+                    for way in ("hot", "cold")
+                    for cell in (f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}")
+                ]
+                table.add_row(f"{name} {kernel}", word, *cells, f"{row['difference']:.0e}")
+    Console(highlight=False, width=120).print(table)
+    return rows
+
+
 def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
     """How much more two threads do than one, each on arrays of its own.
 
@@ -377,7 +451,11 @@ def main() -> None:
     parser.add_argument("--robots", default="puma560,panda")
     parser.add_argument("--kernels", default=",".join(KERNELS))
     parser.add_argument("--only-panels-in-c", action="store_true")
+    parser.add_argument("--only-large-trees", action="store_true")
     asked = parser.parse_args()
+    large = {} if asked.only_panels_in_c else trees()
+    if asked.only_large_trees:
+        return
     kernels = tuple(asked.kernels.split(","))
     compiler = find_compiler()
     if compiler is None:
@@ -426,6 +504,7 @@ def main() -> None:
         "flags": {"single": chosen.flags.name, "over_best": flag_ratios(chosen)},
         "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
         "panels_in_c": in_c,
+        "large_trees": large,
         "cache": cached,
         "memory": memory,
         "two_threads": threads,

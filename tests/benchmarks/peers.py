@@ -20,10 +20,12 @@ import casadi
 import numpy as np
 
 import symgen
+from symgen import names
 from symgen.cache import cache_folder
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernels import Kernel, regrouped
 from symgen.codegen.model import Model
+from symgen.robot.types import LENGTHS
 from symgen.runtime.build import _FLAGS, Compiler
 
 LOOPS = Path(__file__).with_name("pinocchio")
@@ -58,12 +60,12 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
     model = pin.Model()
     pin.seed(1)
     for joint in robot.joints:
-        alpha, d, theta, r = (
-            float(getattr(joint, key).subs(values)) for key in ("alpha", "d", "theta", "r")
-        )
+        gamma, b, alpha, d, theta, r = (float(getattr(joint, key).subs(values)) for key in LENGTHS)
         turn = pin.utils.rotate
-        place = pin.SE3(turn("x", alpha), np.array([d, 0.0, 0.0])) * pin.SE3(
-            turn("z", theta), np.array([0.0, 0.0, r])
+        place = (
+            pin.SE3(turn("z", gamma), np.array([0.0, 0.0, b]))
+            * pin.SE3(turn("x", alpha), np.array([d, 0.0, 0.0]))
+            * pin.SE3(turn("z", theta), np.array([0.0, 0.0, r]))
         )
         number = model.addJoint(joint.antecedent, pin.JointModelRZ(), place, f"joint{joint.number}")
         model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())
@@ -151,6 +153,16 @@ def begin_cxx(library: ctypes.CDLL, arm: Any) -> None:
             parent, pointer(rotation), pointer(np.array(place.translation)), pointer(body)
         )
     library.end(pointer(np.array(arm.gravity.linear)))
+
+
+def base_of(model: Model, arm: Any) -> np.ndarray:
+    """Return the base parameters of the arm's bodies, without rotors and friction."""
+    standard = dict.fromkeys((p.name for p in model.base.standard), 0.0)
+    for j in range(1, arm.njoints):
+        m, mx, my, mz, xx, xy, yy, xz, yz, zz = arm.inertias[j].toDynamicParameters()
+        values = (xx, xy, xz, yy, yz, zz, mx, my, mz, m)
+        standard |= {f"{w}{j}": float(v) for w, v in zip(names.LINK, values, strict=True)}
+    return np.array(regrouped(model.base, list(standard.values()), model.robot.values()))
 
 
 CASADI_LOOP = """

@@ -33,7 +33,9 @@ extern Data *data;
     {                                                                                              \
         const auto n = model.nv;                                                                   \
         const std::size_t count = size;                                                            \
-        Vector a(n), b(n), c(n);                                                                   \
+        static Vector a, b, c; /* allocated once */                                                \
+        for (Vector *x : { &a, &b, &c })                                                           \
+            x->resize(n);                                                                          \
         for (std::size_t k = 0; k < N; ++k) {                                                      \
             a = Eigen::Map<const Vector>(q + k * n, n);                                            \
             b = Eigen::Map<const Vector>(qd + k * n, n);                                           \

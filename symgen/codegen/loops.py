@@ -1,0 +1,204 @@
+"""Print a program of sweeps as C99: tables, and loops with one body for each kind of joint."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import sympy as sp
+
+from symgen.codegen.c_printer import Printer, literal, status
+from symgen.codegen.kernels import Kernel, Output
+from symgen.robot.types import Robot
+from symgen.symbolic import rolled
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.rolled import UP, Kind, Pairs, Program, Sweep
+from symgen.symbolic.tape import Tape
+
+#: Whether kernels that have a program are loops.
+CHOICES = ("auto", "always", "never")
+#: Number of joints from which "auto" takes loops, and that of other kernels: there, they gain as
+#: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
+MANY, MANY_OF = 15, {"mass_matrix": 40}
+_LINE, _ANGLES = 92, 4
+#: Kernels that have a program.
+PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
+    "inverse_dynamics": rolled.inverse_dynamics,
+    "gravity_torque": partial(rolled.inverse_dynamics, accelerating=False, moving=False),
+    "forward_dynamics": rolled.forward_dynamics,
+    "mass_matrix": rolled.mass_matrix,
+    "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
+}
+
+
+def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> Program | None:
+    """Return the program of a kernel, or None if it stays single statements.
+
+    Args:
+        kernel: the kernel.
+        robot: the robot.
+        base: its base parameters.
+        choice: one of CHOICES.
+    """
+    wanted = choice == "always" or (choice == "auto" and robot.n >= MANY_OF.get(kernel.name, MANY))
+    if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
+        return None
+    found = PROGRAMS[kernel.name](robot, base)
+    return found if found.pairs is None or robot.n == len(robot.joints) else None
+
+
+def loop_data(
+    kernel: Kernel, robot: Robot, program: Program, dtype: str, prefix: str
+) -> dict[str, Any]:
+    """Return the data of a kernel as loops, for the template.
+
+    Args:
+        kernel: the kernel.
+        robot: the robot.
+        program: the program of the kernel.
+        dtype: double or float.
+        prefix: prefix of the package's names.
+    """
+    values = robot.values()
+    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
+    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
+
+    def number(value: sp.Expr) -> str:
+        return literal(sp.sympify(value).subs(values), dtype)
+
+    present = list(dict.fromkeys(program.kinds))
+    variables = {joint.number: place for place, joint in enumerate(robot.movable)}
+    joints = len(robot.joints)
+    padding = [sp.S.Zero] * (-joints % _ANGLES)
+    given = next(a.size for a in kernel.inputs if a.name == "X")
+    places = _Places(tuple(name for name, _ in program.state), robot.n == joints, robot.n - 1)
+    sweeps = [
+        [_body(sweep, kind, tape, dtype, places) for kind, tape in sweep.bodies]
+        for sweep in program.sweeps
+    ]
+    return {
+        "joints": joints,
+        "angles": joints + len(padding),
+        "theta": _lines(map(number, (*program.angles, *padding))),
+        "revolute": all(joint.turns for joint in robot.joints),
+        "turns": _lines(number(sp.Integer(int(joint.turns))) for joint in robot.joints),
+        "antecedents": _lines(f"{joint.antecedent}u" for joint in robot.joints),
+        "variables": _lines(f"{variables.get(joint.number, 0)}u" for joint in robot.joints),
+        "columns": program.columns,
+        "geometry": [[number(x) for x in row] for row in program.geometry],
+        "parameters": program.parameters,
+        "given": given,
+        "rows": _lines(f"{row}u" for row, _ in program.places[:given]),
+        "places": _lines(f"{column}u" for _, column in program.places[:given]),
+        "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
+        "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
+        "zero": number(sp.S.Zero),
+        "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
+        "pairs": program.pairs and _pairs(program.pairs, robot, dtype),
+        "guards": kernel.guards,
+        "status": status(kernel, dtype, prefix) if kernel.guards else [],
+        "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
+        "sweeps": [
+            {"doc": sweep.doc, "inward": sweep.inward, "bodies": bodies}
+            for sweep, bodies in zip(program.sweeps, sweeps, strict=True)
+        ],
+    }
+
+
+def _lines(entries: Iterable[str]) -> list[str]:
+    """Return the entries of a table as lines."""
+    return textwrap.wrap(", ".join(entries), _LINE)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the rows of joint j are.
+
+    Attributes:
+        state: names of the arrays of the program's state.
+        plain: whether every joint of the file has a variable.
+        last: place of the last variable.
+    """
+
+    state: tuple[str, ...]
+    plain: bool
+    last: int
+
+    def of(self, name: str, entry: int) -> str:
+        """Return an entry of the row of an array or a table."""
+        if name in ("geometry", "body"):
+            return f"{name}[j][{entry}]"
+        if name in ("c", "s"):
+            return f"{name}[j]"
+        if name.endswith(UP):
+            return f"{name.removesuffix(UP)}[{entry}][up]"
+        if name == "guard":  # from the tips
+            return f"guard[{self.last}u - {'j' if self.plain else 'variable[j]'}]"
+        if name in self.state:
+            return f"{name}[{entry}][j + 1u]"
+        return f"{name}[j]" if self.plain else f"{name}[variable[j]]"
+
+
+def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> dict[str, Any]:
+    """Return the statements of a sweep for one kind of joint."""
+    outputs, at = [], 0
+    for name, count in sweep.written:  # fixed joints lack the last ones
+        if at < len(tape.outputs):
+            outputs.append(Output(name, (count,)))
+        at += count
+    printer = _BodyPrinter(Kernel("", sweep.doc, tape, tuple(outputs)), dtype, places)
+    function = printer.function()
+    up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
+    return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+
+
+def _pairs(pairs: Pairs, robot: Robot, dtype: str) -> dict[str, Any]:
+    """Return the data of a template of two bodies."""
+    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (1,)),))
+    first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
+    for joint in robot.joints:
+        neighbour = first and joint.antecedent == joint.number - 1
+        first.append(first[-1] if neighbour else joint.number)
+    return {
+        "doc": pairs.doc,
+        "matrix": pairs.matrix,
+        "diagonal": pairs.diagonal,
+        "first": _lines(f"{row}u" for row in first),
+        "whole": len(set(first)) == 1,
+        "body": _PairPrinter(kernel, dtype).function().body,
+    }
+
+
+class _PairPrinter(Printer):
+    """Writes the entry of joint j and of the joint with row u of the state."""
+
+    def __init__(self, kernel: Kernel, dtype: str) -> None:
+        super().__init__(kernel, {}, {}, dtype)
+        for name, symbols in kernel.tape.inputs:
+            array, row = (name.removesuffix(UP), "u" if name.endswith(UP) else "j + 1u")
+            self.word |= {symbol: f"{array}[{i}][{row}]" for i, symbol in enumerate(symbols)}
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return super().stored(place.replace("[0]", "[i]"), result)
+
+
+class _BodyPrinter(Printer):
+    """Writes the statements of joint j, whose antecedent has row `up` of the state."""
+
+    def __init__(self, kernel: Kernel, dtype: str, places: _Places) -> None:
+        super().__init__(kernel, {}, {}, dtype)
+        self.places = places
+        for name, symbols in kernel.tape.inputs:
+            self.word |= {symbol: places.of(name, i) for i, symbol in enumerate(symbols)}
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        name, _, entry = place.rstrip("]").partition("[")
+        sign = "+=" if name.endswith(UP) else "="
+        return f"{self.places.of(name, int(entry))} {sign} {self.expression(result)};"
+
+    def cleared(self, name: str, places: Sequence[int]) -> Iterator[str]:
+        if not name.endswith(UP):
+            yield from (self.stored(f"{name}[{k}]", sp.S.Zero) for k in places)

@@ -1,0 +1,531 @@
+"""Kernels of large trees as loops: templates of one body, applied joint by joint.
+
+A straight tape of a large tree is more text than a cache holds. Its recursions repeat the same
+steps for each joint, with other constants. Here, a `Sweep` holds these steps once for each kind of
+joint, as the Tape of one body, and a `Program` applies sweeps along the tree. The constants stand
+in a table with one row for each joint.
+
+The templates come from the same functions as the straight tapes, applied to one joint whose
+geometry, antecedent and parameters are symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from symgen import names
+from symgen.robot.types import Joint, Robot
+from symgen.symbolic.articulated import (
+    Articulated,
+    Driven,
+    accelerated,
+    released,
+    rigid,
+)
+from symgen.symbolic.base_parameters import BaseParameters
+from symgen.symbolic.bodies import Inertia
+from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
+from symgen.symbolic.motion import REAL, Motion, handed_back, passed
+from symgen.symbolic.placement import moved_place
+from symgen.symbolic.spatial import (
+    UPPER,
+    ZERO,
+    Shift,
+    Turn,
+    acting,
+    axis,
+    cross,
+    matrix,
+    named,
+    plus,
+    scaled,
+    symmetric,
+    unit,
+)
+from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
+
+#: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
+UP = "_up"
+#: Constants of a joint's transform.
+GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
+#: Names of arrays and tables in the sources, which no step may have.
+RESERVED = ARGUMENTS | set(
+    "c s up i geometry body antecedent kind variable theta turns row column".split()
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Joints that share templates.
+
+    Attributes:
+        sigma: their type.
+        smooth: whether their Coulomb friction is smooth.
+        aside: whether their axis is not on the x axis of the antecedent (gamma or b).
+    """
+
+    sigma: int
+    smooth: bool
+    aside: bool
+
+    @property
+    def name(self) -> str:
+        """Name in the sources."""
+        more = (", smooth friction" if self.smooth else "", ", aside" if self.aside else "")
+        return ("revolute", "prismatic", "fixed")[self.sigma] + "".join(more)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Steps that every joint applies, from the base to the tips or back.
+
+    Attributes:
+        doc: what it computes.
+        inward: from the tips to the base.
+        bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
+            as these. Its outputs are the entries of `written`.
+        written: rows that it writes, and their numbers of entries; to those of the antecedent, it
+            adds.
+    """
+
+    doc: str
+    inward: bool
+    bodies: tuple[tuple[Kind, Tape], ...]
+    written: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Steps for each body j and each body `up` on its way to the base, itself included.
+
+    Attributes:
+        doc: what they compute.
+        body: the template of two bodies. Its output is the entry of `matrix` for both, which is
+            symmetric.
+        matrix: name of the output.
+        diagonal: column of the parameters that is added to the diagonal, if any body has it.
+    """
+
+    doc: str
+    body: Tape
+    matrix: str
+    diagonal: int | None
+
+
+@dataclass(frozen=True)
+class Program:
+    """A kernel as sweeps.
+
+    Attributes:
+        kinds: the kind of each joint of the file.
+        angles: angle of each joint about z, to which q of a revolute joint is added.
+        columns: names of the columns of `geometry`.
+        geometry: constants of each joint.
+        parameters: names of the columns of the parameters of a body.
+        places: for every entry of X, its row and column among the parameters of bodies.
+        state: arrays with a row for the base and for each joint, and the row of the base.
+        sweeps: in their order.
+        pairs: what follows them, if the kernel is a matrix.
+    """
+
+    kinds: tuple[Kind, ...]
+    angles: tuple[sp.Expr, ...]
+    columns: tuple[str, ...]
+    geometry: tuple[tuple[sp.Expr, ...], ...]
+    parameters: tuple[str, ...]
+    places: tuple[tuple[int, int], ...]
+    state: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+    sweeps: tuple[Sweep, ...]
+    pairs: Pairs | None = None
+
+    @property
+    def operations(self) -> Operations:
+        """Operations of one evaluation, the angles included."""
+        total = Operations(0, len(self.kinds), 0, len(self.kinds))
+        for sweep in self.sweeps:
+            bodies = dict(sweep.bodies)
+            for kind in self.kinds:
+                more = bodies[kind].operations
+                added = sum(1 for name, n in sweep.written if name.endswith(UP) for _ in range(n))
+                total = Operations(
+                    *(a + b for a, b in zip(vars(total).values(), vars(more).values(), strict=True))
+                )
+                total = replace(total, add=total.add + added)
+        return total
+
+
+def rollable(robot: Robot) -> bool:
+    """Whether loops can compute a robot: each moving joint has a variable and a drive of its own.
+
+    Effects are single terms of single joints, so a robot with any keeps its straight tapes.
+    """
+    plain = len(robot.moving) == robot.n
+    return plain and not robot.couplings and not robot.effects
+
+
+def inverse_dynamics(
+    robot: Robot,
+    base: BaseParameters,
+    *,
+    accelerating: bool = True,
+    moving: bool = True,
+    out: str = "tau",
+) -> Program:
+    """Return inverse dynamics as two sweeps: motions and wrenches outward, torques inward.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+        accelerating: whether joints have accelerations; without them, C qd + g + friction.
+        moving: whether joints have speeds; without them, the torque of gravity.
+        out: name of the output.
+    """
+    table = _Table.of(robot, base)
+    size = 9 if moving else 3
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        return _wrenched(at, size, accelerating)
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        back, torque = _torque(at, moving, accelerating)
+        return (*back, *torque)
+
+    sweeps = (
+        table.sweep("Motion and wrench of each body.", outward, ("motion", size), ("wrench", 6)),
+        table.sweep(
+            "Torque of each joint, and the wrench on the body before it.",
+            inward,
+            (f"wrench{UP}", 6),
+            (out, 1),
+            inward=True,
+        ),
+    )
+    return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
+
+
+def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
+    """Return forward dynamics by articulated bodies as three sweeps.
+
+    Motions and wrenches without accelerations go outward, articulated bodies inward, and
+    accelerations outward.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        return (*_wrenched(at, 9, accelerating=False), *_entries(rigid(at.inertia)))
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        step, own = at.step(sp.S.Zero), _articulated(at.rows("articulated", 27))
+        back, torque = _torque(at, moving=True, accelerating=False)
+        pivot: list[sp.Expr] = []
+        driven: list[sp.Expr] = []
+        if at.moves:
+            right = at.tape.name("b", at.rows("tau", 1)[0] - torque[0])
+            guard, joint, own = released(at.tape, step, own, at.value(names.ROTOR), right)
+            pivot, driven = [guard], [*joint.n, *joint.f, joint.driven]
+        for motion in reversed(step.way):
+            own = own.before(motion, at.tape)
+        return (*back, *_entries(own), *driven, *pivot)
+
+    def accelerations(at: _Template) -> Sequence[sp.Expr]:
+        before, driven = at.rows(f"acceleration{UP}", 6), at.rows("driven", 7)
+        own = Driven(driven[:3], driven[3:6], sp.S.One, driven[6]) if at.moves else None
+        twist = before[:3], before[3:]
+        (w, v), found = accelerated(at.tape, at.step(sp.S.Zero), own, twist)
+        return (*w, *v, *([] if found is None else [found]))
+
+    sweeps = (
+        table.sweep(
+            "Motion and wrench of each body without accelerations, and the body alone.",
+            outward,
+            ("motion", 9),
+            ("wrench", 6),
+            ("articulated", 27),
+        ),
+        table.sweep(
+            "What drives each joint, and the articulated body that the body before it carries.",
+            inward,
+            (f"wrench{UP}", 6),
+            (f"articulated{UP}", 27),
+            ("driven", 7),
+            ("guard", 1),
+            inward=True,
+        ),
+        table.sweep(
+            "Acceleration of each body and joint.", accelerations, ("acceleration", 6), ("qdd", 1)
+        ),
+    )
+    sizes = {"wrench": 6, "articulated": 27, "driven": 7, "acceleration": 6}
+    zeros = ((name, _zeros(size)) for name, size in sizes.items())
+    return table.program((_base_motion(robot, 9), *zeros), sweeps)
+
+
+def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
+    """Return the mass matrix: composite bodies, then the power of their forces on earlier joints.
+
+    Screws and forces are about the origin of frame 0 and in its axes, so that each entry is one
+    product.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        before = at.rows(f"place{UP}", 12)
+        place = tuple(before[3 * k : 3 * k + 3] for k in range(4))
+        for motion in at.step(sp.S.Zero).way:
+            place = moved_place(place, motion, at.tape)
+        z, origin = place[2:]
+        screw = (z, cross(origin, z)) if at.kind.sigma == names.REVOLUTE else (ZERO, z)
+        return (*(x for v in (*place, *screw) for x in v), *at.inertia.parameters.values())
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        body = Inertia.of(dict(zip(names.LINK, at.rows("composite", 10), strict=True)))
+        if names.MASS not in table.parameters:
+            body = replace(body, M=sp.S.Zero)
+        columns = at.rows("place", 12)
+        *axes, origin = (columns[3 * k : 3 * k + 3] for k in range(4))
+        lin, ang = (
+            named(plus(*map(scaled, part, axes)), letter, at.tape)
+            for part, letter in zip(body.momentum(axis(at.kind.sigma)), "fn", strict=True)
+        )
+        for motion in reversed(at.step(sp.S.Zero).way):
+            body = body.before(motion, 0, at.tape)
+        return (*body.parameters.values(), *lin, *plus(ang, cross(origin, lin)))
+
+    at = _Template(table, table.kinds[0])
+    screw, force = at.rows(f"screw{UP}", 6), at.rows("force", 6)
+    entry = acting((force[:3], force[3:]), (screw[:3], screw[3:]))
+    rotor = names.ROTOR
+    pairs = Pairs(
+        "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
+        at.close((entry,)),
+        "M",
+        table.parameters.index(rotor) if rotor in table.parameters else None,
+    )
+    sweeps = (
+        table.sweep(
+            "Place and screw of each joint in frame 0, and the body alone.",
+            outward,
+            ("place", 12),
+            ("screw", 6),
+            ("composite", 10),
+        ),
+        table.sweep(
+            "Force of each joint at unit acceleration, and the composite body before it.",
+            inward,
+            (f"composite{UP}", 10),
+            ("force", 6),
+            inward=True,
+        ),
+    )
+    unit_place = (*unit(0), *unit(1), *unit(2), *ZERO)
+    zeros = (("screw", _zeros(6)), ("composite", _zeros(10)), ("force", _zeros(6)))
+    return replace(table.program((("place", unit_place), *zeros), sweeps), pairs=pairs)
+
+
+def _zeros(count: int) -> tuple[sp.Expr, ...]:
+    return (sp.S.Zero,) * count
+
+
+def _base_motion(robot: Robot, size: int) -> tuple[str, tuple[sp.Expr, ...]]:
+    """Return the motion of the base: it accelerates against gravity."""
+    return "motion", (*_zeros(size - 3), *(-g for g in robot.gravity))
+
+
+def _wrenched(at: _Template, size: int, accelerating: bool) -> Sequence[sp.Expr]:
+    """Return the motion of a body, of 9 entries or at rest of 3, and the wrench that it needs."""
+    before, moving = at.rows(f"motion{UP}", size), size == 9
+    w, dw = (before[:3], before[3:6]) if moving else (ZERO, ZERO)
+    speed, faster = at.rate("qd", moving), at.rate("qdd", accelerating)
+    rates = speed, speed, faster
+    now = passed(Motion(w, dw, before[-3:], w), at.step(speed), rates, REAL, at.tape)
+    f, n = at.inertia.wrench(now, 0, at.tape)
+    return (*now.w, *now.dw, *now.a, *f, *n) if moving else (*now.a, *f, *n)
+
+
+def _torque(
+    at: _Template, moving: bool, accelerating: bool
+) -> tuple[Sequence[sp.Expr], Sequence[sp.Expr]]:
+    """Return the wrench on the body before, and the torque of the joint unless it is fixed."""
+    wrench = at.rows("wrench", 6)
+    screw = wrench[:3], wrench[3:]
+    f, n = handed_back(screw, at.step(sp.S.Zero), "b", at.tape)
+    if not at.moves:
+        return (*f, *n), ()
+    torque = acting(screw, axis(at.kind.sigma))
+    torque += at.value(names.ROTOR) * at.rate("qdd", accelerating)
+    return (*f, *n), (torque + at.friction() if moving else torque,)
+
+
+def _entries(body: Articulated) -> Sequence[sp.Expr]:
+    """Return the 27 numbers of an articulated body without what drives its joints."""
+    J, M = ([a[i][k] for i, k in UPPER] for a in (body.J, body.M))
+    return (*J, *(x for row in body.H for x in row), *M, *body.n, *body.f)
+
+
+def _articulated(entries: Symbols) -> Articulated:
+    """Return the articulated body of these numbers."""
+    J, M = (
+        symmetric(dict(zip(UPPER, part, strict=True))) for part in (entries[:6], entries[15:21])
+    )
+    H = matrix(lambda i, k: entries[6 + 3 * i + k])
+    return Articulated(J, H, M, entries[21:24], entries[24:])
+
+
+@dataclass(frozen=True)
+class _Table:
+    """What templates know of a robot: kinds of joints, and the columns that any of them needs."""
+
+    robot: Robot
+    kinds: tuple[Kind, ...]
+    geometry: Mapping[str, tuple[sp.Expr, ...]]
+    heads: tuple[tuple[str, int], ...]
+
+    @staticmethod
+    def of(robot: Robot, base: BaseParameters) -> _Table:
+        kinds = tuple(
+            Kind(j.sigma, j.coulomb_width > 0, j.gamma != 0 or j.b != 0) for j in robot.joints
+        )
+        columns = zip(GEOMETRY, zip(*map(_constants, robot.joints), strict=True), strict=True)
+        standard = (base.standard[p.index] for p in base.parameters)
+        return _Table(robot, kinds, dict(columns), tuple((p.prefix, p.joint) for p in standard))
+
+    def varies(self, column: str, kind: Kind, value: sp.Expr) -> bool:
+        """Whether any joint of a kind has another constant than this."""
+        entries = zip(self.kinds, self.geometry[column], strict=True)
+        return any(k == kind and entry != value for k, entry in entries)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the constants that are not the same without effect in every joint."""
+        plain = {"cgamma": sp.S.One, "calpha": sp.S.One}
+        return tuple(
+            c for c in GEOMETRY
+            if any(self.varies(c, kind, plain.get(c, sp.S.Zero)) for kind in self.kinds)
+        )  # fmt: skip
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Prefixes of the parameters of a body that any joint has."""
+        order = (*names.LINK, names.ROTOR, *names.FRICTION.values())
+        return tuple(p for p in order if any(p == prefix for prefix, _ in self.heads))
+
+    def sweep(
+        self,
+        doc: str,
+        derive: Callable[[_Template], Sequence[sp.Expr]],
+        *written: tuple[str, int],
+        inward: bool = False,
+    ) -> Sweep:
+        """Return a sweep whose templates are derived by a function."""
+        bodies = []
+        for kind in dict.fromkeys(self.kinds):
+            at = _Template(self, kind)
+            bodies.append((kind, at.close(derive(at))))
+        return Sweep(doc, inward, tuple(bodies), written)
+
+    def program(
+        self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]
+    ) -> Program:
+        columns, parameters = self.columns, self.parameters
+        places = ((j - 1, parameters.index(p)) for p, j in self.heads)
+        rows = zip(*(self.geometry[c] for c in columns), strict=True)
+        angles = tuple(joint.theta for joint in self.robot.joints)
+        return Program(
+            self.kinds, angles, columns, tuple(rows), parameters, tuple(places), state, sweeps
+        )
+
+
+def _constants(joint: Joint) -> tuple[sp.Expr, ...]:
+    """Return the constants of a joint, in the order of GEOMETRY."""
+    (cg, sg), (ca, sa) = cosine_sine(joint.gamma), cosine_sine(joint.alpha)
+    width = joint.coulomb_width
+    sharp = 1 / sp.Rational(repr(width)) if width else sp.S.Zero
+    return cg, sg, joint.b, ca, sa, joint.d, joint.r, sharp
+
+
+class _Template:
+    """Collects the steps of one body. It is mutable, and lives only during a derivation."""
+
+    def __init__(self, table: _Table, kind: Kind) -> None:
+        self.table, self.kind = table, kind
+        self.groups: dict[str, Symbols] = {}
+        self.tape = TapeBuilder(RESERVED)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint moves."""
+        return self.kind.sigma != names.FIXED
+
+    def rows(self, name: str, count: int) -> Symbols:
+        """Return the symbols of a row of an array."""
+        return self.groups.setdefault(
+            name, tuple(real_symbol(f"X_{name}{i}") for i in range(count))
+        )
+
+    def rate(self, name: str, there: bool) -> sp.Expr:
+        """Return a variable of the joint, or zero."""
+        return self.rows(name, 1)[0] if there and self.moves else sp.S.Zero
+
+    def constant(self, column: str, value: int = 0) -> sp.Expr:
+        """Return a constant of the joint, or its value if it is this one in all of them."""
+        if not self.table.varies(column, self.kind, sp.Integer(value)):
+            return sp.Integer(value)
+        columns = self.table.columns
+        return self.rows("geometry", len(columns))[columns.index(column)]
+
+    def value(self, prefix: str) -> sp.Expr:
+        """Return a parameter of the body; zero if no joint of its kind has it."""
+        joints = (j for p, j in self.table.heads if p == prefix)
+        if not any(self.table.kinds[j - 1] == self.kind for j in joints):
+            return sp.S.Zero
+        columns = self.table.parameters
+        return self.rows("body", len(columns))[columns.index(prefix)]
+
+    @property
+    def inertia(self) -> Inertia:
+        """The link."""
+        return Inertia.of({prefix: self.value(prefix) for prefix in names.LINK})
+
+    def step(self, speed: sp.Expr) -> Step:
+        """Return the way from the antecedent."""
+        c, s = self.rows("c", 1)[0], self.rows("s", 1)[0]
+        before: list[Turn | Shift] = []
+        for k, angle, length in ((2, "gamma", "b"), (0, "alpha", "d")):
+            if (cosine := self.constant(f"c{angle}", 1)) != 1:
+                before.append(Turn(k, cosine, self.constant(f"s{angle}"), angle))
+            if (shift := self.constant(length)) != 0:
+                before.append(Shift(k, shift, length))
+        before.append(Turn(2, c, s, "q"))
+        r = self.constant("r")
+        if self.kind.sigma == names.PRISMATIC:
+            r = self.tape.name("R", self.rate("q", True) + r)
+        after = () if r == 0 else (Shift(2, r, "r"),)
+        return Step(Joint(0, self.kind.sigma, 0), tuple(before), after, speed, speed)
+
+    def friction(self) -> sp.Expr:
+        """Return the torque of friction."""
+        speed = self.rate("qd", True)
+        turned = sp.sign(speed)
+        if self.kind.smooth:
+            turned = sp.tanh(self.tape.name("x", speed * self.constant("sharp")))
+        columns = {"FS": self.tape.name("sign", turned), "FV": speed, "OF": sp.S.One}
+        return sum((self.value(p) * column for p, column in columns.items()), sp.S.Zero)
+
+    def close(self, outputs: Sequence[sp.Expr]) -> Tape:
+        """Return the template, with the groups of inputs that it reads."""
+        named = [self.tape.name("out", expr) for expr in outputs]
+        tape = self.tape.tape(self.groups.items(), named)
+        read = {s for _, expr in tape.steps for s in expr.free_symbols}
+        read |= {s for out in tape.outputs for s in out.free_symbols}
+        return replace(tape, inputs=tuple(g for g in tape.inputs if read.intersection(g[1])))

@@ -1,0 +1,212 @@
+/* {{ name }}: {{ k.doc | join("\n * ") }}
+ * {{ k.operations }} for one sample.
+ *
+ * Loops over the joints, with constants from tables: less text than single statements for each
+ * joint, so that a call is fast even if it is not in the cache. The number of operations is fixed.
+ */
+#include "{{ name }}.h"
+{% if k.dtype == "double" %}
+#include "{{ name }}_math.h"
+{% endif %}
+{% if k.dtype == "float" or k.loops.needs_math %}
+
+#include <math.h>
+{% endif %}
+
+{{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
+{
+    /* The joint before each joint, counted from 1; 0 is the base. Arrays of the state have a row for
+     * the base and each joint.
+     */
+    static const unsigned char antecedent[{{ k.loops.joints }}] = {
+{% for line in k.loops.antecedents %}
+        {{ line }}
+{% endfor %}
+    };
+{% if k.loops.sweeps[0].bodies | length > 1 %}
+    /* Kind of each joint: {{ k.loops.called }}. */
+    static const unsigned char kind[{{ k.loops.joints }}] = {
+{% for line in k.loops.kinds %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
+{% if not k.loops.revolute %}
+    /* Place of each joint in q, qd, qdd and tau; 0 for fixed joints, which have none. */
+    static const unsigned char variable[{{ k.loops.joints }}] = {
+{% for line in k.loops.variables %}
+        {{ line }}
+{% endfor %}
+    };
+    /* 1 where q is an angle. */
+    static const {{ k.dtype }} turns[{{ k.loops.joints }}] = {
+{% for line in k.loops.turns %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
+{% if k.loops.pairs %}
+    /* Row of the first of the neighbours on the way from the base that end at each joint. */
+    static const unsigned char first[{{ k.loops.joints }}] = {
+{% for line in k.loops.pairs.first %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
+    /* Angle of each joint about z, to which q of a revolute joint is added; up to a multiple of four. */
+    static const {{ k.dtype }} theta[{{ k.loops.angles }}] = {
+{% for line in k.loops.theta %}
+        {{ line }}
+{% endfor %}
+    };
+{% if k.loops.columns %}
+    /* Constants of each joint: {{ k.loops.columns | join(", ") }}. */
+    static const {{ k.dtype }} geometry[{{ k.loops.joints }}][{{ k.loops.columns | length }}] = {
+{% for values in k.loops.geometry %}
+        { {{ values | join(", ") }} },
+{% endfor %}
+    };
+{% endif %}
+    /* Row and column of each entry of X among the parameters of the bodies, which are
+     * {{ k.loops.parameters | join(", ") }}.
+     */
+    static const unsigned char row[{{ k.loops.given }}] = {
+{% for line in k.loops.rows %}
+        {{ line }}
+{% endfor %}
+    };
+    static const unsigned char column[{{ k.loops.given }}] = {
+{% for line in k.loops.places %}
+        {{ line }}
+{% endfor %}
+    };
+    {{ k.dtype }} angle[{{ k.loops.angles }}];
+    {{ k.dtype }} c[{{ k.loops.angles }}];
+    {{ k.dtype }} s[{{ k.loops.angles }}];
+    {{ k.dtype }} body[{{ k.loops.joints }}][{{ k.loops.parameters | length }}];
+{% for array, base in k.loops.state %}
+    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + (5 if k.loops.pairs else 1) }}];
+{% endfor %}
+{% if k.loops.guards %}
+    {{ k.dtype }} guard[{{ k.loops.guards }}];
+{% endif %}
+{% for array, base in k.loops.state %}
+{% for value in base %}
+    {{ array }}[{{ loop.index0 }}][0] = {{ value }};
+{% endfor %}
+{% endfor %}
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
+        angle[j] = theta[j];
+    }
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+{% if k.loops.revolute %}
+        angle[j] += q[j];
+{% else %}
+        angle[j] += turns[j] * q[variable[j]];
+{% endif %}
+    }
+{% if k.dtype == "double" %}
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; j += 4u) {
+        const {{ name }}_angles4 turned = {{ name }}_sincos4(&angle[j]);
+        for (size_t i = 0u; i < 4u; ++i) {
+            c[j + i] = turned.c[i];
+            s[j + i] = turned.s[i];
+        }
+    }
+{% else %}
+    for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
+        c[j] = cosf(angle[j]);
+        s[j] = sinf(angle[j]);
+    }
+{% endif %}
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+        for (size_t i = 0u; i < {{ k.loops.parameters | length }}u; ++i) {
+            body[j][i] = {{ k.loops.zero }};
+        }
+    }
+    for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
+        body[row[i]][column[i]] = X[i];
+    }
+{% for sweep in k.loops.sweeps %}
+{% if sweep.inward %}
+    for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
+        const size_t j = {{ k.loops.joints - 1 }}u - i;
+{% else %}
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+{% endif %}
+        /* {{ sweep.doc }} */
+{% if sweep.bodies[0].up %}
+        const size_t up = antecedent[j];
+{% endif %}
+{% if sweep.bodies | length == 1 %}
+{% for line in sweep.bodies[0].body %}
+        {{ line }}
+{% endfor %}
+{% else %}
+        switch (kind[j]) {
+{% for body in sweep.bodies %}
+        {{ "default" if loop.last else "case " ~ loop.index0 ~ "u" }}: { /* {{ body.kind }} */
+{% for line in body.body %}
+            {{ line }}
+{% endfor %}
+            break;
+        }
+{% endfor %}
+        }
+{% endif %}
+    }
+{% endfor %}
+{% if k.loops.pairs %}
+{% set n = k.loops.joints %}
+{% set matrix = k.loops.pairs.matrix %}
+{% if not k.loops.pairs.whole %}
+    for (size_t i = 0u; i < {{ n * n }}u; ++i) {
+        {{ matrix }}[i] = {{ k.loops.zero }};
+    }
+{% endif %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
+        /* {{ k.loops.pairs.doc }} */
+        size_t last = j + 1u;
+        while (last != 0u) {
+            for (size_t b = first[last - 1u]; b <= last; b += 4u) {
+                {{ k.dtype }} entry[4];
+                for (size_t i = 0u; i < 4u; ++i) {
+                    const size_t u = b + i;
+{% for line in k.loops.pairs.body %}
+                    {{ line }}
+{% endfor %}
+                }
+                for (size_t i = 0u; (i < 4u) && ((b + i) <= last); ++i) {
+                    const size_t u = (b + i) - 1u;
+                    {{ matrix }}[(j * {{ n }}u) + u] = entry[i];
+                    {{ matrix }}[(u * {{ n }}u) + j] = entry[i];
+                }
+            }
+            last = antecedent[first[last - 1u] - 1u];
+        }
+    }
+{% if k.loops.pairs.diagonal is not none %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
+        {{ matrix }}[j * {{ n + 1 }}u] += body[j][{{ k.loops.pairs.diagonal }}];
+    }
+{% endif %}
+{% endif %}
+{% for line in k.loops.status %}
+    {{ line }}
+{% endfor %}
+}
+{% if k.loop %}
+
+{{ k.returns }} {{ name }}_{{ k.name }}_batch(size_t N, {{ k.batch_parameters }})
+{
+{% if k.fallible %}
+    int status = 0;
+{% endif %}
+    for (size_t k = 0; k < N; ++k) {
+        {{ "status |= " if k.fallible }}{{ name }}_{{ k.name }}({{ k.strides }});
+    }
+{% if k.fallible %}
+    return status;
+{% endif %}
+}
+{% endif %}

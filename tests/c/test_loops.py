@@ -1,0 +1,122 @@
+"""Kernels as loops over the joints: right on large trees, and on every kind of joint."""
+
+from __future__ import annotations
+
+import ctypes
+import random
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oracles.large_arms import LARGE
+from oracles.pinocchio_arm import PinocchioArm
+from oracles.random_arms import random_arm, random_parameters, to_toml
+from packages import STRICT, c_files, run
+from support import sampled
+
+import symgen
+from symgen.codegen.kernels import regrouped
+from symgen.codegen.loops import PROGRAMS
+from symgen.codegen.verification import physical_parameters
+from symgen.robot.toml_io import parse_robot
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
+FRICTION = ("coulomb", "viscous", "offset")
+
+
+def written(text: str, folder: Path, **options: str) -> symgen.Model:
+    """Derive a robot and write its kernels that can be loops."""
+    model = symgen.derive(parse_robot(text, "robot.toml"), tuple(PROGRAMS))
+    symgen.write_package(symgen.generate(model, target="c", **options), folder)
+    return model
+
+
+def loaded(folder: Path) -> ctypes.CDLL:
+    """Compile the single calls of the package in a folder, strictly, and load them."""
+    sources = [f for f in c_files(folder / "package") if not f.stem.endswith("_panels")]
+    run(["cc", *STRICT, "-O1", "-fPIC", "-shared", *sources, "-lm", "-o", "arm.so"], folder)
+    return ctypes.CDLL(str(folder / "arm.so"))
+
+
+@pytest.mark.parametrize("name", sampled([n for n in LARGE if n != "chain7"], 1, ["humanoid"]))
+def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: Path) -> None:
+    arm = LARGE[name]
+    model = written(to_toml(arm, name, FRICTION), tmp_path / "package", loops="always")
+    links, rotors = random_parameters(arm, 5)
+    values = dict.fromkeys((p.name for p in model.base.standard), 0.0)
+    for j, (link, rotor) in enumerate(zip(links, rotors, strict=True), 1):
+        prefixes = "XX XY XZ YY YZ ZZ MX MY MZ M IA".split()
+        values |= {f"{p}{j}": float(v) for p, v in zip(prefixes, (*link, rotor), strict=True)}
+    X = np.array(regrouped(model.base, list(values.values()), model.robot.values()))
+    for kernel in PROGRAMS:
+        source = (tmp_path / f"package/{name}_{kernel}.c").read_text()
+        assert f"const size_t j = {arm.n - 1}u - i;" in source
+    library = loaded(tmp_path)
+
+    def called(kernel: str, *states: np.ndarray) -> np.ndarray:
+        out = np.full((arm.n, arm.n) if kernel == "mass_matrix" else arm.n, np.nan)
+        given = (*states, X, out)
+        getattr(library, f"{name}_{kernel}")(*(a.ctypes.data_as(ctypes.c_void_p) for a in given))
+        return out
+
+    witness = PinocchioArm(arm, links, rotors)
+    zero = np.zeros(arm.n)
+    for q, qd, qdd in np.random.default_rng(1).uniform(-2, 2, (4, 3, arm.n)):
+        for ours, theirs in (
+            (called("inverse_dynamics", q, qd, qdd), witness.inverse_dynamics(q, qd, qdd)),
+            (called("bias_torque", q, qd), witness.inverse_dynamics(q, qd, zero)),
+            (called("gravity_torque", q), witness.inverse_dynamics(q, zero, zero)),
+            (called("mass_matrix", q), witness.mass_matrix(q)),
+        ):
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+        accelerations = called("forward_dynamics", q, qd, qdd)  # qdd: torques
+        back = witness.inverse_dynamics(q, qd, accelerations)
+        terms = np.abs(witness.mass_matrix(q)) @ np.abs(accelerations)
+        np.testing.assert_allclose(back, qdd, rtol=0, atol=1e-12 * terms.max())
+
+
+def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
+    model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package")
+    texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in PROGRAMS}
+    assert {k for k, text in texts.items() if "size_t j" not in text} == {"mass_matrix"}
+    library = loaded(tmp_path)
+    X = np.array(physical_parameters(model, random.Random(2)))
+    rng, out = np.random.default_rng(2), np.zeros(15)
+    states = rng.uniform(-1, 1, (3, 15))
+    for spoiled, status in ((X, 0), (-X, 1), (np.nan * X, 2)):
+        given = (*states, spoiled, out)
+        arguments = (a.ctypes.data_as(ctypes.c_void_p) for a in given)
+        assert library.chain15_forward_dynamics(*arguments) == status
+
+
+def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path) -> None:
+    """The check program of a package compares them with values of the straight-line tapes."""
+    sharp = 'friction = ["coulomb"'
+    for seed, dtype, gravity in ((3, "double", False), (8, "float", True)):
+        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
+        text = to_toml(arm, "arm", FRICTION)
+        text = text.replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
+        if gravity:
+            line = next(x for x in text.splitlines() if x.startswith("gravity"))
+            text = text.replace(line, 'gravity = "input"')
+        folder = tmp_path / str(seed)
+        written(text, folder, dtype=dtype, loops="always")
+        name = "armf" if dtype == "float" else "arm"
+        assert "[j + 1u]" in (folder / f"{name}_inverse_dynamics.c").read_text()
+        run(["cc", *STRICT, "-O1", *c_files(folder, check=True), "-lm", "-o", "check"], folder)
+        run([folder / "check"], folder)
+
+
+def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -> None:
+    text = to_toml(random_arm(2, min_joints=3, max_joints=3), "arm")
+    written(text, tmp_path / "always", loops="always")
+    written(text, tmp_path / "auto")
+    place = "arm_inverse_dynamics.c"
+    texts = {w: (tmp_path / w / place).read_text() for w in ("always", "auto")}
+    assert "for (size_t j" in texts["always"]
+    assert "for (size_t j" not in texts["auto"]
+    (checked,) = symgen.check(tmp_path / "always")
+    assert not checked.differences
+    with pytest.raises(symgen.SymgenError, match=r"loops 'often'; accepted: auto, always, never"):
+        written(text, tmp_path / "often", loops="often")
