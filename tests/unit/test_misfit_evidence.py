@@ -55,3 +55,53 @@ def test_a_column_that_no_smooth_function_gives_is_shown(seed: int) -> None:
     _, F, noise = drawn(seed)
     step = np.sign(np.sin(np.arange(ROWS) * 0.9))
     assert scene(0.015 * step + noise, F).of({0: step[:, None]}, np.array([0.3])) > 50
+
+
+def dense(W: np.ndarray, r: np.ndarray, F: np.ndarray, columns: int) -> float:
+    """Log density of the rows by dense matrices, the last columns of W with their own prior.
+
+    Restricted likelihood with rows that count as one in TEMPERATURE, a half-Cauchy law of the size
+    of the misfit, equal shares of friction, and the most probable variance of the rows.
+    """
+    from scipy.optimize import minimize_scalar
+
+    rows = np.sqrt(TEMPERATURE)
+    W, r, F = W / rows, r / rows, F * EXPECTED / rows
+    sizes = np.geomspace(0.03, 3000.0, 31)
+    prior = np.log(sizes / (1 + sizes**2))
+
+    def cost(log_v: float) -> float:
+        v, found = np.exp(log_v), []
+        for D in mixtures():
+            K = (F * D) @ F.T
+            for s, p in zip(sizes, prior, strict=True):
+                S = np.eye(len(r)) + s**2 / v * K
+                SW, Sr = np.linalg.solve(S, W), np.linalg.solve(S, r)
+                G = W.T @ SW / v
+                left = (r @ Sr - r @ SW @ np.linalg.solve(W.T @ SW, W.T @ Sr)) / v
+                dets = np.linalg.slogdet(S)[1] + np.linalg.slogdet(G)[1]
+                found.append(p - 0.5 * (dets + left + len(r) / TEMPERATURE * log_v))
+        return -float(np.logaddexp.reduce(found))
+
+    start = np.log(max(r.var() * TEMPERATURE, EXPECTED**2))
+    best = minimize_scalar(cost, bounds=(np.log(EXPECTED**2), start), method="bounded")
+    student = np.log(2 / (np.pi * np.sqrt(3)))  # density at zero, of each column
+    return -float(best.fun) + columns * (student + np.log(2 * np.pi) / 2)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.0])
+def test_the_evidence_is_that_of_dense_densities(step: float) -> None:
+    rng, F, _ = drawn(7)
+    few = slice(0, ROWS, 10)
+    F, t = F[few], np.linspace(-1, 1, ROWS)[few]
+    column = np.sign(np.sin(np.arange(ROWS) * 0.9))[few]
+    W = np.column_stack([np.ones(len(t)), t])
+    y = F @ rng.normal(size=F.shape[1]) * 0.01 + step * column + 0.01 * rng.normal(size=len(t))
+    r = y - W @ np.linalg.lstsq(W, y, rcond=None)[0]
+    unit = 0.3
+    ones = np.ones((len(t), 1))
+    own = MisfitEvidence(
+        W[:, None], r[:, None], ones, np.array([r.std()]), F[:, None], np.array([EXPECTED])
+    ).of({0: column[:, None]}, np.array([unit]))
+    expected = dense(np.column_stack([W, unit * column]), r, F, 1) - dense(W, r, F, 0)
+    assert own == pytest.approx(expected, abs=0.5)
