@@ -177,7 +177,7 @@ class Search:
             seen.add(now)
         found = sorted(self._merged(self._told_apart(accepted)), key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
-        rejected = (self._reasoned(s) for s in options if s.candidate.key not in taken)
+        rejected = (self._reasoned(stage, s) for s in options if s.candidate.key not in taken)
         left_out = tuple(contacts) if self.contacts else None
         return Selection(tuple(found), tuple(rejected), len(self.pool), left_out)
 
@@ -236,11 +236,18 @@ class Search:
             ]
         return found
 
-    def _reasoned(self, s: Score) -> Score:
+    def _reasoned(self, stage: _Stage, s: Score) -> Score:
+        """Return an effect that is not named with the reason."""
         if s.worth < self.least:
             fault = (
                 f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
                 f"the torque; what matters: {100 * self.least:.2g} %"
+            )
+        elif s.odds > 0:
+            s = self._doubted(stage, s)
+            fault = (
+                "a function of the state of any shape explains this torque as well: log-odds of "
+                f"the law {s.odds:.1f}"
             )
         else:
             fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
