@@ -35,8 +35,8 @@ from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-#: Weight of equations at rest before it is known, and what it is at least.
-_LEAST = 1e-3
+#: Weight of equations at rest while the band is chosen, and what it is at least.
+_FIRST, _LEAST = 0.1, 1e-3
 _ROUNDS = 3
 _WORSE = 0.5  # a deviation at rest is another one than in motion where it is twice as large
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
@@ -54,7 +54,7 @@ def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
     slow = np.where(still, -1.0, slow)
     if not any(resting(s.q, s.step, slow).any() for s in logs):
         return None
-    return Rests(tuple(map(float, slow)), (_LEAST,) * len(slow))
+    return Rests(tuple(map(float, slow)), (_FIRST,) * len(slow))
 
 
 def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Band:
@@ -68,17 +68,17 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     if band.rests is None:
         return band
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
-    weight = [1.0] * len(equations[0])
+    weight = [_LEAST] * len(equations[0])  # what motion determines, rests must not
     for _ in range(_ROUNDS):
+        equations = [
+            tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
+            for log in equations
+        ]
         X = block_summary(equations).fit()
         for j, own in enumerate(zip(*equations, strict=True)):
             left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
             rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
             weight[j] = rest_weight(left, np.concatenate(rest))
-        equations = [
-            tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
-            for log in equations
-        ]
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 
 
