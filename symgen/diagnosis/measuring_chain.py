@@ -33,15 +33,14 @@ from symgen.faults.model import (
     channel_faults,
     torque_steps,
 )
-from symgen.faults.samples import unmended_faults
+from symgen.faults.samples import lasting, unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.names import REVOLUTE
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Faults that need a new record. They stay named whatever their correction closes of the gap.
-_LASTING = ("stuck", "step", "sign", "time")
+#: Causes that need a new record. They stay named whatever their correction closes of the gap.
 _UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults with an effect in the library.
@@ -78,16 +77,15 @@ def check(
     """
     sigma = evaluator.model.robot.sigma
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
-    lasting = tuple(f for f in found if f.kind in _LASTING and not f.channel.startswith("qd"))
-    if lasting:
-        return found, lasting
+    if broken := lasting(found):
+        return found, broken
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
     trial = Trial(evaluator, train, held)
     if wrong := against_physics(trial):
         return (*found, *wrong), tuple(wrong)
     others = _channels(trial, repairs)
-    lasting = tuple(f for f in others if f.kind in _UNMENDABLE)
-    return (*found, *(others or torque_steps(trial))), lasting
+    lost = tuple(f for f in others if f.kind in _UNMENDABLE)
+    return (*found, *(others or torque_steps(trial))), lost
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:

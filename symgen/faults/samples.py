@@ -10,7 +10,7 @@ afterwards. Thresholds are ratios to the signal's own scatter.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -797,6 +797,11 @@ def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             if len(at):
                 undo = partial(moved_back, name=samples.name, j=j, at=tuple(at))
                 yield step(samples, key, j, at, partial(derived, j=j) if key == "qd" else undo)
+
+
+def lasting(found: Iterable[Fault]) -> tuple[Fault, ...]:
+    """Return those of `unmended_faults` that need a new record: all but faults of speeds."""
+    return tuple(f for f in found if not f.channel.startswith("qd"))
 
 
 def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:

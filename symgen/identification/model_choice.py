@@ -49,7 +49,7 @@ from symgen.faults.causes import find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
-from symgen.faults.samples import at_standstill, unmended_faults
+from symgen.faults.samples import at_standstill, lasting, unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
@@ -202,7 +202,7 @@ def name_cause(run: Run) -> Run:
     """
     sigma = run.evaluator.model.robot.sigma
     every = [f for log in run.logs for f in unmended_faults(log.samples, sigma)]
-    broken = tuple(f.fault for f in every if not f.channel.startswith("qd"))  # filters hide these
+    broken = tuple(f.fault for f in lasting(every))
     if broken or run.evaluator.model.robot.loaded:
         return replace(run, causes=broken)  # behind it, other causes would not be comparable
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
