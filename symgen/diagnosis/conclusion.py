@@ -318,7 +318,7 @@ def conclude(
         floor=told.floor,
         where=()
         if misfit is None or verdict == "consistent"
-        else places(declared, accepted, contacts, moving.before, moving.floor),
+        else places(declared, accepted, contacts, moving.before, moving.floor, least),
         effects=found,
         free_functions=shapes or None,
         rejected=tuple(

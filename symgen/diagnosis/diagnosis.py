@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.diagnosis.mended import MendedChannel
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
+from symgen.faults.mended import MendedChannel
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json

@@ -161,13 +161,15 @@ class Search:
             self._moving = self._grouped(stage, uses_model=True)
             options = self._options(stage)
             odds, best = self._best(stage, options, accepted)
+            if not best:  # a law may be sharper than its grid is fine
+                options = self._between(stage, options, accepted)
+                odds, best = self._best(stage, options, accepted)
             logs, size = self.baseline.base.logs, self.baseline.base.size
             own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
             if own is not None and own.odds > odds:
                 contacts = self._leave_out([*contacts, own])
             elif best:
-                plainest = (self._plainest(stage, s, options) for s in best)
-                accepted = [*accepted, *(self._refined(stage, s) for s in plainest)]
+                accepted = [*accepted, *(self._refined(stage, s) for s in best)]
                 accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
             accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
@@ -278,7 +280,23 @@ class Search:
             count = self._grid(best.candidate) if key[0] == UNNAMED else len(found)
             whole = float(np.logaddexp.reduce(odds)) - np.log(count)
             out.append(replace(best, odds=whole))
-        return sorted(out, key=lambda s: -s.odds)
+        return sorted(out, key=_odds, reverse=True)
+
+    def _between(
+        self, stage: _Stage, options: Sequence[Score], accepted: Sequence[Score]
+    ) -> list[Score]:
+        """Return the options, the best of each joint with constants between those of its grid."""
+        tried, out = set[tuple[int, ...]](), []
+        for s in options:
+            c = s.candidate
+            if c.smooth and s.evidence > 0 and c.joints not in tried:
+                tried.add(c.joints)
+                *_, own = settled_constants(self.baseline, [*accepted, s], stage.seen)
+                fit = stage.score.beside(own.columns, self._expected(own.candidate, own.columns))
+                own = self._judged(stage, own.candidate, own.columns, fit)
+                s = max(s, replace(own, odds=own.odds - np.log(self._grid(c))), key=_odds)
+            out.append(s)
+        return sorted(out, key=_odds, reverse=True)
 
     def _fits(
         self, stage: _Stage, joints: frozenset[int] | None
@@ -378,17 +396,22 @@ class Search:
         with an effect that requires it.
         """
         best: list[Score] = []
-        left = 0.0
+        left, told = 0.0, dict[Key, Score]()
+
+        def doubted(s: Score) -> Score:
+            key = s.candidate.key
+            return told[key] if key in told else told.setdefault(key, self._doubted(stage, s))
+
         for s in options:
             if s.odds <= left:
                 break
-            if s.worth >= self.least and (own := self._doubted(stage, s)).odds > left:
+            if s.worth >= self.least and (own := doubted(s)).odds > left:
                 best, left = [own], own.odds
         plain = {c.key for c in self._plain}
         for s in options:
             if s.candidate.key not in plain or s.odds <= 0 or s.worth < self.least:
                 continue
-            own, beside = self._doubted(stage, s), self._stage([*accepted, s])
+            own, beside = doubted(s), self._stage([*accepted, s])
             for more in self._options(beside, frozenset(s.candidate.joints)):
                 if own.odds + more.odds <= left:
                     break
@@ -417,21 +440,6 @@ class Search:
         units = 1 / np.where(largest > 0, largest, 1.0)
         known = s.candidate.scales or ()
         return np.asarray([*known, *units[len(known) :]])
-
-    def _plainest(self, stage: _Stage, best: Score, options: Sequence[Score]) -> Score:
-        """Return the simplest effect of the class of the best one: the first by `_plainness`.
-
-        Its held-out torque is worse by less than `least`.
-        """
-        own, near = explained(stage.system, best.columns), [best]
-        for s in options:
-            plainer = s.odds > 0 and _plainness(s) > _plainness(best)
-            if plainer and set(s.columns) & set(best.columns):
-                more = np.sqrt(np.maximum(s.left - best.left, 0)) / self.baseline.base.size
-                other = explained(stage.system, s.columns)
-                if (more < self.least).all() and _correlation(own, other) > _SAME:
-                    near.append(s)
-        return max(near, key=_plainness)
 
     def _refined(self, stage: _Stage, s: Score) -> Score:
         """Return an effect with constants between the values of the grid; see `refined`."""
@@ -498,10 +506,8 @@ class Search:
         return out
 
 
-def _plainness(s: Score) -> tuple[bool, float, int]:
-    """Return a key to compare by: possible signs, prior odds, minus the number of parameters."""
-    c = s.candidate
-    return not s.turned, c.definition.odds, -(c.size + len(c.constants))
+def _odds(s: Score) -> float:
+    return s.odds
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:

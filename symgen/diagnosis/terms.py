@@ -50,6 +50,8 @@ _FUNCTIONS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
 }
 _POSITION = tuple(text for text in _FUNCTIONS if "abs" not in text and "sign" not in text)
 _SPEED = ("{0}", "abs({0})", "{0}**2", "{0}*abs({0})", "sign({0})")
+#: Products of two positions have the third degree at most, as powers have.
+_POWERS = ("{0}", "{0}"), ("{0}**2", "{0}"), ("{0}", "{0}**2")
 #: Functions of a position before a function of a speed; products of two positions.
 _MIXED = ("{0}", "{0}**2", "sin({0})", "cos({0})"), ("{0}", "abs({0})", "sign({0})")
 _WAVES = ("sin({0})", "cos({0})")
@@ -103,7 +105,8 @@ def _factors(n: int) -> Iterator[tuple[Factor, ...]]:
         for first, second in itertools.product(*_MIXED):
             yield ("q", j, first), ("qd", k, second)
     for j, k in itertools.combinations(range(n), 2):
-        yield ("q", j, "{0}"), ("q", k, "{0}")
+        for first, second in _POWERS:
+            yield ("q", j, first), ("q", k, second)
         yield ("qd", j, "{0}"), ("qd", k, "{0}")
         for first, second in itertools.product(_WAVES, repeat=2):
             yield ("q", j, first), ("q", k, second)

@@ -31,7 +31,6 @@ from symgen.diagnosis.measuring_chain import (
     rivals_physics,
     with_chain,
 )
-from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
 from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
@@ -55,6 +54,7 @@ from symgen.estimation.values import FloatArray
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples
+from symgen.faults.mended import MendedChannel, largest, mended_channels
 from symgen.faults.scene import Rows, Scene
 from symgen.identification.out_of_core import is_long, sample_logs
 from symgen.identification.parameters import read_given

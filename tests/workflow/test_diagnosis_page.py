@@ -27,10 +27,10 @@ from symgen.diagnosis.diagnosis import (
     read_diagnosis,
     work,
 )
-from symgen.diagnosis.mended import MendedChannel, largest, mended_channels
 from symgen.diagnosis.replay import Replay
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
+from symgen.faults.mended import MendedChannel, largest, mended_channels
 from symgen.files import write_folder
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
