@@ -319,6 +319,21 @@ def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
     return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
 
 
+def onto_end(weights: FloatArray, window: int, own: FloatArray) -> None:
+    """Add the weights (K, L) of the L samples that continue a signal to those of its own samples.
+
+    Args:
+        weights: in order of time, before the signal.
+        window: number of its first samples that the continuation follows from.
+        own: (K, N) weights of the signal, changed in place.
+    """
+    length = weights.shape[1]
+    back = np.arange(length, 0, -1, dtype=np.float64)
+    own[:, 1 : length + 1] -= weights[:, ::-1]
+    sums = np.stack([2.0 * weights.sum(axis=1), weights @ back**2], axis=1)
+    own[:, :window] += sums @ end_of_cubic(window)
+
+
 @lru_cache(maxsize=32)
 def end_of_cubic(window: int) -> FloatArray:
     """Return the matrix from samples to value and second derivative of their cubic at the first."""

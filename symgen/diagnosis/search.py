@@ -287,9 +287,12 @@ class Search:
     ) -> list[Score]:
         """Return the options, the best of each joint with constants between those of its grid."""
         tried, out = set[tuple[int, ...]](), []
+        lacks = np.sqrt(stage.score.alone.left) >= self.least * self.baseline.base.size
         for s in options:
             c = s.candidate
-            if c.smooth and s.evidence > 0 and c.joints not in tried:
+            # No effect lowers an error by more than there is.
+            matters = s.evidence > 0 and lacks[list(s.columns)].any()
+            if c.smooth and matters and c.joints not in tried:
                 tried.add(c.joints)
                 *_, own = settled_constants(self.baseline, [*accepted, s], stage.seen)
                 fit = stage.score.beside(own.columns, self._expected(own.candidate, own.columns))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.convolution import lowpass_weights
-from symgen.data.signals import TAIL, continued, end_window
+from symgen.data.signals import TAIL, end_window, onto_end
 from symgen.estimation.band import OPEN
 from symgen.estimation.values import FloatArray
 
@@ -136,9 +136,7 @@ def _weights(
     apart, back = d.stride * d.step, slice(None, None, -1)
     for length, x, y in ((head, whole, out), (tail, whole[:, back], out[:, back])):
         if length:
-            unit = np.eye(min(own, max(length + 1, end_window(apart, d.cutoff))))
-            before = continued(unit, apart, d.cutoff, length)[:length]
-            y[:, : len(unit)] += x[:, :length] @ before
+            onto_end(x[:, :length], min(own, end_window(apart, d.cutoff)), y)
     return out, whole.sum(axis=1)
 
 

@@ -101,7 +101,7 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     asked = np.concatenate([states(log, log.kept) for log in others])
     spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])
-    far, _ = cKDTree(known / spread).query(asked / spread)
+    far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
 
