@@ -165,7 +165,8 @@ def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen)
     sigma = at.now.sigma
     for _ in range(_ROUNDS):
         for halving in range(_HALVINGS):
-            with suppress(RobotError):  # the torque is not finite there
+            # The torque, or its square, is not finite there.
+            with suppress(RobotError, np.linalg.LinAlgError):
                 effects = at.stepped(0.5**halving, seen)
                 if not all(np.isfinite(c).all() for s in effects for c in s.columns.values()):
                     continue
