@@ -168,7 +168,8 @@ def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen)
             # The torque, or its square, is not finite there.
             with suppress(RobotError, np.linalg.LinAlgError):
                 effects = at.stepped(0.5**halving, seen)
-                if not all(np.isfinite(c).all() for s in effects for c in s.columns.values()):
+                whole = (np.vdot(c, c) for s in effects for c in s.columns.values())
+                if not np.isfinite([*whole]).all():
                     continue
                 trial = point(effects)
                 smaller = trial.squares(sigma) < at.squares(sigma)
