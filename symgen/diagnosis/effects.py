@@ -159,6 +159,7 @@ class Score:
         candidate: the effect with its constants.
         columns: by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
+        cost: by how much the log-odds of the best constants are larger than these.
         evidence: score with the effect minus score without it.
         rests: part of the evidence that is of rests.
         left: (n,) held-out variance of each joint with the effect.
@@ -175,6 +176,7 @@ class Score:
     candidate: Candidate
     columns: Columns
     odds: float = 0.0
+    cost: float = 0.0
     evidence: float = 0.0
     rests: float = 0.0
     left: FloatArray = field(default_factory=lambda: np.zeros(0))

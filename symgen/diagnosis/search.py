@@ -175,9 +175,16 @@ class Search:
             contacts = self._needed(contacts, accepted)
             now = frozenset(s.candidate.key for s in accepted), len(contacts)
             if now in seen:  # effects that replace each other in turn are equally good
-                break
+                told = self._told_apart(accepted)
+                if (others := self._exchanged(told)) is None:
+                    break
+                accepted = others
+                now = frozenset(s.candidate.key for s in accepted), len(contacts)
+                if now in seen:
+                    told = self._told_apart(accepted)
+                    break
             seen.add(now)
-        found = sorted(self._merged(self._told_apart(accepted)), key=lambda s: -s.gain)
+        found = sorted(self._merged(told), key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
         rejected = (self._reasoned(stage, s) for s in options if s.candidate.key not in taken)
         left_out = tuple(contacts) if self.contacts else None
@@ -277,9 +284,10 @@ class Search:
         for key, found in entries.items():
             odds = np.array([s.odds for s in found])
             best = found[int(np.argmax(odds))]
-            count = self._grid(best.candidate) if key[0] == UNNAMED else len(found)
+            terms = self.expressions if key[0] == UNNAMED else None
+            count = len(found) if terms is None else terms.count
             whole = float(np.logaddexp.reduce(odds)) - np.log(count)
-            out.append(replace(best, odds=whole))
+            out.append(replace(best, odds=whole, cost=best.odds - whole))
         return sorted(out, key=_odds, reverse=True)
 
     def _between(
@@ -295,9 +303,7 @@ class Search:
             if c.smooth and matters and c.joints not in tried:
                 tried.add(c.joints)
                 *_, own = settled_constants(self.baseline, [*accepted, s], stage.seen)
-                fit = stage.score.beside(own.columns, self._expected(own.candidate, own.columns))
-                own = self._judged(stage, own.candidate, own.columns, fit)
-                s = max(s, replace(own, odds=own.odds - np.log(self._grid(c))), key=_odds)
+                s = max(s, self._scored(stage, own), key=_odds)
             out.append(s)
         return sorted(out, key=_odds, reverse=True)
 
@@ -378,7 +384,7 @@ class Search:
         worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
         odds, rests = evidence + prior, fit.rests - alone.rests
         return Score(
-            candidate, columns, odds, evidence, rests, fit.left, worth, gain, torque, turned
+            candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque, turned
         )
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
@@ -452,18 +458,16 @@ class Search:
         )
         return replace(s, candidate=candidate, columns=columns)
 
-    def _again(self, stage: _Stage, own: Score) -> Score:
-        """Return the score of an effect beside others; the cost of its grid stays."""
+    def _scored(self, stage: _Stage, own: Score) -> Score:
+        """Return an effect beside others; the cost of its grid stays."""
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
         fit = stage.score.beside(columns, self._expected(own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
-        odds = found.odds - np.log(self._grid(own.candidate)) / 2
-        return self._doubted(stage, replace(found, odds=odds))
+        return replace(found, odds=found.odds - own.cost, cost=own.cost)
 
-    def _grid(self, candidate: Candidate) -> int:
-        if self.expressions is not None and candidate.name == UNNAMED:
-            return self.expressions.count
-        return max(1, sum(c.key == candidate.key for c in self.pool))
+    def _again(self, stage: _Stage, own: Score) -> Score:
+        """Return an effect beside others, with the odds that a misfit of any shape leaves it."""
+        return self._doubted(stage, self._scored(stage, own))
 
     def _backward(self, accepted: list[Score]) -> list[Score]:
         """Remove effects that are not probable beside the others, the least probable first."""
@@ -475,6 +479,14 @@ class Search:
             worst = min(failing, key=lambda k: (again[k].odds, again[k].worth))
             accepted = leave_out(accepted, accepted[worst])
         return accepted
+
+    def _exchanged(self, told: Sequence[Score]) -> list[Score] | None:
+        """Return effects with one replaced by another that is like it and more probable."""
+        for own in sorted(told, key=lambda s: s.probability):
+            other = max(own.alike, key=lambda s: s.probability, default=own)
+            if other.probability > own.probability:
+                return self._backward([*(s for s in told if s is not own), other])
+        return None
 
     def _told_apart(self, accepted: Sequence[Score]) -> list[Score]:
         """Return the effects with their probabilities and their alternatives."""
