@@ -39,7 +39,7 @@ PROJECT = Path(__file__).resolve().parents[1]
 SECONDS, TIMES = 60.0, 20.0
 #: The quickest tests that reach it, of so many seconds in all, are shown to a mutant.
 SHOWN = 25.0
-_PASSED = "passed"
+_PASSED, _UNREAD = "passed", "exit 4"
 #: Folders of tests that show mutants of the whole project, and the longest of their files, s.
 _READING = ("generated", "identities", "reference", "robustness", "unit", "workflow")
 LONG = 35.0
@@ -374,7 +374,16 @@ class Copy:
             said = _in_fork(lambda: _tested(self.folder, tests, _First()), seconds)
         finally:
             file.write_text(original, "utf-8")
+        if said == _UNREAD:  # for the mutant, or for names that pytest does not read anyway
+            read = [t for t in tests if self.reads(t)]
+            if len(read) < len(tests):
+                return self.failing(found, text, read, seconds)
         return "" if said == _PASSED else said or "the process died"
+
+    def reads(self, test: str) -> bool:
+        """Whether pytest finds a test by its name, without any change."""
+        options = ["--collect-only", test]
+        return _in_fork(lambda: _tested(self.folder, options, _First()), SECONDS) == _PASSED
 
 
 def tried(group: str, chosen: Sequence[int], kept: Path | None = None) -> Iterator[Mutant]:

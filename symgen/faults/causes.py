@@ -32,7 +32,7 @@ from symgen.faults.fault import EVERYWHERE, MASKED, Fault
 from symgen.faults.recorder import contact_fault, cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
-from symgen.faults.shapes import FACTOR, KINDS, LAWS, Shape
+from symgen.faults.shapes import FACTOR, KINDS, Shape
 from symgen.faults.undo import completed, left_out, multiplied
 from symgen.runtime.evaluator import Evaluator
 
@@ -155,7 +155,7 @@ def causes(
         # Other causes change little beside physics: the first of them show whether one is more
         # probable.
         near = [s for s in shapes if s.physics or s in [c.shape for c in found[:_NEAR]]]
-        found = _ordered(_linear(scene, near), scene.n) or found[1:]
+        found = _ordered(_linear(scene, near), near) or found[1:]
     if not scene.physics:
         return scene, found
     # Physics makes no other cause more probable, except one that few rows show.
@@ -187,15 +187,14 @@ def _all(
     found = [nothing, *_linear(scene, shapes)]
     found += [cause for find in special.values() for cause in find(scene)]
     for fault in faults:
-        # Signs are tried in sets, delays for all joints together and for each joint.
-        if fault.kind != "delay" and not (fault.kind == "sign" and fault.channel[:3] == "tau"):
+        if fault.kind != "delay":  # delays are tried for all joints together and for each joint
             found += _undone(scene, fault)
-    return _ordered(found, scene.n)
+    return _ordered(found, shapes)
 
 
-def _ordered(found: Iterable[Cause], n: int) -> list[Cause]:
-    """Return causes with their prior odds, the most probable first; n joints have laws to try."""
-    odds = {True: math.log(LAWS * n), False: _RARE}
+def _ordered(found: Iterable[Cause], shapes: Iterable[Shape]) -> list[Cause]:
+    """Return causes with their prior odds, the most probable first; one of the physics is true."""
+    odds = {True: math.log(max(1, sum(s.physics for s in shapes))), False: _RARE}
     whole = [replace(c, score=c.score - odds[c.physics]) if c.kind else c for c in found]
     return sorted(whole, key=lambda c: -c.score)
 

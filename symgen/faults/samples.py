@@ -581,14 +581,14 @@ def cut_off(x: FloatArray) -> Bools:
             continue
         at = y >= top - 1e-9 * abs(top)
         count = int(at.sum())
-        if count < _FLAT or count > 0.9 * len(x):
+        if count < _FLAT:
             continue
         levels = np.unique(y[y > top - 0.1 * (top - float(y.min()))])
         digit = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
         below = int(((y < top - 1e-9 * abs(top)) & (y >= top - 1.5 * digit)).sum())
         first, lengths = runs(x)
         others = lengths[~at[first]]
-        usual = float(np.percentile(others, 90)) if len(others) else 1.0
+        usual = float(np.percentile(others, 90)) if len(others) else math.inf
         piled = count >= _FLAT * usual and count > _PILED * max(below, 1)
         if piled and int(np.diff(spans(at)).max()) >= _RUN * usual:
             out |= at

@@ -45,9 +45,6 @@ _LONG = 0.5  # largest relative error of a length for which the first order is v
 _WHOLE = 1.5  # largest compensated share of a weight, with the error of the estimate
 _STEP = 1e-4  # rad or relative, step of differences
 _PHYSICS = "physics"
-#: Sets of columns for physics of a joint's own motion, and the total number of sets.
-_LAWS = (slice(0, 4), slice(4, 7), slice(7, 9), slice(9, 15), slice(15, 16))
-LAWS = len(_LAWS) + 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,18 +318,24 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     typical = rms(np.concatenate([log.qd for log in scene.rows.logs]))
     typical = np.where(typical > 0, typical, 1.0)
 
-    def laws(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+    def laws(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> list[list[FloatArray]]:
         sign, load, v = np.sign(qd), np.abs(scene.torque(q, qd, qdd)), qd / typical
-        rubs = [sign, v, v * np.abs(v), sign * np.exp(-((v / 0.3) ** 2))]
-        rubs += [sign * q, sign * np.sin(q), sign * np.cos(q)]
-        holds = [sign * load, v * load]
-        placed = [np.ones_like(q), q, np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)]
-        return np.stack([*rubs, *holds, *placed, qdd], axis=2).reshape(len(q), -1)
+        return [
+            [sign, v, v * np.abs(v), sign * np.exp(-((v / 0.3) ** 2))],
+            [sign * q, sign * np.sin(q), sign * np.cos(q)],
+            [sign * load, v * load],
+            [np.ones_like(q), q, np.sin(q), np.cos(q), np.sin(2 * q), np.cos(2 * q)],
+            [qdd],
+        ]
 
-    columns = scene.rows.along(laws).reshape(*scene.rows.y.shape, -1)
+    def flat(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        return np.stack([c for law in laws(q, qd, qdd) for c in law], axis=2).reshape(len(q), -1)
+
+    columns = scene.rows.along(flat).reshape(*scene.rows.y.shape, -1)
+    ends = np.cumsum([len(law) for law in laws(*np.zeros((3, 1, scene.n)))])[:-1]
     for j in range(scene.n):
-        for law in _LAWS:
-            yield Shape(_PHYSICS, (j,), {j: columns[:, j, law]})
+        for own in np.split(columns[:, j], ends, axis=1):
+            yield Shape(_PHYSICS, (j,), {j: own})
     moved = scene.rows.along(lambda _, qd, qdd: np.hstack([qd, np.sign(qd), qdd]))
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j

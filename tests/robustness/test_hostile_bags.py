@@ -9,12 +9,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from oracles.bags import DEFINITION, JOINT_STATE, State, write_bag
 from support import PROJECT
 
 import symgen
-from symgen.data.raw import Reading
+from symgen.data.bounded import read_bounded
+from symgen.data.raw import Raw, Reading
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="bounds as Linux has them")
 UNPACKED = 512 << 20
@@ -27,7 +29,8 @@ import json, resource, sys
 import symgen
 from symgen.data import bounded
 from symgen.data.log import read_log
-from symgen.data.raw import Reading
+from symgen.data.bounded import read_bounded
+from symgen.data.raw import Raw, Reading
 bounded._SECONDS, bounded._LEAST = 1.0, 256 << 20  # smaller, so that tests are quick
 try:
     said = read_log(sys.argv[1], reading=Reading(joints=("a", "b"))).q.shape
@@ -178,3 +181,20 @@ def test_what_a_process_takes_beyond_its_bounds_is_a_line(tmp_path, monkeypatch)
     path = bag(tmp_path / "bag")
     with pytest.raises(symgen.LogError, match=r"bag: takes more than .* GB or .* s to read"):
         symgen.read_log(path, reading=Reading(joints=("a", "b")))
+
+
+def limits(_path: Path) -> Raw:
+    """Return the limits of this process: on files, bytes, and on processor time, s."""
+    import resource  # of POSIX
+
+    found = [resource.getrlimit(of)[0] for of in (resource.RLIMIT_FSIZE, resource.RLIMIT_CPU)]
+    return Raw({"limits": np.array(found, dtype=float)}, (), ())
+
+
+def test_a_large_file_may_take_what_its_ten_byte_messages_take(tmp_path):
+    """Each 2 kB, and 0.2 ms."""
+    small, large, messages = tmp_path / "small", tmp_path / "large", 200_000
+    small.write_bytes(b"")
+    large.write_bytes(bytes(10 * messages))
+    before, after = (read_bounded(limits, path).arrays["limits"] for path in (small, large))
+    assert (after - before).tolist() == [2000 * messages, 2e-4 * messages]

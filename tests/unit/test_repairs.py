@@ -117,6 +117,22 @@ def test_a_held_torque_is_not_cut_off_and_a_cut_one_is(k: int) -> None:
     assert cut_off(flat).sum() == (np.abs(flat) == limit).sum() > 0
 
 
+def test_a_torque_that_never_changes_is_not_cut_off() -> None:
+    assert not cut_off(np.full(len(T), 3.0)).any()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_stamps_that_jitter_are_made_even_also_where_rows_are_lost(seed: int) -> None:
+    """The clock goes on over each lost row, of which one in a hundred is."""
+    draw = np.random.default_rng(seed)
+    kept = np.sort(np.append(draw.choice(np.arange(1, len(T) - 1), len(T) - 80, False), [0]))
+    stamps = T + draw.uniform(-0.2, 0.2, len(T)) * STEP
+    q, qd, tau = (x[kept] for x in _motion(seed))
+    log, repairs = repaired(_log(q, qd, tau, stamps[kept]), (REVOLUTE,))
+    assert [r.kind for r in repairs] == ["jitter"]
+    assert np.abs(log.t - T[kept]).max() < 0.05 * STEP
+
+
 def test_a_recorder_that_is_stuck_is_masked_and_a_robot_at_rest_is_not() -> None:
     q, qd, tau = _motion(4)
     span = slice(3000, 4200)

@@ -18,6 +18,7 @@ from symgen.data.signals import (
     lowpass,
     lowpass_and_slopes,
     prepare,
+    white_noise,
 )
 from symgen.errors import LogError
 from symgen.estimation.band import comparison_band
@@ -145,6 +146,14 @@ def test_the_end_of_noisy_samples_is_that_of_the_cubic_nearest_to_them():
     nearest = np.polynomial.Polynomial.fit(np.arange(11), x, 3)
     expected = nearest(0.0), nearest.deriv(2)(0.0)
     np.testing.assert_allclose(end_of_cubic(11) @ x, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.7])
+def test_white_noise_is_known_from_its_part_above_a_narrow_or_wide_band(share: float) -> None:
+    drawn, step = np.random.default_rng(5).normal(size=(40_000, 1)), 1e-3
+    band = share * 0.5 / step
+    high = drawn - lowpass(drawn, step, band)
+    assert white_noise(high, step, band) == pytest.approx([1.0], rel=0.25)
 
 
 def test_a_log_cut_out_of_a_motion_keeps_its_velocity_at_both_ends():

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,14 @@ def test_what_one_joint_alone_does_is_named_on_a_short_log(kind: str) -> None:
     assert row["verdict"] != "trusted"
     assert row["named"]
     assert not row["wrong"]
+
+
+def test_a_wrong_length_is_named() -> None:
+    case = spoiled_study.clean_case("arm4r-52")
+    found = spoiled_study.identify(replace(case, robot=case.robot.replace("d = 0.4", "d = 0.46")))
+    print(found.uses[0].reasons)
+    assert found.verdict != "trusted"
+    assert found.uses[0].reasons[0].startswith("the length d of joint 3 is off by about ")
 
 
 def test_a_joint_whose_torque_is_little_beside_a_wrong_one_is_judged_by_its_error() -> None:
