@@ -25,6 +25,7 @@ from symgen.estimation.decimation import BLOCK
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
+from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
@@ -53,7 +54,7 @@ _WILD = 0.1  # of a joint's torque: error above which other gravity axes are tri
 _AWAY = 1.0  # s, distance from masked samples
 ANOTHER = 10.0  # factor above which a torque is in another unit
 _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is computed
-_SIZE = 0.3  # expected size of missing physics, as a part of the joint's torque
+_SIZE = 0.3  # expected size of physics or a fault, as a part of the joint's torque
 _ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
 _FEW = 2  # other causes that are named with the most probable one
 _EXACT, _TRIES = 0.005, 5  # relative accuracy of a factor, and largest number of iterations
@@ -74,6 +75,7 @@ class Cause:
         score: log-odds, from prediction and prior.
         left: (n,) held-out variance of the joints with the cause.
         shape: the shape with its columns; None if it has none.
+        columns: those of the shape, or of the part of the logs in which it acts.
         value: the first coefficient.
         fault: the channel fault, if it can be undone; None if nothing in the logs can be corrected.
         regressor: (K, n, p) of the model with the cause, if it differs from that of the model.
@@ -86,6 +88,7 @@ class Cause:
     score: float
     left: FloatArray
     shape: Shape | None = None
+    columns: Columns | None = None
     value: float = math.nan
     fault: Fault | None = None
     regressor: FloatArray | None = None
@@ -170,9 +173,14 @@ def causes(
 
 
 def _lawful(found: Sequence[Cause]) -> Shape | None:
-    """Return the physics that is more probable than all causes but the free misfit."""
-    best = next((c.shape for c in found if c.shape is None or not c.shape.free), None)
-    return best if best is not None and best.physics else None
+    """Return the most probable physics, if no cause but the free misfit is certain beside it.
+
+    It may act on other joints than the most probable cause: then both are true, and the cause is
+    as probable beside it.
+    """
+    named = [c for c in found if c.shape is None or not c.shape.free]
+    best = next((c for c in named if c.physics and c.score > 0), None)
+    return best.shape if best and named[0].score - best.score < SURE else None
 
 
 def _all(
@@ -236,6 +244,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
         fit.score - scene.score.alone.score - price,
         fit.left,
         shape,
+        columns,
         x,
         None if when else _mendable(shape, x),
     )
@@ -281,7 +290,8 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
     for c in found:
         if c.shape and c.fault and found[0].score - c.score < _CLOSE:
             fault = _exact_fault(scene.rows.evaluator, scene.rows.logs, c)
-            out += [replace(c, score=c.score - _RARE) for c in _undone(scene, fault)]
+            exact = _undone(scene, fault)
+            out += [replace(e, score=e.score - _RARE, columns=c.columns) for e in exact]
         else:
             out.append(c)
     return sorted(out, key=lambda c: -c.score)
@@ -690,8 +700,9 @@ def find_cause(
     A cause is named if it lowers the error of a joint's torque, on motion that it was not fitted
     on, by what matters and by 15 %. This holds for every joint with an unexplained error
     (`symgen.estimation.floor`). It must also be larger than in every robot, and nine times as
-    probable as physics without a name. Up to three causes that the data do not distinguish are
-    named together.
+    probable as physics without a name; and if no error is unexplained, also as no cause beside a
+    misfit of any shape (`symgen.estimation.misfit_evidence`). Up to three causes that the data do
+    not distinguish are named together.
 
     Args:
         scene: the model on the logs, in the band of the run.
@@ -733,8 +744,12 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     if best.physics or not clear.any() or not best.says:
         return None
     noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
-    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)[1]
+    level, each = unexplained_from(noise)
+    lost = np.sqrt(alone) / rows.size > each
     if part < 1.0 and not clear[lost].all():
+        return None
+    sound = not lost.any() and math.sqrt(alone.sum() / np.sum(rows.size**2)) <= level
+    if sound and best.score - _more_than_shown(scene, best) < SURE:
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
@@ -752,6 +767,26 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")
+
+
+def _more_than_shown(scene: Scene, cause: Cause) -> float:
+    """Return how much less a cause explains beside a misfit of any shape, in nats; 0.0 or more.
+
+    A model that misses a function of the state misses it in many rows alike, so that a column
+    which resembles it predicts all of them. The misfit is that of a diagnosis.
+    """
+    if cause.columns is None:
+        return 0.0
+    rows, score, weight = scene.rows, scene.score, scene.rows.weight
+    size = rows.misfit * rows.size
+    evidence = MisfitEvidence(score.W, score.residual, weight, score.sigma, rows.waves, size)
+    power = [
+        np.sum((c * weight[:, [j]]) ** 2, axis=0) / max(np.sum(weight[:, j] ** 2), 1.0)
+        for j, c in ((j, c / (_SIZE * rows.size[j])) for j, c in cause.columns.items())
+    ]
+    units = 1 / np.sqrt(np.maximum(np.max(power, axis=0), 1e-300))
+    alone = score.beside(cause.columns).score - score.alone.score
+    return max(alone - evidence.of(cause.columns, units), 0.0)
 
 
 def _undoable(found: Sequence[Cause]) -> Cause:

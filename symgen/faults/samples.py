@@ -825,11 +825,13 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
 
 
 def torques_look_computed(samples: Samples) -> bool:
-    """Return whether no torque of a log has noise, judged by sixth differences."""
-    tau = samples.tau[:, np.ptp(samples.tau, axis=0) > 0]
-    if not tau.size or len(tau) < _SIXTH:
-        return False
-    return not (noise_of_differences(tau) > _NOISE * rms(tau)).any()
+    """Return whether a torque of a log has no noise, judged by sixth differences.
+
+    A recorder has the same instruments on all joints. A channel whose differences are exactly zero
+    is held or coarse.
+    """
+    noise = noise_of_differences(samples.tau) if len(samples.t) >= _SIXTH else np.zeros(0)
+    return bool(((noise > 0) & (noise <= _NOISE * rms(samples.tau)[: len(noise)])).any())
 
 
 def positions_look_measured(samples: Samples) -> bool:

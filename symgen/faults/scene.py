@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import rms
+from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, PredictiveScore, dense, motion_folds
 from symgen.estimation.summary import Blocks
@@ -112,6 +113,12 @@ class Rows:
             return out
 
         return self.held(weight)
+
+    @cached_property
+    def waves(self) -> FloatArray:
+        """(K, n, 2 WAVES) random functions of the state, which stand for what a model misses."""
+        known = features_of(self.logs, self.evaluator.model.robot.sigma)
+        return self.along(lambda q, qd, _: known(q, qd))
 
     def turned(self, signs: FloatArray) -> Rows:
         """Return the rows with torques multiplied by signs (n,)."""

@@ -26,7 +26,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import rms
 from symgen.estimation.decimation import BLOCK
-from symgen.estimation.features import WAVES, features_of
+from symgen.estimation.features import WAVES
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import LACKS
 from symgen.estimation.predictive_score import Columns, everywhere
@@ -340,10 +340,8 @@ def _rivals(scene: Scene) -> Iterator[Shape]:
     for j in range(scene.n if scene.n > 1 else 0):
         others = np.arange(moved.shape[1]) % scene.n != j
         yield Shape(_PHYSICS, (j,), {j: moved[:, others]})
-    known = features_of(scene.rows.logs, scene.rows.evaluator.model.robot.sigma)
-    waves = scene.rows.along(lambda q, qd, _: known(q, qd))
     for j, size in enumerate(LACKS * scene.rows.size / math.sqrt(2 * WAVES)):
-        yield Shape(_PHYSICS, (j,), {j: waves[:, j]}, size=float(size))
+        yield Shape(_PHYSICS, (j,), {j: scene.rows.waves[:, j]}, size=float(size))
 
 
 #: Shapes that are tried beside a model.

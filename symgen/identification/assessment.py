@@ -390,11 +390,11 @@ def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str
 
 
 def _silent(samples: Samples) -> str:
-    """Say that no torque of a log has any noise; "" where one has."""
+    """Say that torques of a log have no noise; "" where all have."""
     if not torques_look_computed(samples):
         return ""
     return (
-        f"{samples.name}: the torques have no noise. They look computed (a command or a "
+        f"{samples.name}: torques have no noise. They look computed (a command or a "
         "simulation), not measured: log the measured torque or the motor current"
     )
 

@@ -7,7 +7,7 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
-from symgen.data.signals import NORMAL
+from symgen.data.signals import NORMAL, sampled
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import (
     _JUMP,
@@ -18,6 +18,7 @@ from symgen.faults.samples import (
     repaired,
     repeated_rows,
     stuck_rows,
+    torques_look_computed,
     unmended_faults,
 )
 from symgen.names import REVOLUTE
@@ -131,6 +132,18 @@ def test_stamps_that_jitter_are_made_even_also_where_rows_are_lost(seed: int) ->
     log, repairs = repaired(_log(q, qd, tau, stamps[kept]), (REVOLUTE,))
     assert [r.kind for r in repairs] == ["jitter"]
     assert np.abs(log.t - T[kept]).max() < 0.05 * STEP
+
+
+@pytest.mark.parametrize(
+    ("noise", "step", "computed"),
+    [((0.0, 0.0), 0.0, True), ((3e-4, 2e-5), 0.0, True), ((3e-4, 2e-4), 0.0, False),
+     ((3e-4, 0.0), 0.05, False)],
+)  # fmt: skip
+def test_torques_look_computed_if_one_has_no_noise_and_is_not_coarse(noise, step, computed) -> None:
+    tau = np.column_stack([np.sin(3 * T), np.cos(2 * T)])
+    tau += np.random.default_rng(2).normal(size=tau.shape) * noise
+    tau[:, 1] = np.round(tau[:, 1] / step) * step if step else tau[:, 1]
+    assert torques_look_computed(sampled(make_log("log", T, tau, tau, tau))) == computed
 
 
 def test_a_recorder_that_is_stuck_is_masked_and_a_robot_at_rest_is_not() -> None:

@@ -80,7 +80,7 @@ def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
     robot = symgen.parse_robot(ROBOT, "rubbing.toml")
     logs = [replace(log(seed, 0.1, noise), name=f"log {seed}") for seed in (3, 4)]
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
-    said = [note for note in found.notes if "the torques have no noise" in note]
+    said = [note for note in found.notes if "torques have no noise" in note]
     assert len(said) == (0 if noise else 2), found.notes
 
 
