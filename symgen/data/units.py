@@ -297,7 +297,7 @@ def _slopes(sample: Sample, units: Units) -> Iterator[tuple[FloatArray, FloatArr
     for stamps, arrays in sample.blocks:
         q, qd = arrays.get("q"), arrays.get("qd")
         t = np.asarray(units.seconds(stamps), dtype=np.float64)
-        if q is None or qd is None or q.shape != qd.shape or len(t) < 3:
+        if q is None or qd is None or q.shape != qd.shape:
             continue
         with np.errstate(all="ignore"):
             slope = (q[2:] - q[:-2]) / (t[2:] - t[:-2])[:, None]

@@ -15,6 +15,7 @@ import symgen
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.errors import RobotError
+from symgen.robot.dh import frames
 from symgen.robot.imported import Imported, with_name
 from symgen.robot.toml_io import parse_imported, parse_robot
 from symgen.robot.toml_text import robot_toml
@@ -85,6 +86,12 @@ def test_frames_are_those_of_the_links() -> None:
         for name, want in places(angles).items():
             frame = ours.robot.frame(name)
             np.testing.assert_allclose(found[frame.joint - 1] @ frame.transform, want, atol=1e-14)
+
+
+def test_a_joint_that_slides_moves_its_frame_along_its_axis() -> None:
+    robot = parse_robot('[robot]\nname = "r"\n[[joint]]\nsigma = 1\nalpha = 0.5\nr = 0.2\n')
+    before, after = (frames(robot, {1: q})[1] for q in (0.0, 0.3))
+    np.testing.assert_allclose(after[:3, 3] - before[:3, 3], 0.3 * before[:3, 2], atol=1e-15)
 
 
 def test_frames_and_names_stay_in_the_robot_file() -> None:

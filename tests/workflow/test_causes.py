@@ -27,8 +27,9 @@ try:
 except ImportError as missing:
     pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
 
-from oracles import spoiled
+from oracles import clean_runs, spoiled
 from workflow import spoiled_study
+from workflow.trust_study import identified
 
 import symgen
 
@@ -103,6 +104,13 @@ def test_a_command_without_coulomb_friction_is_named_whatever_else_is_in_it() ->
 def test_a_sound_log_is_not_blamed() -> None:
     row = spoiled_study.attempt("elbow3r-21", "clean", 0)
     assert row["verdict"] == "trusted", row["says"]
+
+
+def test_what_a_sound_model_misses_is_not_taken_for_a_fault() -> None:
+    """A smooth torque of 5 % of each joint, which is also as if a zero were another on one log."""
+    arms = ("planar2r", "spatial2r", "elbow3r")
+    run = clean_runs.run(98_007, arms=arms, effects=False, misfit=0.05)
+    assert identified(run)["reasons"] == []
 
 
 def _piece(log: Any, begin: float, end: float) -> Any:

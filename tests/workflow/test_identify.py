@@ -56,6 +56,8 @@ def test_by_default_all_models_are_fitted_and_the_best_on_folds_is_taken() -> No
     (chosen,) = [a for a in estimate.alternatives if a.chosen]
     assert estimate.model == chosen.model
     assert chosen.held_out == min(a.held_out for a in estimate.alternatives)
+    for a in estimate.alternatives:
+        assert a.reason.startswith(f"{100 * a.held_out:.3g} % torque error on folds left out")
     assert chosen.validation == estimate.torque_validation
 
 
