@@ -44,9 +44,6 @@ ARM = """<mujoco model="arm">
       </body>
     </body>
   </worldbody>
-  <actuator>
-    <general name="bias" joint='a > b' gear="2" gainprm="0" biastype="affine" biasprm="0.7"/>
-  </actuator>
 </mujoco>
 """
 VALUES = {
