@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,16 +17,23 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, plain
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, read_parameters, same_frames
-from symgen.identification.physical import LinkParameters, link_parameters
+from symgen.identification.physical import (
+    LinkFact,
+    LinkParameters,
+    beyond_noise,
+    box_fact,
+    link_parameters,
+    mass_fact,
+)
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import SPRING, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf
+from symgen.robot.formats.mjcf import SPRING, mjcf_links, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf, urdf_links
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -34,6 +41,9 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+#: Name of the robot's payload among the links.
+_PAYLOAD = "payload"
+Box = tuple[Sequence[float], Sequence[float]]
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
@@ -81,6 +91,54 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 @dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of the links of a robot file, by the names of links or bodies in it.
+
+    The name payload is that of the robot's payload; its box is in the frame of its joint.
+
+    Attributes:
+        masses: kg.
+        boxes: two opposite corners of a box that contains the link, in the frame of the link or
+            body in the file, m.
+    """
+
+    masses: Mapping[str, float] = field(default_factory=dict)
+    boxes: Mapping[str, Box] = field(default_factory=dict)
+
+    def facts(self, path: Path, robot: Robot) -> Iterator[LinkFact]:
+        """Yield the facts about the links of a robot.
+
+        Raises:
+            RobotError: the file cannot be read.
+            ParameterError: the file has no such link, or a mass or box is not possible.
+        """
+        if not self.masses and not self.boxes:
+            return
+        found = (mjcf_links if path.suffix.lower() == ".xml" else urdf_links)(path)
+        places = {name: (str(number), pose) for name, (number, pose) in found.items()}
+        if robot.payload is not None:
+            places.setdefault(_PAYLOAD, ("L", np.eye(4)))
+        for name in (*self.masses, *self.boxes):
+            if name not in places:
+                raise ParameterError(
+                    f"{path}: link {plain(name)!r} has no mass there; accepted: {', '.join(places)}"
+                )
+        for name, mass in self.masses.items():
+            if not (math.isfinite(mass) and mass > 0):
+                raise ParameterError(f"link {name}: a mass of {mass:g} kg; accepted: above 0")
+            yield mass_fact(places[name][0], f"link {name}", mass)
+        for name, corners in self.boxes.items():
+            low, high = np.sort(np.array(corners, dtype=float), axis=0)
+            if not (np.isfinite([low, high]).all() and (low < high).all()):
+                raise ParameterError(
+                    f"link {name}: accepted: two opposite corners of a box, finite and apart "
+                    "along every axis"
+                )
+            suffix, pose = places[name]
+            yield box_fact(suffix, f"link {name}", low, high, pose)
+
+
+@dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
 
@@ -103,6 +161,7 @@ def identified_file(
     robot: Robot | None = None,
     actuators: bool = False,
     X: FloatArray | None = None,
+    known: Known | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
@@ -116,10 +175,12 @@ def identified_file(
         robot: that robot, where joints of the file are held still in it.
         actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
+        known: masses and boxes of links. X moves for them as far as its noise may have moved it.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or cannot hold the values.
+        ParameterError: it is another robot's, or cannot hold the values, or what is known of links
+            contradicts the estimate.
     """
     path = Path(path)
     found = read_imported(path)
@@ -131,11 +192,15 @@ def identified_file(
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from"
         )
+    facts = tuple((known or Known()).facts(path, model.robot))
+    if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
+        raise ParameterError(f"{path}: {wrong}")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
+        facts=facts,
     )
     dynamics = _dynamics(model.robot, links)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
@@ -227,6 +292,7 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
+    known: Known | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
@@ -237,13 +303,15 @@ def export(
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
+        known: masses and boxes of links that the file shall have.
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
+        ParameterError: the estimate cannot be read, is another robot's, or cannot be written, or
+            contradicts what is known of links.
     """
-    known, robot = read_identified(estimate, robot)
-    return identified_file(source, known, robot, actuators)
+    found, robot = read_identified(estimate, robot)
+    return identified_file(source, found, robot, actuators, known=known)
 
 
 def export_samples(
@@ -253,6 +321,7 @@ def export_samples(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
+    known: Known | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
@@ -262,7 +331,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators: as for `export`.
+        estimate, source, robot, actuators, known: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -270,18 +339,19 @@ def export_samples(
         RobotError: a robot cannot be read.
         ParameterError: as `export`, or the estimate has no covariance.
     """
-    known, robot = read_identified(estimate, robot)
-    p = len(known.parameters)
-    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
+    found, robot = read_identified(estimate, robot)
+    p = len(found.parameters)
+    if found.covariance.shape != (p, p) or not np.isfinite(found.covariance).all():
         raise ParameterError(
             f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
             "parameters all have a standard deviation"
         )
-    values, vectors = np.linalg.eigh(known.covariance)
+    values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        yield identified_file(source, known, robot, actuators, known.X + root @ rng.normal(size=p))
+        X = found.X + root @ rng.normal(size=p)
+        yield identified_file(source, found, robot, actuators, X, known)
 
 
 def read_identified(

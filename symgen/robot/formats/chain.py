@@ -211,6 +211,11 @@ class Chain:
         foot, x = common
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
+    def pose(self, link: str) -> Array:
+        """Return the frame (4, 4) of a link's joint, in the frame of the link."""
+        frame = dh.inverse(self.link[link]) @ self.frame[self.above[link].name]
+        return np.asarray(frame, dtype=float)
+
     # --- the robot ------------------------------------------------------------------------------
 
     def imported(self) -> Imported:

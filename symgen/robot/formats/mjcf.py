@@ -33,6 +33,7 @@ from symgen.robot.formats.urdf import (
     CAVEAT,
     inertial_edit,
     joint_name,
+    links_with_mass,
     require_finite_joints,
     written_bodies,
 )
@@ -151,6 +152,21 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
             if new:
                 edits.append(_in_section(content, tree.root, section, new))
     return edited(text, edits), held
+
+
+def mjcf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
+    """Return number and frame (4, 4) of the joint of each body with mass, in the body's frame.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    text, _ = read_text(path, _ACCEPTED)
+    with located(path):
+        tree = _Tree(path, text)
+        found = links_with_mass(Chain(tree.urdf))
+    for link, (_, pose) in found.items():
+        pose[:3, 3] += tree.shift[link]
+    return found
 
 
 def _by_name(root: Element, section: str) -> dict[str | None, Element]:

@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
+from pathlib import Path
 from typing import TypeVar
 from xml.sax.saxutils import escape
 
@@ -24,11 +25,11 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics
+from symgen.robot.body import Body, Dynamics, FloatArray, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
-from symgen.robot.imported import Imported
+from symgen.robot.imported import Imported, read_text
 from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
@@ -91,6 +92,26 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         edits = [inertial_edit(content, links[name], _inertial(b)) for name, b in found.items()]
         edits += _joint_edits(content, root, chain, dynamics)
         return edited(text, edits)
+
+
+def urdf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
+    """Return number and frame (4, 4) of the joint of each link with mass, in the link's frame.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    text, _ = read_text(path, "accepted: a .urdf")
+    with located(str(path)):
+        return links_with_mass(Chain(_tree(parse_xml(text))))
+
+
+def links_with_mass(chain: Chain) -> dict[str, tuple[int, FloatArray]]:
+    """Return number and frame (4, 4) of the joint of each link with mass, in the link's frame."""
+    return {
+        link: (chain.number[chain.above[link].name], chain.pose(link))
+        for link, inertial in chain.urdf.links.items()
+        if inertial is not None and link != chain.urdf.root
+    }
 
 
 # Elements.
