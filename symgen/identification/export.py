@@ -115,9 +115,12 @@ class Known:
         if not self.masses and not self.boxes:
             return
         found = (mjcf_links if path.suffix.lower() == ".xml" else urdf_links)(path)
-        places = {name: (str(number), pose) for name, (number, pose) in found.items()}
+        places = {
+            name: {str(number): pose for number, pose in poses.items()}
+            for name, poses in found.items()
+        }
         if robot.payload is not None:
-            places.setdefault(_PAYLOAD, ("L", np.eye(4)))
+            places.setdefault(_PAYLOAD, {"L": np.eye(4)})
         for name in (*self.masses, *self.boxes):
             if name not in places:
                 raise ParameterError(
@@ -126,7 +129,7 @@ class Known:
         for name, mass in self.masses.items():
             if not (math.isfinite(mass) and mass > 0):
                 raise ParameterError(f"link {name}: a mass of {mass:g} kg; accepted: above 0")
-            yield mass_fact(places[name][0], f"link {name}", mass)
+            yield mass_fact(f"link {name}", [*places[name]], mass)
         for name, corners in self.boxes.items():
             low, high = np.sort(np.array(corners, dtype=float), axis=0)
             if not (np.isfinite([low, high]).all() and (low < high).all()):
@@ -134,8 +137,7 @@ class Known:
                     f"link {name}: accepted: two opposite corners of a box, finite and apart "
                     "along every axis"
                 )
-            suffix, pose = places[name]
-            yield box_fact(suffix, f"link {name}", low, high, pose)
+            yield box_fact(f"link {name}", places[name], low, high)
 
 
 @dataclass(frozen=True, eq=False)

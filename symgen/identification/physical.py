@@ -135,57 +135,59 @@ def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArra
 
 @dataclass(frozen=True, eq=False)
 class LinkFact:
-    """What is known of a link: forms @ parameters = floors, or >= floors.
+    """What is known of a body of one link or several: sum of forms @ parameters = or >= floors.
 
     Attributes:
-        link: suffix of its parameters, the number of its joint or L for the payload.
         says: the fact, as a text.
-        forms: (k, 10) in XX XY XZ YY YZ ZZ MX MY MZ M.
+        forms: (k, 10) in XX XY XZ YY YZ ZZ MX MY MZ M of each link, by the suffix of its
+            parameters: the number of its joint, or L for the payload. The first link has a mass.
         floors: (k,).
         equal: whether the sides are equal.
     """
 
-    link: str
     says: str
-    forms: FloatArray
+    forms: Mapping[str, FloatArray]
     floors: FloatArray
     equal: bool
 
 
-def mass_fact(link: str, label: str, mass: float) -> LinkFact:
-    """Return that a link has a mass, kg.
+def mass_fact(label: str, links: Sequence[str], mass: float) -> LinkFact:
+    """Return that a body has a mass, kg.
 
     Args:
-        link: as in `LinkFact`.
-        label: of the link, for messages.
+        label: of the body, for messages.
+        links: suffixes of its links, as in `LinkFact`.
         mass: kg.
     """
+    form = np.eye(len(names.LINK))[-1:]
     says = f"{label}: a mass of {mass:g} kg"
-    return LinkFact(link, says, np.eye(len(names.LINK))[-1:], np.array([mass]), True)
+    return LinkFact(says, dict.fromkeys(links, form), np.array([mass]), True)
 
 
 def box_fact(
-    link: str, label: str, low: FloatArray, high: FloatArray, pose: FloatArray
+    label: str, poses: Mapping[str, FloatArray], low: FloatArray, high: FloatArray
 ) -> LinkFact:
-    """Return that a link lies in a box.
+    """Return that a body lies in a box.
 
         integral of (x - low) (high - x) dm >= 0 along each axis of the box
 
     For a positive mass it follows that the centre of mass is in the box.
 
     Args:
-        link, label: as in `mass_fact`.
+        label: of the body, for messages.
+        poses: the frame (4, 4) of the parameters of each link in that of the box.
         low, high: corners (3,) in the frame of the box, m.
-        pose: (4, 4) the frame of the parameters in that of the box.
     """
-    forms = []
-    for axis, (a, b) in enumerate(zip(low, high, strict=True)):
-        Q = np.zeros((4, 4))
+    forms = np.zeros((3, 4, 4))
+    for axis, (Q, a, b) in enumerate(zip(forms, low, high, strict=True)):
         Q[axis, axis], Q[3, 3] = -1.0, -a * b
         Q[axis, 3] = Q[3, axis] = (a + b) / 2
-        forms.append(np.einsum("ab,kab->k", pose.T @ Q @ pose, _BASIS))
+    moved = {
+        link: np.einsum("qab,kab->qk", pose.T @ forms @ pose, _BASIS)
+        for link, pose in poses.items()
+    }
     corners = " to ".join(f"({', '.join(f'{x:g}' for x in corner)})" for corner in (low, high))
-    return LinkFact(link, f"{label}: a box from {corners} m", np.array(forms), np.zeros(3), False)
+    return LinkFact(f"{label}: a box from {corners} m", moved, np.zeros(3), False)
 
 
 _SOLVED = ("Solved", "AlmostSolved")  # to the accuracy, or to a hundred times it
@@ -344,17 +346,18 @@ class Feasibility:
         rows, floors = [np.zeros((0, len(self.names)))], [np.zeros(0)]
         for fact in self.facts:
             if fact.equal == equal:
-                own = np.zeros((len(fact.forms), len(self.names)))
-                own[:, self._places(fact)] = fact.forms
+                own = np.zeros((len(fact.floors), len(self.names)))
+                for link, forms in fact.forms.items():
+                    own[:, self._places(link)] = forms
                 own *= self.scale
                 size = np.linalg.norm(own, axis=1)
                 rows.append(own / size[:, None])
                 floors.append(fact.floors / size)
         return np.concatenate(rows), np.concatenate(floors)
 
-    def _places(self, fact: LinkFact) -> NDArray[np.intp]:
-        """Return the places (10,) of a link's parameters."""
-        first = self.names.index(f"{names.LINK[0]}{fact.link}")
+    def _places(self, link: str) -> NDArray[np.intp]:
+        """Return the places (10,) of the parameters of a link."""
+        first = self.names.index(f"{names.LINK[0]}{link}")
         return first + np.arange(len(names.LINK))
 
     def _known(self, onto: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -415,10 +418,11 @@ class Feasibility:
         constraints of t: the trace of its dual matrix.
         """
         try:
-            onto, at = self._known(self.onto, self.at)
+            (t, _), blame = self._widest(*self._known(self.onto, self.at), self.links)
         except ParameterError:
+            if not self.facts:
+                raise
             return -np.inf, np.zeros(len(self.links))
-        (t, _), blame = self._widest(onto, at, self.links)
         return t, blame
 
     def _contradiction(self) -> str:
@@ -435,14 +439,14 @@ class Feasibility:
         (fact,) = self.facts
         if not fact.equal:
             return ""
-        M = self._places(fact)[-1]
+        M = self._equal[0][0] / np.linalg.norm(self._equal[0][0] / self.scale, np.inf)
         cones = self._consistent(self.onto, self.at, self.links)
         ends = []
         for sign in (1.0, -1.0):
-            slope = sign * self.onto[M]
+            slope = sign * M @ self.onto
             try:
                 y, _ = minimise(np.zeros((len(slope), len(slope))), slope, cones)
-                ends.append(float(self.onto[M] @ y + self.at[M]) * self.scale[M])
+                ends.append(float(M @ (self.onto @ y + self.at)))
             except ParameterError:  # without end
                 ends.append(sign * -np.inf)
         low, high = f"at least {max(ends[0], 0.0):.3g} kg", f"at most {ends[1]:.3g} kg"
@@ -483,7 +487,8 @@ class Feasibility:
         body = given & (_least(target[self.links]) > _CERTAIN)
         # Fixed to their values where that leaves room: they lead no base parameter.
         still = given & ~body & ~np.isin(self.links, self.heads).any(axis=1)
-        still &= ~np.isin(self.links[:, 0], [self._places(fact)[0] for fact in self.facts])
+        massive = [self._places(next(iter(fact.forms)))[0] for fact in self.facts]
+        still &= ~np.isin(self.links[:, 0], massive)
         for fixed in (still, still & False):
             held = np.isin(self.free, self.links[fixed])
             onto, links = self.onto[:, ~held], self.links[~fixed]
@@ -558,7 +563,7 @@ class Feasibility:
             [
                 Cone("zero", distance, -whiten @ self.X / precise),
                 *self._consistent(np.eye(n, n + p), -floors, self.links),
-                *self._within(np.eye(n, n + p), np.zeros(n)),
+                *self._within(np.eye(n, n + p), np.zeros(n), _NEAREST),
                 *(
                     Cone("zero", np.pad(rows, ((0, 0), (0, p))), -sides)
                     for rows, sides in [self._equal]
@@ -576,11 +581,11 @@ class Feasibility:
         out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in links]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
 
-    def _within(self, onto: FloatArray, at: FloatArray) -> Iterator[Cone]:
-        """Yield the cone of the facts that are no equations, of x = onto y + at."""
+    def _within(self, onto: FloatArray, at: FloatArray, least: float = 0.0) -> Iterator[Cone]:
+        """Yield the cone of the facts that are no equations, of x = onto y + at, with room."""
         rows, floors = self._more
         if len(rows):
-            yield Cone("nonnegative", rows @ onto, rows @ at - floors)
+            yield Cone("nonnegative", rows @ onto, rows @ at - floors - least)
 
 
 def _least(links: FloatArray) -> FloatArray:

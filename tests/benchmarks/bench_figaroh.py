@@ -144,11 +144,11 @@ def compare(data: Path, python: str) -> None:
     own = time.process_time() - began
     n, rng = robot.n, np.random.default_rng(0)
     at_q, at_qd, at_qdd = rng.uniform(-2, 2, (3, STATES, n))
-    log = read_log(data / "train.csv", robot)
+    log = read_log(data / "train.csv", robot.n)
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         (folder / "peer.urdf").write_text(urdf(robot))
-        columns = {key: log[key] for key in ("t", "q", "qd", "tau") if key in log}
+        columns = {k: v for k in ("t", "q", "qd", "tau") if (v := getattr(log, k)) is not None}
         np.savez(folder / "log.npz", at_q=at_q, at_qd=at_qd, at_qdd=at_qdd, **columns)
         environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
         subprocess.run(

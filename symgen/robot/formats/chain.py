@@ -211,10 +211,18 @@ class Chain:
         foot, x = common
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
-    def pose(self, link: str) -> Array:
-        """Return the frame (4, 4) of a link's joint, in the frame of the link."""
-        frame = dh.inverse(self.link[link]) @ self.frame[self.above[link].name]
-        return np.asarray(frame, dtype=float)
+    def host(self, joint: str) -> str:
+        """Return the link of a joint, or of a fixed one without mass the link that carries it."""
+        link = self.urdf.joints[joint].child
+        while link != self.urdf.root and self.urdf.links[link] is None:
+            if not self.above[link].fixed:
+                break
+            link = self.above[link].parent
+        return link
+
+    def pose(self, joint: str) -> Array:
+        """Return the frame (4, 4) of a joint in the frame of the link that hosts it."""
+        return dh.inverse(self.link[self.host(joint)]) @ self.frame[joint]
 
     # --- the robot ------------------------------------------------------------------------------
 

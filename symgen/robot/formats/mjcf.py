@@ -31,6 +31,7 @@ from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.urdf import (
     CAVEAT,
+    LinkFrames,
     inertial_edit,
     joint_name,
     links_with_mass,
@@ -154,8 +155,8 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
     return edited(text, edits), held
 
 
-def mjcf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
-    """Return number and frame (4, 4) of the joint of each body with mass, in the body's frame.
+def mjcf_links(path: Path) -> LinkFrames:
+    """Return the frames of the joints of each body with mass.
 
     Raises:
         RobotError: the file cannot be read.
@@ -164,8 +165,9 @@ def mjcf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
     with located(path):
         tree = _Tree(path, text)
         found = links_with_mass(Chain(tree.urdf))
-    for link, (_, pose) in found.items():
-        pose[:3, 3] += tree.shift[link]
+    for link, poses in found.items():
+        for pose in poses.values():
+            pose[:3, 3] += tree.shift[link]
     return found
 
 

@@ -50,6 +50,9 @@ ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
+#: By link: the frames (4, 4) of its joint, and of fixed joints on it whose links have no mass, in
+#: the frame of the link, by their numbers.
+LinkFrames = dict[str, dict[int, FloatArray]]
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -94,8 +97,8 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         return edited(text, edits)
 
 
-def urdf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
-    """Return number and frame (4, 4) of the joint of each link with mass, in the link's frame.
+def urdf_links(path: Path) -> LinkFrames:
+    """Return the frames of the joints of each link with mass.
 
     Raises:
         RobotError: the file cannot be read.
@@ -105,13 +108,14 @@ def urdf_links(path: Path) -> dict[str, tuple[int, FloatArray]]:
         return links_with_mass(Chain(_tree(parse_xml(text))))
 
 
-def links_with_mass(chain: Chain) -> dict[str, tuple[int, FloatArray]]:
-    """Return number and frame (4, 4) of the joint of each link with mass, in the link's frame."""
-    return {
-        link: (chain.number[chain.above[link].name], chain.pose(link))
-        for link, inertial in chain.urdf.links.items()
-        if inertial is not None and link != chain.urdf.root
-    }
+def links_with_mass(chain: Chain) -> LinkFrames:
+    """Return the frames of the joints of each link with mass, its own joint first."""
+    out: LinkFrames = {}
+    for number, name in enumerate(chain.order, 1):
+        link = chain.host(name)
+        if link != chain.urdf.root and chain.urdf.links[link] is not None:
+            out.setdefault(link, {})[number] = chain.pose(name).astype(float)
+    return out
 
 
 # Elements.
@@ -323,18 +327,13 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
         name = joint_name(chain, body.joint)
-        link = urdf.joints[name].child
+        link = chain.host(name)
         with located(f"joint {shortened(name)!r}"):
             _require_finite(body)
-        while link != urdf.root and urdf.links[link] is None:
-            if not chain.above[link].fixed:
-                break
-            link = chain.above[link].parent
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
-        pose = dh.inverse(chain.link[link]) @ chain.frame[name]
-        parts.setdefault(link, []).append(_moved(body, pose))
+        parts.setdefault(link, []).append(_moved(body, chain.pose(name)))
     return {link: _without_rounding(_joined(own)) for link, own in parts.items()}
 
 
