@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,14 +25,16 @@ from symgen.identification.parameters import cad_parameters, read_parameters, sa
 from symgen.identification.physical import (
     LinkFact,
     LinkParameters,
+    about_centre,
     beyond_noise,
+    bodies,
     box_fact,
     link_parameters,
     mass_fact,
 )
 from symgen.identification.prediction import torque_errors
-from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import SPRING, mjcf_links, updated_mjcf
+from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_links, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf, urdf_links
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
@@ -41,8 +43,6 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
-#: Name of the robot's payload among the links.
-_PAYLOAD = "payload"
 Box = tuple[Sequence[float], Sequence[float]]
 
 
@@ -120,7 +120,7 @@ class Known:
             for name, poses in found.items()
         }
         if robot.payload is not None:
-            places.setdefault(_PAYLOAD, {"L": np.eye(4)})
+            places.setdefault(PAYLOAD, {"L": np.eye(4)})
         for name in (*self.masses, *self.boxes):
             if name not in places:
                 raise ParameterError(
@@ -204,15 +204,17 @@ def identified_file(
         nearest=estimate.covariance,
         facts=facts,
     )
-    dynamics = _dynamics(model.robot, links)
+    mjcf = path.suffix.lower() == ".xml"
+    dynamics = _dynamics(model.robot, links, apart=mjcf)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
         notes.append(
             "the identified X is not physically possible: the file contains the nearest possible "
             f"values, {links.sigmas:.3g} standard deviations away in all"
         )
-    if path.suffix.lower() == ".xml":
-        text, pushed = updated_mjcf(path, dynamics, actuators)
+    if mjcf:
+        text, pushed, changes = updated_mjcf(path, dynamics, actuators)
+        notes += changes
         offsets = {j.joint for j in dynamics.joints if j.stiffness} | pushed
         held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
         held |= {f"OF{k}" for k in offsets} | {*_springs(model.robot).values()}
@@ -233,8 +235,14 @@ def identified_file(
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
-def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
-    """Return what a robot file can hold of the parameters of a robot."""
+def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
+    """Return what a robot file can hold of the parameters of a robot.
+
+    Args:
+        robot: the robot.
+        links: its parameters.
+        apart: whether a payload is no part of its link.
+    """
     springs = _springs(robot)
 
     def value(name: str) -> float:
@@ -263,7 +271,15 @@ def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
         ratio = np.array(robot.drive.ratio)
         if np.count_nonzero(ratio - np.diag(np.diag(ratio))) == 0:
             gears = {j.number: ratio[i, i] for i, j in enumerate(robot.movable)}
-    return Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
+    made = Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
+    if not apart or robot.payload is None:
+        return made
+    load = about_centre([value(f"{prefix}L") for prefix in names.LINK])
+    return replace(
+        made,
+        bodies=bodies(replace(robot, payload=None), links.values),
+        payload=Body(robot.payload, *load),
+    )
 
 
 def _springs(robot: Robot) -> dict[int, str]:

@@ -89,11 +89,11 @@ def peer(folder: Path) -> None:
                 "act_idxv": list(range(n)), "active_joints": [f"j{k + 1}" for k in range(n)],
                 "ts": step, "has_custom_parameters": False, "fv": [0.0] * n, "fs": [0.0] * n,
                 "Ia": [0.0] * n, "off": [0.0] * n,
+                "filter_config": {
+                    "differentiation_method": "central",
+                    "filter_params": {"f_butter": self._cutoff, "f_sample": 1 / step},
+                },
             }  # fmt: skip
-            self.filter_config = {
-                "differentiation_method": "central",
-                "filter_params": {"f_butter": self._cutoff, "f_sample": 1 / step},
-            }
 
         def load_trajectory_data(self) -> dict[str, Any]:
             velocities = given.get("qd")

@@ -205,6 +205,72 @@ def test_settings_that_change_masses_are_refused(arm, tmp_path, command, setting
     assert "changes the masses" in err
 
 
+def test_a_payload_is_a_body_of_its_own(arm, tmp_path, command) -> None:
+    folder, *_ = arm
+    robot = replace(read_imported(folder / "arm.xml").robot, payload=3)
+    model = symgen.derive(robot, "all")
+    load = {"XXL": 0.03, "XYL": 0.0, "XZL": 0.0, "YYL": 0.03, "YZL": 0.0, "ZZL": 0.01,
+            "MXL": 0.02, "MYL": 0.05, "MZL": 0.1, "ML": 0.9}  # fmt: skip
+    file = dict(read_imported(folder / "arm.xml").parameters)
+    X = base_values({**file, **load}, model, "values")
+    result = write_estimate(tmp_path / "result", model, X)
+    to = tmp_path / "out.xml"
+    asked = ["export", result, "--from", folder / "arm.xml", "--to", to, "--mass", "payload=0.9"]
+    q, qd, qdd = np.moveaxis(states(100, 3), 1, 0)
+    smooth = X.copy()
+    for name in ("FS1", "FS2", "FS3"):
+        smooth[model.base.names.index(name)] = 0.0
+    ours = symgen.load(model).inverse_dynamics(q, qd, qdd, smooth)
+    for again in (False, True):  # into the file that it wrote, moved by a user to the tool
+        if again:
+            body = re.search(
+                r' *<body name="payload">.*?</body>', to.read_text(), re.DOTALL
+            ).group()
+            text = to.read_text().replace(body, "").replace(
+                '<body name="tool" pos="0 0 0.1"/>', '<body name="tool" pos="0 0 0.1">'
+                + body.replace('"payload"', '"payload" pos="0.1 0 0" euler="0 90 0"') + "</body>",
+            )  # fmt: skip
+            to.write_text(text)
+            asked = ["export", result, "--to", to, "--mass", "payload=0.9"]
+        code, _, err = command(*asked)
+        assert code == 0, err
+        made = mujoco.MjModel.from_xml_path(str(to))
+        assert made.body("payload").mass[0] == pytest.approx(0.9)
+        made.dof_frictionloss[:] = 0
+        data = mujoco.MjData(made)
+        theirs = [inverse(made, data, *row) for row in zip(q, qd, qdd, strict=True)]
+        np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(read_parameters(to, model), X, rtol=1e-9, atol=1e-11)
+        assert read_imported(to).robot.payload == 3
+        plain = symgen.derive(replace(robot, payload=None))  # of which the payload is the last link
+        np.testing.assert_allclose(read_parameters(to, plain), X, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("actuated", [False, True])
+def test_gravcomp_of_the_file_carries_no_weight_of_the_motors(
+    arm, tmp_path, command, actuated
+) -> None:
+    """The log's torques carry all of the weight: compensation beside the actuators goes."""
+    folder, model, X = arm
+    path, to = tmp_path / "arm.xml", tmp_path / "out.xml"
+    text = ARM.replace('name="lower"', 'name="lower" gravcomp="0.7"')
+    if actuated:  # MuJoCo counts it as torque of the actuators: it may stay
+        text = text.replace("<joint ", '<joint actuatorgravcomp="true" ')
+    path.write_text(text)
+    code, out, err = command("export", folder / "result", "--from", path, "--to", to)
+    assert code == 0, err
+    assert ("gravcomp of the body 'lower' is 0 now" in out) == (not actuated)
+    made = mujoco.MjModel.from_xml_path(str(to))
+    assert made.body("lower").gravcomp[0] == (0.7 if actuated else 0)
+    data, rest = mujoco.MjData(made), np.zeros(3)
+    made.dof_frictionloss[:], made.tendon_frictionloss[:] = 0, 0
+    q = states(20, 3)[:, 0]
+    ours = symgen.load(model).inverse_dynamics(q, 0 * q, 0 * q, X)
+    ours[:, 0] -= X[model.base.names.index("OF1")]  # without --actuators the file has no OF1
+    theirs = [inverse(made, data, row, rest, rest) for row in q]
+    np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
+
+
 def test_links_are_the_files_own_where_they_give_X(arm) -> None:
     folder, *_ = arm
     found = read_imported(folder / "arm.xml")

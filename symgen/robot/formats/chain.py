@@ -316,20 +316,19 @@ class Chain:
         losses: list[tuple[str, float]] = []
         for name in self.order:
             joint, number = self.urdf.joints[name], self.number[name]
-            values = self._standard(joint.child)
+            values = self.standard(self.urdf.links[joint.child], joint.child, name)
             out += [(f"{k}{number}", v) for k, v in zip(names.LINK, values, strict=True)]
             if not joint.fixed and joint.mimic is None:
                 out.append((f"{names.ROTOR}{number}", joint.armature))
                 losses += [(f"FS{number}", joint.friction), (f"FV{number}", joint.damping)]
         return out + losses
 
-    def _standard(self, link: str) -> list[float]:
-        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a link about the origin of its joint's frame."""
-        inertial = self.urdf.links[link]
+    def standard(self, inertial: Inertial | None, link: str, joint: str) -> list[float]:
+        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a body on a link, in the frame of a joint."""
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
-        pose = dh.inverse(self.frame[self.above[link].name]) @ own
+        pose = dh.inverse(self.frame[joint]) @ own
         xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
         (mass,), turn, c = _many((inertial.mass,)), pose[:3, :3], pose[:3, 3]

@@ -333,7 +333,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
-        parts.setdefault(link, []).append(_moved(body, chain.pose(name)))
+        parts.setdefault(link, []).append(moved(body, chain.pose(name)))
     return {link: _without_rounding(_joined(own)) for link, own in parts.items()}
 
 
@@ -365,7 +365,7 @@ def _require_finite(body: Body) -> None:
         )
 
 
-def _moved(body: Body, pose: dh.Array) -> Body:
+def moved(body: Body, pose: dh.Array) -> Body:
     """Return a body in another frame; `pose` is its frame there."""
     R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
     inertia = np.asarray(body.inertia, dtype=float)
