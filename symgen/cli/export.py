@@ -59,17 +59,22 @@ def export(
     for path in (copied,) if samples else (copied, to):
         if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
-    known = exports.Known(
-        {name: mass for name, (mass,) in _of_links("--mass", masses, 1).items()},
-        {name: (v[:3], v[3:]) for name, v in _of_links("--box", boxes, 6).items()},
-    )
+    weighed = {name: mass for name, (mass,) in _of_links("--mass", masses, 1).items()}
+    boxed = {name: (v[:3], v[3:]) for name, v in _of_links("--box", boxes, 6).items()}
     say("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
     encoding = "utf-8-sig" if marked else "utf-8"
     if samples:
         drawn = [
             *exports.export_samples(
-                estimate, copied, samples, robot, actuators=actuators, known=known, seed=seed
+                estimate,
+                copied,
+                samples,
+                robot,
+                actuators=actuators,
+                masses=weighed,
+                boxes=boxed,
+                seed=seed,
             )
         ]
         digits, first = len(str(samples - 1)), drawn[0]
@@ -79,7 +84,9 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(estimate, copied, robot, actuators=actuators, known=known)
+        first = exports.export(
+            estimate, copied, robot, actuators=actuators, masses=weighed, boxes=boxed
+        )
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
         replace_file(to, first.text.encode(encoding))

@@ -310,7 +310,8 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
-    known: Known | None = None,
+    masses: Mapping[str, float] | None = None,
+    boxes: Mapping[str, Box] | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
@@ -321,7 +322,8 @@ def export(
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
-        known: masses and boxes of links that the file shall have.
+        masses: known masses of links of the file by name, kg.
+        boxes: two opposite corners of a box that contains a link, in its frame in the file, m.
 
     Raises:
         RobotError: a robot cannot be read.
@@ -329,6 +331,7 @@ def export(
             contradicts what is known of links.
     """
     found, robot = read_identified(estimate, robot)
+    known = Known(masses or {}, boxes or {})
     return identified_file(source, found, robot, actuators, known=known)
 
 
@@ -339,7 +342,8 @@ def export_samples(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
-    known: Known | None = None,
+    masses: Mapping[str, float] | None = None,
+    boxes: Mapping[str, Box] | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
@@ -349,7 +353,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, known: as for `export`.
+        estimate, source, robot, actuators, masses, boxes: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -366,7 +370,7 @@ def export_samples(
         )
     values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng = np.random.default_rng(seed)
+    rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
         yield identified_file(source, found, robot, actuators, X, known)

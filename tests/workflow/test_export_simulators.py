@@ -223,13 +223,11 @@ def test_a_payload_is_a_body_of_its_own(arm, tmp_path, command) -> None:
     ours = symgen.load(model).inverse_dynamics(q, qd, qdd, smooth)
     for again in (False, True):  # into the file that it wrote, moved by a user to the tool
         if again:
-            body = re.search(
-                r' *<body name="payload">.*?</body>', to.read_text(), re.DOTALL
-            ).group()
-            text = to.read_text().replace(body, "").replace(
-                '<body name="tool" pos="0 0 0.1"/>', '<body name="tool" pos="0 0 0.1">'
-                + body.replace('"payload"', '"payload" pos="0.1 0 0" euler="0 90 0"') + "</body>",
-            )  # fmt: skip
+            text = to.read_text()
+            body = re.search('<body name="payload">.*?</body>', text, re.DOTALL).group()
+            turned = body.replace('"payload"', '"payload" pos="0.1 0 0" euler="0 90 0"')
+            tool = '<body name="tool" pos="0 0 0.1"'
+            text = text.replace(body, "").replace(f"{tool}/>", f"{tool}>{turned}</body>")
             to.write_text(text)
             asked = ["export", result, "--to", to, "--mass", "payload=0.9"]
         code, _, err = command(*asked)
@@ -261,7 +259,7 @@ def test_gravcomp_of_the_file_carries_no_weight_of_the_motors(
     assert code == 0, err
     assert ("gravcomp of the body 'lower' is 0 now" in out) == (not actuated)
     made = mujoco.MjModel.from_xml_path(str(to))
-    assert made.body("lower").gravcomp[0] == (0.7 if actuated else 0)
+    assert made.body_gravcomp[made.body("lower").id] == (0.7 if actuated else 0)
     data, rest = mujoco.MjData(made), np.zeros(3)
     made.dof_frictionloss[:], made.tendon_frictionloss[:] = 0, 0
     q = states(20, 3)[:, 0]
