@@ -20,6 +20,15 @@ from symgen.errors import PackageError, SymgenError
 @click.option("--log", "logs", type=PATH, multiple=True, help="Log on which the written file is "
               "compared with the estimate; repeatable.")  # fmt: skip
 @click.option("--actuators", is_flag=True, help="MJCF: an actuator for each constant torque.")
+@click.option("--mass", "masses", multiple=True, metavar="LINK=KG", help="Known mass of a link of "
+              "the file; repeatable.")  # fmt: skip
+@click.option(
+    "--box",
+    "boxes",
+    multiple=True,
+    metavar="LINK=X,Y,Z,X,Y,Z",
+    help="Opposite corners of a box that contains a link, m, in its frame in the file; repeatable.",
+)
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
@@ -29,6 +38,8 @@ def export(
     source: Path | None,
     robot: str | None,
     logs: tuple[Path, ...],
+    masses: tuple[str, ...],
+    boxes: tuple[str, ...],
     actuators: bool,
     samples: int | None,
     seed: int,
@@ -37,7 +48,8 @@ def export(
 
     Links, friction, rotor inertia, springs and coupled drives are written, as far as the format
     can hold them. Many sets of link parameters fit an estimate: symgen takes the physically
-    possible one that is nearest to the values in the file.
+    possible one that is nearest to the values in the file, and that has the masses and boxes of
+    --mass and --box.
     """
     from symgen.files import json_text, replace_file, write_folder
     from symgen.identification import export as exports
@@ -47,13 +59,22 @@ def export(
     for path in (copied,) if samples else (copied, to):
         if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
+    weighed = {name: mass for name, (mass,) in _of_links("--mass", masses, 1).items()}
+    boxed = {name: (v[:3], v[3:]) for name, v in _of_links("--box", boxes, 6).items()}
     say("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
     encoding = "utf-8-sig" if marked else "utf-8"
     if samples:
         drawn = [
             *exports.export_samples(
-                estimate, copied, samples, robot, actuators=actuators, seed=seed
+                estimate,
+                copied,
+                samples,
+                robot,
+                actuators=actuators,
+                masses=weighed,
+                boxes=boxed,
+                seed=seed,
             )
         ]
         digits, first = len(str(samples - 1)), drawn[0]
@@ -63,7 +84,9 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(estimate, copied, robot, actuators=actuators)
+        first = exports.export(
+            estimate, copied, robot, actuators=actuators, masses=weighed, boxes=boxed
+        )
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
         replace_file(to, first.text.encode(encoding))
@@ -75,8 +98,8 @@ def export(
         click.echo(f"note: the format cannot hold {listed}")
     for log in logs:
         say(f"comparing with {log}")
-        known, own = exports.read_identified(estimate, robot)
-        errors = exports.file_errors(paths, log, known, own or copied)
+        found, own = exports.read_identified(estimate, robot)
+        errors = exports.file_errors(paths, log, found, own or copied)
         each = [100 * error for error in errors.files]
         told = f"{each[0]:.3g} %"
         if samples:
@@ -85,6 +108,21 @@ def export(
             told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
         click.echo(f"torque error on {log}: {told}; the estimate {100 * errors.estimate:.3g} %")
     click.echo(f"written: {to}")
+
+
+def _of_links(option: str, given: tuple[str, ...], count: int) -> dict[str, list[float]]:
+    """Return the numbers of each link from texts LINK=NUMBER,NUMBER..."""
+    out = {}
+    for text in given:
+        name, _, numbers = text.rpartition("=")
+        try:
+            out[name] = [float(number) for number in numbers.split(",")]
+        except ValueError:
+            out[name] = []
+        if not name or len(out[name]) != count:
+            many = f"{count} numbers with commas" if count > 1 else "a number"
+            raise click.UsageError(f"{option} {text}: accepted: LINK= and {many}")
+    return out
 
 
 def _same_robot(path: Path, source: Path) -> bool:

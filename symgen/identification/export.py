@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,16 +17,25 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, plain
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import cad_parameters, read_parameters, same_frames
-from symgen.identification.physical import LinkParameters, link_parameters
+from symgen.identification.physical import (
+    LinkFact,
+    LinkParameters,
+    about_centre,
+    beyond_noise,
+    bodies,
+    box_fact,
+    link_parameters,
+    mass_fact,
+)
 from symgen.identification.prediction import torque_errors
-from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import SPRING, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf
+from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_links, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf, urdf_links
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -34,6 +43,7 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+Box = tuple[Sequence[float], Sequence[float]]
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
@@ -81,6 +91,56 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 @dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of the links of a robot file, by the names of links or bodies in it.
+
+    The name payload is that of the robot's payload; its box is in the frame of its joint.
+
+    Attributes:
+        masses: kg.
+        boxes: two opposite corners of a box that contains the link, in the frame of the link or
+            body in the file, m.
+    """
+
+    masses: Mapping[str, float] = field(default_factory=dict)
+    boxes: Mapping[str, Box] = field(default_factory=dict)
+
+    def facts(self, path: Path, robot: Robot) -> Iterator[LinkFact]:
+        """Yield the facts about the links of a robot.
+
+        Raises:
+            RobotError: the file cannot be read.
+            ParameterError: the file has no such link, or a mass or box is not possible.
+        """
+        if not self.masses and not self.boxes:
+            return
+        found = (mjcf_links if path.suffix.lower() == ".xml" else urdf_links)(path)
+        places = {
+            name: {str(number): pose for number, pose in poses.items()}
+            for name, poses in found.items()
+        }
+        if robot.payload is not None:
+            places.setdefault(PAYLOAD, {"L": np.eye(4)})
+        for name in (*self.masses, *self.boxes):
+            if name not in places:
+                raise ParameterError(
+                    f"{path}: link {plain(name)!r} has no mass there; accepted: {', '.join(places)}"
+                )
+        for name, mass in self.masses.items():
+            if not (math.isfinite(mass) and mass > 0):
+                raise ParameterError(f"link {name}: a mass of {mass:g} kg; accepted: above 0")
+            yield mass_fact(f"link {name}", [*places[name]], mass)
+        for name, corners in self.boxes.items():
+            low, high = np.sort(np.array(corners, dtype=float), axis=0)
+            if not (np.isfinite([low, high]).all() and (low < high).all()):
+                raise ParameterError(
+                    f"link {name}: accepted: two opposite corners of a box, finite and apart "
+                    "along every axis"
+                )
+            yield box_fact(f"link {name}", places[name], low, high)
+
+
+@dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
 
@@ -103,6 +163,7 @@ def identified_file(
     robot: Robot | None = None,
     actuators: bool = False,
     X: FloatArray | None = None,
+    known: Known | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
@@ -116,10 +177,12 @@ def identified_file(
         robot: that robot, where joints of the file are held still in it.
         actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
+        known: masses and boxes of links. X moves for them as far as its noise may have moved it.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or cannot hold the values.
+        ParameterError: it is another robot's, or cannot hold the values, or what is known of links
+            contradicts the estimate.
     """
     path = Path(path)
     found = read_imported(path)
@@ -131,21 +194,27 @@ def identified_file(
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from"
         )
+    facts = tuple((known or Known()).facts(path, model.robot))
+    if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
+        raise ParameterError(f"{path}: {wrong}")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
+        facts=facts,
     )
-    dynamics = _dynamics(model.robot, links)
+    mjcf = path.suffix.lower() == ".xml"
+    dynamics = _dynamics(model.robot, links, apart=mjcf)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
         notes.append(
             "the identified X is not physically possible: the file contains the nearest possible "
             f"values, {links.sigmas:.3g} standard deviations away in all"
         )
-    if path.suffix.lower() == ".xml":
-        text, pushed = updated_mjcf(path, dynamics, actuators)
+    if mjcf:
+        text, pushed, changes = updated_mjcf(path, dynamics, actuators)
+        notes += changes
         offsets = {j.joint for j in dynamics.joints if j.stiffness} | pushed
         held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
         held |= {f"OF{k}" for k in offsets} | {*_springs(model.robot).values()}
@@ -166,8 +235,14 @@ def identified_file(
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
-def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
-    """Return what a robot file can hold of the parameters of a robot."""
+def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
+    """Return what a robot file can hold of the parameters of a robot.
+
+    Args:
+        robot: the robot.
+        links: its parameters.
+        apart: whether a payload is no part of its link.
+    """
     springs = _springs(robot)
 
     def value(name: str) -> float:
@@ -196,7 +271,15 @@ def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
         ratio = np.array(robot.drive.ratio)
         if np.count_nonzero(ratio - np.diag(np.diag(ratio))) == 0:
             gears = {j.number: ratio[i, i] for i, j in enumerate(robot.movable)}
-    return Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
+    made = Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
+    if not apart or robot.payload is None:
+        return made
+    load = about_centre([value(f"{prefix}L") for prefix in names.LINK])
+    return replace(
+        made,
+        bodies=bodies(replace(robot, payload=None), links.values),
+        payload=Body(robot.payload, *load),
+    )
 
 
 def _springs(robot: Robot) -> dict[int, str]:
@@ -227,6 +310,8 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
+    masses: Mapping[str, float] | None = None,
+    boxes: Mapping[str, Box] | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
@@ -237,13 +322,17 @@ def export(
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
+        masses: known masses of links of the file by name, kg.
+        boxes: two opposite corners of a box that contains a link, in its frame in the file, m.
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
+        ParameterError: the estimate cannot be read, is another robot's, or cannot be written, or
+            contradicts what is known of links.
     """
-    known, robot = read_identified(estimate, robot)
-    return identified_file(source, known, robot, actuators)
+    found, robot = read_identified(estimate, robot)
+    known = Known(masses or {}, boxes or {})
+    return identified_file(source, found, robot, actuators, known=known)
 
 
 def export_samples(
@@ -253,6 +342,8 @@ def export_samples(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
+    masses: Mapping[str, float] | None = None,
+    boxes: Mapping[str, Box] | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
@@ -262,7 +353,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators: as for `export`.
+        estimate, source, robot, actuators, masses, boxes: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -270,18 +361,19 @@ def export_samples(
         RobotError: a robot cannot be read.
         ParameterError: as `export`, or the estimate has no covariance.
     """
-    known, robot = read_identified(estimate, robot)
-    p = len(known.parameters)
-    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
+    found, robot = read_identified(estimate, robot)
+    p = len(found.parameters)
+    if found.covariance.shape != (p, p) or not np.isfinite(found.covariance).all():
         raise ParameterError(
             f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
             "parameters all have a standard deviation"
         )
-    values, vectors = np.linalg.eigh(known.covariance)
+    values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng = np.random.default_rng(seed)
+    rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
     for _ in range(count):
-        yield identified_file(source, known, robot, actuators, known.X + root @ rng.normal(size=p))
+        X = found.X + root @ rng.normal(size=p)
+        yield identified_file(source, found, robot, actuators, X, known)
 
 
 def read_identified(

@@ -149,7 +149,11 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
             f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
             "robot was imported from, and geometry as imported"
         )
-    return _with_drives(dict(found.parameters), model)
+    values = dict(found.parameters)
+    if found.robot.payload is not None and model.robot.payload is None:  # it is part of its link
+        for prefix in names.LINK:
+            values[f"{prefix}{found.robot.payload}"] += values.pop(f"{prefix}L")
+    return _with_drives(values, model)
 
 
 def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:

@@ -82,9 +82,11 @@ class Dynamics:
         joints: the torques of movable joints.
         couplings: the drives that move two joints.
         gears: number of a joint -> motor turns per joint turn, where that is known.
+        payload: the load on the link of a joint, where it is no part of that link.
     """
 
     bodies: tuple[Body, ...]
     joints: tuple[JointDynamics, ...] = ()
     couplings: tuple[CouplingDynamics, ...] = ()
     gears: Mapping[int, float] = field(default_factory=dict)
+    payload: Body | None = None

@@ -205,6 +205,70 @@ def test_settings_that_change_masses_are_refused(arm, tmp_path, command, setting
     assert "changes the masses" in err
 
 
+def test_a_payload_is_a_body_of_its_own(arm, tmp_path, command) -> None:
+    folder, *_ = arm
+    robot = replace(read_imported(folder / "arm.xml").robot, payload=3)
+    model = symgen.derive(robot, "all")
+    load = {"XXL": 0.03, "XYL": 0.0, "XZL": 0.0, "YYL": 0.03, "YZL": 0.0, "ZZL": 0.01,
+            "MXL": 0.02, "MYL": 0.05, "MZL": 0.1, "ML": 0.9}  # fmt: skip
+    file = dict(read_imported(folder / "arm.xml").parameters)
+    X = base_values({**file, **load}, model, "values")
+    result = write_estimate(tmp_path / "result", model, X)
+    to = tmp_path / "out.xml"
+    asked = ["export", result, "--from", folder / "arm.xml", "--to", to, "--mass", "payload=0.9"]
+    q, qd, qdd = np.moveaxis(states(100, 3), 1, 0)
+    smooth = X.copy()
+    for name in ("FS1", "FS2", "FS3"):
+        smooth[model.base.names.index(name)] = 0.0
+    ours = symgen.load(model).inverse_dynamics(q, qd, qdd, smooth)
+    for again in (False, True):  # into the file that it wrote, moved by a user to the tool
+        if again:
+            text = to.read_text()
+            body = re.search('<body name="payload">.*?</body>', text, re.DOTALL).group()
+            turned = body.replace('"payload"', '"payload" pos="0.1 0 0" euler="0 90 0"')
+            tool = '<body name="tool" pos="0 0 0.1"'
+            text = text.replace(body, "").replace(f"{tool}/>", f"{tool}>{turned}</body>")
+            to.write_text(text)
+            asked = ["export", result, "--to", to, "--mass", "payload=0.9"]
+        code, _, err = command(*asked)
+        assert code == 0, err
+        made = mujoco.MjModel.from_xml_path(str(to))
+        assert made.body("payload").mass[0] == pytest.approx(0.9)
+        made.dof_frictionloss[:] = 0
+        data = mujoco.MjData(made)
+        theirs = [inverse(made, data, *row) for row in zip(q, qd, qdd, strict=True)]
+        np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(read_parameters(to, model), X, rtol=1e-9, atol=1e-11)
+        assert read_imported(to).robot.payload == 3
+        plain = symgen.derive(replace(robot, payload=None))  # of which the payload is the last link
+        np.testing.assert_allclose(read_parameters(to, plain), X, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("actuated", [False, True])
+def test_gravcomp_of_the_file_carries_no_weight_of_the_motors(
+    arm, tmp_path, command, actuated
+) -> None:
+    """The log's torques carry all of the weight: compensation beside the actuators goes."""
+    folder, model, X = arm
+    path, to = tmp_path / "arm.xml", tmp_path / "out.xml"
+    text = ARM.replace('name="lower"', 'name="lower" gravcomp="0.7"')
+    if actuated:  # MuJoCo counts it as torque of the actuators: it may stay
+        text = text.replace("<joint ", '<joint actuatorgravcomp="true" ')
+    path.write_text(text)
+    code, out, err = command("export", folder / "result", "--from", path, "--to", to)
+    assert code == 0, err
+    assert ("gravcomp of the body 'lower' is 0 now" in out) == (not actuated)
+    made = mujoco.MjModel.from_xml_path(str(to))
+    assert made.body_gravcomp[made.body("lower").id] == (0.7 if actuated else 0)
+    data, rest = mujoco.MjData(made), np.zeros(3)
+    made.dof_frictionloss[:], made.tendon_frictionloss[:] = 0, 0
+    q = states(20, 3)[:, 0]
+    ours = symgen.load(model).inverse_dynamics(q, 0 * q, 0 * q, X)
+    ours[:, 0] -= X[model.base.names.index("OF1")]  # without --actuators the file has no OF1
+    theirs = [inverse(made, data, row, rest, rest) for row in q]
+    np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-10)
+
+
 def test_links_are_the_files_own_where_they_give_X(arm) -> None:
     folder, *_ = arm
     found = read_imported(folder / "arm.xml")
@@ -221,6 +285,59 @@ def test_links_are_the_files_own_where_they_give_X(arm) -> None:
         for k in (1, 2)
     ]
     assert moved[1] == pytest.approx(2 * moved[0], rel=0.02)
+
+
+def room_inside(body, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Integrals of (x - low)(high - x) dm of a body of MuJoCo, along the axes of its frame."""
+    R = np.zeros(9)
+    mujoco.mju_quat2Mat(R, body.iquat)
+    R = R.reshape(3, 3)
+    about = R @ np.diag(body.inertia.sum() / 2 - body.inertia) @ R.T  # of r r' about the centre
+    second = np.diag(about) + body.mass * body.ipos**2
+    return -second + body.mass * ((low + high) * body.ipos - low * high)
+
+
+def test_a_file_has_the_masses_and_boxes_that_are_known(arm, tmp_path, command) -> None:
+    """As MuJoCo reads it, in the frames of its bodies; the torques stay those of the estimate."""
+    folder, model, X = arm
+    to = tmp_path / "out.xml"
+    low, high = np.array([-0.08, -0.08, -0.01]), np.array([0.1, 0.12, 0.11])
+    box = ",".join(f"{x:g}" for x in (*low, *high))
+    export = ["export", folder / "result", "--from", folder / "arm.xml", "--to", to]
+    code, _, err = command(*export, "--mass", "lower=1.1", "--box", f"wrist={box}")
+    assert code == 0, err
+    made = mujoco.MjModel.from_xml_path(str(to))
+    assert made.body("lower").mass[0] == pytest.approx(1.1, rel=1e-9)
+    assert (room_inside(made.body("wrist"), low, high) > -1e-8).all()
+    assert ((low < made.body("wrist").ipos) & (made.body("wrist").ipos < high)).all()
+    np.testing.assert_allclose(read_parameters(to, model)[: model.base.inertial],
+                               X[: model.base.inertial], rtol=1e-8, atol=1e-10)  # fmt: skip
+    # Without the box, the same body reaches beyond it.
+    assert command(*export)[0] == 0
+    free = mujoco.MjModel.from_xml_path(str(to))
+    assert room_inside(free.body("wrist"), low, high).min() < -1e-4
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["--mass", "lower=200"], "link lower: a mass of 200 kg (the torques need at least"),
+        (["--mass", "lower"], "--mass lower: accepted: LINK= and a number"),
+        (["--mass", "elbow=1"], "link 'elbow' has no mass there; accepted: upper, lower, wrist"),
+        (["--mass", "lower=-1"], "link lower: a mass of -1 kg; accepted: above 0"),
+        (["--box", "lower=1,2,3"], "--box lower=1,2,3: accepted: LINK= and 6 numbers"),
+        (["--box", "lower=0,0,0,1,0,1"], "link lower: accepted: two opposite corners of a box"),
+    ],
+)
+def test_what_is_known_and_cannot_be_is_refused(arm, tmp_path, command, given, says) -> None:
+    folder, *_ = arm
+    to = tmp_path / "out.xml"
+    code, _, err = command(
+        "export", folder / "result", "--from", folder / "arm.xml", "--to", to, *given
+    )
+    assert code == 2
+    assert says in " ".join(err.split())
+    assert not to.exists()
 
 
 def test_robots_are_drawn_from_what_is_known(arm, tmp_path, command) -> None:

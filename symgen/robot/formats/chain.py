@@ -211,6 +211,19 @@ class Chain:
         foot, x = common
         return dh.half_turn(dh.turn_of(x, before)), (foot - at) @ z
 
+    def host(self, joint: str) -> str:
+        """Return the link of a joint, or of a fixed one without mass the link that carries it."""
+        link = self.urdf.joints[joint].child
+        while link != self.urdf.root and self.urdf.links[link] is None:
+            if not self.above[link].fixed:
+                break
+            link = self.above[link].parent
+        return link
+
+    def pose(self, joint: str) -> Array:
+        """Return the frame (4, 4) of a joint in the frame of the link that hosts it."""
+        return dh.inverse(self.link[self.host(joint)]) @ self.frame[joint]
+
     # --- the robot ------------------------------------------------------------------------------
 
     def imported(self) -> Imported:
@@ -303,20 +316,19 @@ class Chain:
         losses: list[tuple[str, float]] = []
         for name in self.order:
             joint, number = self.urdf.joints[name], self.number[name]
-            values = self._standard(joint.child)
+            values = self.standard(self.urdf.links[joint.child], joint.child, name)
             out += [(f"{k}{number}", v) for k, v in zip(names.LINK, values, strict=True)]
             if not joint.fixed and joint.mimic is None:
                 out.append((f"{names.ROTOR}{number}", joint.armature))
                 losses += [(f"FS{number}", joint.friction), (f"FV{number}", joint.damping)]
         return out + losses
 
-    def _standard(self, link: str) -> list[float]:
-        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a link about the origin of its joint's frame."""
-        inertial = self.urdf.links[link]
+    def standard(self, inertial: Inertial | None, link: str, joint: str) -> list[float]:
+        """Return XX XY XZ YY YZ ZZ MX MY MZ M of a body on a link, in the frame of a joint."""
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
-        pose = dh.inverse(self.frame[self.above[link].name]) @ own
+        pose = dh.inverse(self.frame[joint]) @ own
         xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
         (mass,), turn, c = _many((inertial.mass,)), pose[:3, :3], pose[:3, 3]

@@ -23,16 +23,19 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, plain, told_by
-from symgen.robot import expressions
-from symgen.robot.body import CouplingDynamics, Dynamics, FloatArray, JointDynamics
+from symgen.robot import dh, expressions
+from symgen.robot.body import Body, CouplingDynamics, Dynamics, FloatArray, JointDynamics
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions, of_library
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.urdf import (
     CAVEAT,
+    LinkFrames,
     inertial_edit,
     joint_name,
+    links_with_mass,
+    moved,
     require_finite_joints,
     written_bodies,
 )
@@ -43,6 +46,8 @@ from symgen.robot.types import Coupling
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 SPRING = "gravity_spring"
+#: Name of the body that is the robot's payload.
+PAYLOAD = "payload"
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
@@ -52,7 +57,8 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
 
     armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
     becomes the effect gravity_spring, with an offset where it is at rest elsewhere than at 0. A
-    fixed tendon between two joints becomes a coupling.
+    fixed tendon between two joints becomes a coupling. A body without joint and with the name
+    payload becomes the payload of the link that carries it.
 
     Args:
         text: the file's text.
@@ -86,14 +92,29 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
     )
     values += [(f"OF{number}", torque) for number, torque in pushed.items()]
     robot = replace(robot, joints=tuple(joints))
+    if tree.payload is not None:
+        load, carried = tree.payload
+        carrier = chain.carrier[carried]
+        robot = replace(robot, payload=chain.number[carrier])
+        standard = chain.standard(load, carried, carrier)
+        values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
     return replace(found, robot=robot, parameters=tuple(values), notes=(*found.notes, *tree.notes))
 
 
-def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tuple[str, set[int]]:
-    """Return the text of an MJCF with identified values, and the joints whose offset it holds.
+class Updated(NamedTuple):
+    """Text of an MJCF, the joints whose offset it holds, and what else changes in it."""
+
+    text: str
+    held: set[int]
+    notes: list[str]
+
+
+def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> Updated:
+    """Return an MJCF with identified values.
 
     Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes; a coupling becomes a fixed tendon.
+    which override those of default classes; a coupling becomes a fixed tendon. `gravcomp` becomes 0
+    where it would carry weight that the motors carry in the logs.
 
     Args:
         path: path of the MJCF. All other bytes of it stay the same.
@@ -108,6 +129,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
     """
     text, _ = read_text(path, _ACCEPTED)
     content, edits, held = text.encode("utf-8"), list[Edit](), set[int]()
+    notes = list[str]()
     with located(path):
         tree = _Tree(path, text)
         tree.require_masses_as_written()
@@ -117,11 +139,26 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
         require_finite_joints(chain, dynamics.joints)
         for link, body in found.items():
             at = _named(places, "body", link)
-            com = np.asarray(body.com) + tree.shift[link]
-            values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
-            centre = " ".join(repr(float(v)) for v in com)
-            line = f'<inertial pos="{centre}" mass="{body.mass!r}" fullinertia="{values}"/>'
-            edits.append(inertial_edit(content, at, [CAVEAT, line]))
+            body = replace(body, com=np.asarray(body.com) + tree.shift[link])
+            edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
+        if dynamics.payload is not None:
+            carrier = joint_name(chain, dynamics.payload.joint)
+            link = chain.host(carrier) if tree.payload is None else tree.payload[1]
+            load = moved(dynamics.payload, dh.inverse(chain.link[link]) @ chain.frame[carrier])
+            load = replace(load, com=np.asarray(load.com) + tree.shift[link])
+            if tree.payload is None:
+                lines_of_load = [f'<body name="{PAYLOAD}">', f"  {_inertial(load)}", "</body>"]
+                edits.append(inserted(content, _named(places, "body", link), lines_of_load))
+            else:
+                at = _named(places, "body", PAYLOAD)
+                edits.append(inertial_edit(content, at, [_inertial(tree.in_payload(load))]))
+        for name in tree.compensated:
+            at = _named(places, "body", name)
+            edits.append(with_attributes(content, at, {"gravcomp": "0"}))
+            notes.append(
+                f"gravcomp of the body {plain(name)!r} is 0 now: MuJoCo would carry weight that "
+                "the motors carry in the logs"
+            )
         joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
         lines = {"tendon": list[str](), "actuator": list[str]()}
         for own in dynamics.joints:
@@ -150,7 +187,30 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> tup
         for section, new in lines.items():
             if new:
                 edits.append(_in_section(content, tree.root, section, new))
-    return edited(text, edits), held
+    return Updated(edited(text, edits), held, notes)
+
+
+def _inertial(body: Body) -> str:
+    """Return the <inertial> of a body, in the frame of the element that holds it."""
+    values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
+    centre = " ".join(repr(float(v)) for v in body.com)
+    return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
+
+
+def mjcf_links(path: Path) -> LinkFrames:
+    """Return the frames of the joints of each body with mass.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    text, _ = read_text(path, _ACCEPTED)
+    with located(path):
+        tree = _Tree(path, text)
+        found = links_with_mass(Chain(tree.urdf))
+    for link, poses in found.items():
+        for pose in poses.values():
+            pose[:3, 3] += tree.shift[link]
+    return found
 
 
 def _by_name(root: Element, section: str) -> dict[str | None, Element]:
@@ -258,12 +318,14 @@ class _Tree:
         springs: stiffness, and position without torque, of the joints that have one.
         tendons: fixed tendon between two joints, by their names.
         pushers: actuator of constant force on a joint, by its name.
+        payload: the load, in the frame of the link that carries it, and that link.
         notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
         self._path, self.model = path, _compiled(path)
         self.shift: dict[str, FloatArray] = {}
+        self.payload: tuple[Inertial, str] | None = None
         self.springs: dict[str, tuple[float, float]] = {}
         self.notes: list[str] = []
         self._links: dict[str, Inertial | None] = {}
@@ -295,6 +357,9 @@ class _Tree:
             return
         parent = self._body_names[m.body_parentid[b]]
         R = _matrix(m.body_quat[b])
+        if self._is_payload(b):
+            self.payload = self._in_parent(b), parent
+            return
         at = np.array(m.body_pos[b]) - self.shift[parent]
         first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
         floats = (
@@ -320,6 +385,32 @@ class _Tree:
             self._joints[joint.name] = joint
         self.shift[name] = previous
         self._links[name] = self._inertial(b, previous)
+
+    def _is_payload(self, b: int) -> bool:
+        """Whether a body is a load: one of that name with mass, fixed to a link that moves."""
+        m, at = self.model, b
+        while at and not m.body_jntnum[at]:
+            at = int(m.body_parentid[at])
+        moves = at != b and at != 0 and m.jnt_type[m.body_jntadr[at]] != 0
+        alone = b not in m.body_parentid
+        return bool(self._body_names[b] == PAYLOAD and m.body_mass[b] > 0 and moves and alone)
+
+    def _in_parent(self, b: int) -> Inertial:
+        """Return the inertia of a body in the link frame of its parent."""
+        m, R = self.model, _matrix(self.model.body_quat[b])
+        own = R @ _matrix(m.body_iquat[b])
+        tensor = own @ np.diag(m.body_inertia[b]) @ own.T
+        values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
+        parent = self._body_names[m.body_parentid[b]]
+        centre = np.array(m.body_pos[b]) + R @ np.array(m.body_ipos[b]) - self.shift[parent]
+        return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
+
+    def in_payload(self, load: Body) -> Body:
+        """Return a load that is in the body frame of its parent in the frame of its own body."""
+        b = self._body_names.index(PAYLOAD)
+        R = _matrix(self.model.body_quat[b])
+        com = R.T @ (np.asarray(load.com) - self.model.body_pos[b])
+        return replace(load, com=com, inertia=R.T @ load.inertia @ R)
 
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
@@ -398,6 +489,14 @@ class _Tree:
             yield f"IAM{number}", tendon.armature
             yield f"FVM{number}", tendon.damping
             yield f"FSM{number}", tendon.frictionloss
+
+    @property
+    def compensated(self) -> list[str]:
+        """Bodies whose weight MuJoCo carries in part beside the actuators."""
+        m = self.model
+        if m.njnt and m.jnt_actgravcomp.all():
+            return []
+        return [self._body_names[b] for b in np.flatnonzero(m.body_gravcomp)]
 
     @cached_property
     def _compiler(self) -> Any:

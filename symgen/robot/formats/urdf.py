@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
+from pathlib import Path
 from typing import TypeVar
 from xml.sax.saxutils import escape
 
@@ -24,11 +25,11 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics
+from symgen.robot.body import Body, Dynamics, FloatArray, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
-from symgen.robot.imported import Imported
+from symgen.robot.imported import Imported, read_text
 from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
@@ -49,6 +50,9 @@ ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
+#: By link: the frames (4, 4) of its joint, and of fixed joints on it whose links have no mass, in
+#: the frame of the link, by their numbers.
+LinkFrames = dict[str, dict[int, FloatArray]]
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -91,6 +95,27 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         edits = [inertial_edit(content, links[name], _inertial(b)) for name, b in found.items()]
         edits += _joint_edits(content, root, chain, dynamics)
         return edited(text, edits)
+
+
+def urdf_links(path: Path) -> LinkFrames:
+    """Return the frames of the joints of each link with mass.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    text, _ = read_text(path, "accepted: a .urdf")
+    with located(str(path)):
+        return links_with_mass(Chain(_tree(parse_xml(text))))
+
+
+def links_with_mass(chain: Chain) -> LinkFrames:
+    """Return the frames of the joints of each link with mass, its own joint first."""
+    out: LinkFrames = {}
+    for number, name in enumerate(chain.order, 1):
+        link = chain.host(name)
+        if link != chain.urdf.root and chain.urdf.links[link] is not None:
+            out.setdefault(link, {})[number] = chain.pose(name).astype(float)
+    return out
 
 
 # Elements.
@@ -302,18 +327,13 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
     urdf, parts = chain.urdf, dict[str, list[Body]]()
     for body in bodies:
         name = joint_name(chain, body.joint)
-        link = urdf.joints[name].child
+        link = chain.host(name)
         with located(f"joint {shortened(name)!r}"):
             _require_finite(body)
-        while link != urdf.root and urdf.links[link] is None:
-            if not chain.above[link].fixed:
-                break
-            link = chain.above[link].parent
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
-        pose = dh.inverse(chain.link[link]) @ chain.frame[name]
-        parts.setdefault(link, []).append(_moved(body, pose))
+        parts.setdefault(link, []).append(moved(body, chain.pose(name)))
     return {link: _without_rounding(_joined(own)) for link, own in parts.items()}
 
 
@@ -345,7 +365,7 @@ def _require_finite(body: Body) -> None:
         )
 
 
-def _moved(body: Body, pose: dh.Array) -> Body:
+def moved(body: Body, pose: dh.Array) -> Body:
     """Return a body in another frame; `pose` is its frame there."""
     R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
     inertia = np.asarray(body.inertia, dtype=float)
