@@ -88,6 +88,12 @@ def test_the_study_reaches_what_the_page_says() -> None:
     assert found["held"][1] > 0.95
     assert max(found["ratio_median"]) < 0.8
     assert max(found["ratio_largest"]) <= 1.02
+    other = FIGURES["summary"]["elbow"]
+    assert other["runs"] >= 20
+    assert other["held"][1] > 0.95
+    assert max(other["ratio_largest"][1:]) <= 1.02  # after 0.2 s it is 1.38 on one log
+    before, after = np.array(other["position"])
+    assert np.all(after < [0.95, 0.75, 0.75] * before)
 
 
 @pytest.mark.slow
