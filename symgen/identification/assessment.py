@@ -64,6 +64,7 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
+    FittedConstant,
     ParameterEstimate,
     Use,
     joints_of,
@@ -134,6 +135,7 @@ class Outcome:
         repairs: what was mended in the logs.
         notes, provenance: of the logs, beside those of every run.
         faults: reasons why the model is not good for prediction.
+        constants: of effects, that were fitted with the parameters.
     """
 
     solution: Solution
@@ -146,6 +148,7 @@ class Outcome:
     notes: tuple[str, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
     faults: tuple[str, ...] = ()
+    constants: tuple[FittedConstant, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,6 +282,7 @@ def assess(
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
+        constants=found.constants or None,
         alternatives=tuple(
             # the chosen one with the fit of all logs, of which it was chosen on a sample
             replace(

@@ -13,13 +13,15 @@ as Levenberg and Marquardt do; the start states are eliminated window by window 
 
 with W the torque regressor and the emitted derivatives of inverse dynamics. A joint that sticks has
 no S_v, and where a joint reverses, the step of its friction counts as a slope between two samples.
+The delay of the torques and the constants of effects join X: their columns of W are the derivatives
+of the torque by them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +36,11 @@ from symgen.estimation.playback import (
 )
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import shifted
+from symgen.identification.assessment import KNOWN
+from symgen.runtime.effect_constants import EffectConstants
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.integrator import integrate
-from symgen.runtime.plant import KERNELS, Mask, Plant, plant
+from symgen.runtime.plant import KERNELS, Mask, Plant, plant, with_torque
 
 #: Of the model that is refined.
 NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
@@ -59,13 +63,29 @@ _NO_EFFECT = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
+class RefinedConstants:
+    """Constants of effects by output error.
+
+    Attributes:
+        every: the constants.
+        values: (c,) fitted, or those of the robot file.
+        fitted: (c,) whether the logs determine a constant, so that it was fitted.
+    """
+
+    every: EffectConstants
+    values: FloatArray
+    fitted: Mask
+
+
+@dataclass(frozen=True, eq=False)
 class Refinement:
     """Parameters by output error, and whether they simulate held-out windows better.
 
     Attributes:
         X: (p,).
-        covariance: (p, p); (p + 1, p + 1) where the delay is fitted.
+        covariance: of X, then of the delay where it is fitted, then of the fitted constants.
         delay: by which the torques of the logs are late, s.
+        constants: of effects.
         before: (windows,) mean square of measured minus simulated positions, over sigma^2, of the
             parameters to begin with, which have seen the windows.
         after: the same of output error on the other folds of windows.
@@ -74,6 +94,7 @@ class Refinement:
     X: FloatArray
     covariance: FloatArray
     delay: float
+    constants: RefinedConstants
     before: FloatArray
     after: FloatArray
 
@@ -124,12 +145,25 @@ def refine(
             f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
             f"{FOLDS} or more"
         )
-    whole, given = _cut(windows), np.append(X, 0.0) if late else X
-    first, state, sigma = _fit(evaluator, whole, given)
-    parts = state.linearized(evaluator, whole, sigma)
+    whole, every = _cut(windows), EffectConstants.of(evaluator.model)
+    unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool))
+    first, sigma = _begin(unknowns, whole, unknowns.start(X))
+    if every.names:
+        parts = first.linearized(unknowns, whole, sigma)
+        unknowns = unknowns.determined(first, parts)
+    while True:
+        given = unknowns.start(X)
+        state, weights = _fit(unknowns, whole, replace(first, z=given), sigma)
+        parts = state.linearized(unknowns, whole, weights)
+        covariance = _covariance(parts)
+        known = unknowns.determined(state, parts, np.diag(covariance))
+        if np.array_equal(known.fitted, unknowns.fitted):
+            break
+        unknowns = known
+    sigma = weights
     # A stop or a reversal in a window makes more than one minimum: searched from two begins.
     before = np.minimum(
-        _squares(first, whole, sigma), _best(evaluator, whole, given, sigma, state.starts)
+        _squares(first, whole, sigma), _best(unknowns, whole, given, sigma, state.starts)
     )
     H, g = (np.array(x) for x in zip(*_products(parts), strict=True))
     after = np.empty_like(before)
@@ -139,21 +173,22 @@ def refine(
         rows = [np.asarray(x, dtype=bool) for x in _by_log(left, whole)]
         cut = [w.where(r) for w, r in zip(whole, rows, strict=True)]
         begun = [s[r] for s, r in zip(state.starts, rows, strict=True)]
-        after[left] = _best(evaluator, cut, state.z + step, sigma, begun)
+        after[left] = _best(unknowns, cut, state.z + step, sigma, begun)
     each = whole[0].q[0].size
-    found, delay = _split(evaluator, state.z)
-    return Refinement(found, _covariance(parts), delay, before / each, after / each)
+    found, delay, c = unknowns.split(state.z)
+    constants = RefinedConstants(every, c, unknowns.fitted)
+    return Refinement(found, covariance, delay, constants, before / each, after / each)
 
 
 def _best(
-    evaluator: Evaluator,
+    unknowns: _Unknowns,
     windows: Sequence[Windows],
     z: FloatArray,
     sigma: FloatArray,
     starts: list[FloatArray],
 ) -> FloatArray:
     """Return the squares of weighted residuals of windows with their best start states."""
-    return _squares(_settled(evaluator, windows, z, sigma, starts), windows, sigma)
+    return _squares(_settled(unknowns, windows, z, sigma, starts), windows, sigma)
 
 
 def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
@@ -162,21 +197,21 @@ def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> Fl
 
 
 def _settled(
-    evaluator: Evaluator,
+    unknowns: _Unknowns,
     windows: Sequence[Windows],
     z: FloatArray,
     sigma: FloatArray,
     starts: list[FloatArray],
 ) -> _State:
     """Return the state with z fixed after steps of the start states, each window on its own."""
-    state = _State.of(evaluator, windows, z, starts)
+    state = _State.of(unknowns, windows, z, starts)
     part = [np.ones(len(s)) for s in starts]
     none = np.zeros(len(z))
     for _ in range(_ROUNDS):
-        steps = [p.start_step(none) for p in state.linearized(evaluator, windows, sigma)]
+        steps = [p.start_step(none) for p in state.linearized(unknowns, windows, sigma)]
         before = _by_log(_squares(state, windows, sigma), windows)
         tried = [s + a[:, None] * d for s, a, d in zip(state.starts, part, steps, strict=True)]
-        trial = _State.of(evaluator, windows, z, tried)
+        trial = _State.of(unknowns, windows, z, tried)
         after = _by_log(_squares(trial, windows, sigma), windows)
         good = [a < b for a, b in zip(after, before, strict=True)]
         part = [np.where(g, np.minimum(1.0, 2 * a), a / 4) for g, a in zip(good, part, strict=True)]
@@ -260,10 +295,96 @@ def _means(x: FloatArray) -> FloatArray:
     return np.asarray((13 * (x[:-1] + x[1:]) - wide[:-3] - wide[3:]) / 24)
 
 
-def _split(evaluator: Evaluator, z: FloatArray) -> tuple[FloatArray, float]:
-    """Return X (p,) and the delay of the torques, s; 0 where it is not fitted."""
-    p = len(evaluator.model.base.names)
-    return z[:p], float(z[p:].sum())
+@dataclass(frozen=True, eq=False)
+class _Unknowns:
+    """What is fitted beside the start states: z = (X, the delay if `late`, fitted constants).
+
+    Attributes:
+        evaluator: with the kernels of NEEDED.
+        late: whether the delay is fitted.
+        every: the constants of effects.
+        fitted: (c,) which of them are fitted.
+    """
+
+    evaluator: Evaluator
+    late: bool
+    every: EffectConstants
+    fitted: Mask
+
+    def start(self, X: FloatArray) -> FloatArray:
+        """Return z of X, no delay, and the constants of the robot file."""
+        return np.concatenate([X, np.zeros(int(self.late)), self.every.values[self.fitted]])
+
+    def split(self, z: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+        """Return X (p,), the delay of the torques, s, and all constants (c,)."""
+        p = len(self.evaluator.model.base.names)
+        c = self.every.values.copy()
+        c[self.fitted] = z[p + self.late :]
+        return z[:p], float(z[p : p + self.late].sum()), c
+
+    def plant(self, z: FloatArray) -> Plant:
+        """Return the robot with unknowns z."""
+        X, _, c = self.split(z)
+        if not self.fitted.any():
+            return plant(self.evaluator, X)
+        rest = plant(self.evaluator, self.every.without(X))
+        return with_torque(rest, lambda q, qd: self.every.torque(q, qd, X, c))
+
+    def slopes(
+        self, z: FloatArray, w: Windows, q: FloatArray, qd: FloatArray, qdd: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the derivatives of the torque by z, q and qd at samples of windows, (N, n, _)."""
+        X, delay, c = self.split(z)
+        columns = [self.evaluator["torque_regressor"](q, qd, qdd)]
+        own = self.every.without(X) if self.fitted.any() else X
+        slopes = self.evaluator["inverse_dynamics_derivatives"](q, qd, qdd, own)
+        # At rest, a power of the speed can have no derivative; what rests keeps its speed.
+        by_q, by_qd = (np.where(np.isfinite(x), x, 0.0) for x in slopes)
+        if self.late:
+            columns.append(-w.rate(delay).reshape(*q.shape, 1))
+        if self.fitted.any():
+            more = self.every.slopes(q, qd, X, c)
+            columns[0][..., self.every.places] = more.W[..., self.every.places]
+            columns.append(more.by_c[..., self.fitted])
+            by_q, by_qd = by_q + more.by_q, by_qd + more.by_qd
+        return np.concatenate(columns, axis=2), by_q, by_qd
+
+    def determined(
+        self, state: _State, parts: Sequence[_Part], variance: FloatArray | float = 0.0
+    ) -> _Unknowns:
+        """Return these unknowns without the constants that the logs do not determine.
+
+        They determine a constant if one standard deviation of it, up or down, changes the torque of
+        its effect by no more than a parameter is uncertain that counts as known.
+
+        Args:
+            state: at which `parts` are linearized.
+            parts: the equations.
+            variance: of z; that of white noise counts where it is larger.
+        """
+        if not self.fitted.any():
+            return self
+        X, _, c = self.split(state.z)
+        q, qd = (np.concatenate([x.reshape(-1, x.shape[2]) for x in each])
+                 for each in zip(*state.motions, strict=True))  # fmt: skip
+        H = np.sum([part.sums()[0] for part in parts], axis=0)
+        size = np.sqrt(np.diag(H))
+        scaled = H / np.outer(*2 * [np.where(size > 0, size, 1.0)])
+        white = np.diag(np.linalg.inv(scaled + len(H) * np.finfo(float).eps * np.eye(len(H))))
+        std = np.sqrt(np.maximum(white / np.maximum(size, 1e-150) ** 2, variance))
+        kept, each = self.fitted.copy(), std[len(H) - self.fitted.sum() :]
+        for i, s in zip(np.flatnonzero(self.fitted), each, strict=True):
+            own, at = np.zeros_like(X), self.every.places[self.every.own[:, i]]
+            own[at] = X[at]
+            now = self.every.torque(q, qd, own, c)
+            most = KNOWN / 100 * np.linalg.norm(now)
+            for step in (-s, s):
+                with suppress(ParameterError):
+                    other = self.every.torque(q, qd, own, c + step * np.eye(len(c))[i])
+                    kept[i] &= np.linalg.norm(other - now) <= most
+                    continue
+                kept[i] = False
+        return replace(self, fitted=kept)
 
 
 def _no_torque(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
@@ -282,29 +403,28 @@ def _simulate(
 
 
 def sensitivities(
-    moved: Plant, evaluator: Evaluator, z: FloatArray, w: Windows, q: FloatArray, qd: FloatArray
+    moved: Plant, unknowns: _Unknowns, z: FloatArray, w: Windows, q: FloatArray, qd: FloatArray
 ) -> FloatArray:
     """Return dq/d(z, x0) along simulated windows, (W, K, n, p + 2 n).
 
     Args:
         moved: the robot with parameters X.
-        evaluator: with the kernels of NEEDED.
-        z: (p,) X, and the delay of the torques where it is fitted.
+        unknowns: what z stands for.
+        z: (p,) unknowns.
         w: the windows.
         q, qd: (W, K, n) simulated motion.
     """
     runs, K, n = q.shape
     p, m, h = len(z), len(moved.A), w.step
-    X, delay = _split(evaluator, z)
+    _, delay, _ = unknowns.split(z)
     flat_q, flat_qd = q.reshape(-1, n), qd.reshape(-1, n)
     tau = w.tau(delay).reshape(-1, n)
     speed = moved.speed(flat_qd)
     mode = np.where(np.abs(speed) > 1e-10, np.sign(speed), 0.0)
     qdd, _ = moved.accelerate(flat_q, flat_qd, tau, mode)
-    W = evaluator["torque_regressor"](flat_q, flat_qd, qdd)
-    if p > len(X):
-        W = np.concatenate([W, -w.rate(delay).reshape(-1, n, 1)], axis=2)
-    by_q, by_qd = evaluator["inverse_dynamics_derivatives"](flat_q, flat_qd, qdd, X)
+    W, by_q, by_qd = unknowns.slopes(z, w, flat_q, flat_qd, qdd)
+    low, high = moved.limits(flat_q, flat_qd)
+    step = np.broadcast_to(high - low, speed.shape)
     M = moved.mass(flat_q)
     held = (mode == 0)[:, :, None] * moved.A
     system = np.zeros((len(M), n + m, n + m))
@@ -315,7 +435,7 @@ def sensitivities(
     shape = (runs, K)
     keep = (inverse @ M).reshape(*shape, n, n)
     inverse, W, by_q, by_qd = (x.reshape(*shape, *x.shape[1:]) for x in (inverse, W, by_q, by_qd))
-    mode, speed = mode.reshape(*shape, m), speed.reshape(*shape, m)
+    mode, speed, step = (x.reshape(*shape, m) for x in (mode, speed, step))
     width = p + 2 * n
     S = np.zeros((runs, 2 * n, width))
     S[:, :, p:] = np.eye(2 * n)
@@ -335,7 +455,7 @@ def sensitivities(
     for k in range(K - 1):
         change = np.abs(speed[:, k + 1] - speed[:, k])
         jump = np.where(
-            mode[:, k] * mode[:, k + 1] < 0, 2 * moved.force / np.maximum(change, 1e-12), 0.0
+            mode[:, k] * mode[:, k + 1] < 0, step[:, k] / np.maximum(change, 1e-12), 0.0
         )
         turned = np.einsum("rm,mi,mj->rij", jump, moved.A, moved.A)
         (A0, B0), (A1, B1) = slopes(k, turned), slopes(k + 1, turned)
@@ -346,16 +466,23 @@ def sensitivities(
     return out
 
 
-def _fit(
-    evaluator: Evaluator, windows: Sequence[Windows], z: FloatArray
-) -> tuple[_State, _State, FloatArray]:
-    """Return the state at z with the best start states, that of the least cost, and sigma (n,)."""
+def _begin(
+    unknowns: _Unknowns, windows: Sequence[Windows], z: FloatArray
+) -> tuple[_State, FloatArray]:
+    """Return the state at z with the best start states, and sigma (n,)."""
     starts = [w.start for w in windows]
-    sigma = _deviations(windows, _State.of(evaluator, windows, z, starts))
-    first = state = _settled(evaluator, windows, z, sigma, starts)
+    sigma = _deviations(windows, _State.of(unknowns, windows, z, starts))
+    return _settled(unknowns, windows, z, sigma, starts), sigma
+
+
+def _fit(
+    unknowns: _Unknowns, windows: Sequence[Windows], state: _State, sigma: FloatArray
+) -> tuple[_State, FloatArray]:
+    """Return the state of the least cost, and sigma (n,)."""
+    z = state.z
     damping = _DAMPING
     for done in range(_ROUNDS):
-        parts = state.linearized(evaluator, windows, sigma)
+        parts = state.linearized(unknowns, windows, sigma)
         H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
         size = np.sqrt(np.maximum(np.diag(H), 1e-300))
         scaled, cost, trial = H / np.outer(size, size), state.cost(windows, sigma), None
@@ -363,7 +490,7 @@ def _fit(
             step = np.linalg.solve(scaled + damping * np.eye(len(z)), g / size) / size
             starts = [s + p.start_step(step) for s, p in zip(state.starts, parts, strict=True)]
             with suppress(ParameterError):  # a step to a robot that cannot move is too long
-                trial = _State.of(evaluator, windows, state.z + step, starts)
+                trial = _State.of(unknowns, windows, state.z + step, starts)
                 trial = trial if trial.cost(windows, sigma) < cost else None
             damping *= 10
         if trial is None:
@@ -375,7 +502,7 @@ def _fit(
             break
         if done < _WEIGHED:
             sigma = _deviations(windows, state)
-    return first, state, sigma
+    return state, sigma
 
 
 @dataclass(frozen=True, eq=False)
@@ -389,11 +516,11 @@ class _State:
 
     @classmethod
     def of(
-        cls, evaluator: Evaluator, windows: Sequence[Windows], z: FloatArray,
+        cls, unknowns: _Unknowns, windows: Sequence[Windows], z: FloatArray,
         starts: list[FloatArray],
     ) -> _State:  # fmt: skip
-        X, delay = _split(evaluator, z)
-        moved = plant(evaluator, X)
+        _, delay, _ = unknowns.split(z)
+        moved = unknowns.plant(z)
         motions = [_simulate(moved, w, s, delay) for w, s in zip(windows, starts, strict=True)]
         return cls(z, starts, moved, motions)
 
@@ -412,11 +539,11 @@ class _State:
         return [w.q - q for w, (q, _) in zip(windows, self.motions, strict=True)]
 
     def linearized(
-        self, evaluator: Evaluator, windows: Sequence[Windows], sigma: FloatArray
+        self, unknowns: _Unknowns, windows: Sequence[Windows], sigma: FloatArray
     ) -> list[_Part]:
         """Return the equations of each log at this state."""
         return [
-            _Part.of(w, sigma, motion, sensitivities(self.moved, evaluator, self.z, w, *motion))
+            _Part.of(w, sigma, motion, sensitivities(self.moved, unknowns, self.z, w, *motion))
             for w, motion in zip(windows, self.motions, strict=True)
         ]
 

@@ -16,7 +16,7 @@ import numpy as np
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading
 from symgen.distributed import Say, Workers, silent
-from symgen.errors import IdentificationError, ParameterError
+from symgen.errors import IdentificationError, ParameterError, SymgenError
 from symgen.estimation.equation_model import JUDGING, NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
@@ -42,7 +42,7 @@ from symgen.identification.assessment import (
     like_no_robot,
     outcome,
 )
-from symgen.identification.estimate import Estimate
+from symgen.identification.estimate import Estimate, FittedConstant
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
@@ -56,7 +56,8 @@ from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
 from symgen.identification.solving import FOLDED, Fit, Method, equate, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
-from symgen.robot.toml_io import read_robot
+from symgen.robot.toml_io import parse_robot, read_robot
+from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
@@ -234,46 +235,92 @@ def _refined(
     )
     if not refined.better:
         return unchanged(told)
-    chosen, repairs = _in_refined_time(chosen, refined, found.repairs)
+    try:
+        chosen, repairs = _as_refined(chosen, refined, found.repairs)
+    except SymgenError as error:  # a robot file cannot have these constants
+        return unchanged(str(error))
     covariance = refined.covariance[: len(before.X), : len(before.X)]
     solution = replace(before, X=refined.X, noise=covariance, misfit=np.zeros_like(covariance))
     own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
     fits = chosen.run.torques(refined.X)
     better = outcome(solution, chosen.model, (own, held), fits, repairs)
-    notes = (*found.notes, f"refined by simulation: {told}")
+    constants, told_of_constants = _refined_constants(refined)
+    notes = (*found.notes, f"refined by simulation: {told}", *told_of_constants)
     by = replace(by, refined=True)
-    return chosen, by, replace(better, notes=notes, provenance=found.provenance)
+    better = replace(better, notes=notes, provenance=found.provenance, constants=constants)
+    return chosen, by, better
 
 
-def _in_refined_time(
+def _refined_constants(
+    refined: output_error.Refinement,
+) -> tuple[tuple[FittedConstant, ...], tuple[str, ...]]:
+    """Return the constants that were fitted, and notes on them and on those that were not."""
+    own = refined.constants
+    std = iter(np.sqrt(np.diag(refined.covariance))[len(refined.covariance) - own.fitted.sum() :])
+    constants = tuple(
+        FittedConstant(name, effect, float(f"{value:.6g}"), float(next(std)))
+        for name, effect, value, fitted in zip(
+            own.every.names, own.every.owners, own.values, own.fitted, strict=True
+        )
+        if fitted
+    )
+    old = dict(zip(own.every.names, own.every.values, strict=True))
+    notes = [
+        f"refined by simulation: {c.name} of {c.effect} is {c.value:.4g} ({c.std:.2g} standard "
+        f"deviation; {old[c.name]:.4g} in the robot file)"
+        for c in constants
+    ]
+    stay = [n for n, fitted in zip(own.every.names, own.fitted, strict=True) if not fitted]
+    if stay:
+        notes.append(f"not refined, because the logs do not determine it: {', '.join(stay)}")
+    if own.every.others:
+        notes.append(
+            "not refined, because the effect depends on acceleration or load: "
+            f"{', '.join(own.every.others)}"
+        )
+    return constants, tuple(notes)
+
+
+def _as_refined(
     chosen: ChosenModel, refined: output_error.Refinement, repairs: tuple[Fault, ...]
 ) -> tuple[ChosenModel, tuple[Fault, ...]]:
-    """Return the run with the torques shifted by the refined delay, and the repairs with it."""
-    run = chosen.run
-    if not refined.delay:
+    """Return the run with the refined constants and delay, and the repairs with it.
+
+    Raises:
+        SymgenError: no robot has the refined constants.
+    """
+    run, moved = chosen.run, refined.constants
+    if not (refined.delay or moved.fitted.any()):
         return chosen, repairs
-    n = run.evaluator.model.robot.n
-    common = [f for f in repairs if f.kind == "delay" and len(f.joints) == n]
-    shift = late_fault(refined.delay, n)
-    whole = late_fault(refined.delay + sum(f.value for f in common), n)
-    train, held = (
-        tuple(undo_faults(log, [shift])[0] for log in group) for group in (run.train, run.held)
-    )
-    std = math.sqrt(refined.covariance[-1, -1])
-    told = replace(
-        whole, samples=sum(len(log.t) for log in run.logs), done="shifted", undo=None,
-        values=(("DT", whole.value, std),),
-    )  # fmt: skip
-    others = (f for f in repairs if f not in common)
-    run = replace(run, train=train, held=held, delay=run.delay + refined.delay)
+    evaluator, train, held = run.evaluator, run.train, run.held
+    if moved.fitted.any():
+        robot = moved.every.moved(moved.values)
+        robot = parse_robot(robot_toml(robot), robot.name)  # refuses what no file can have
+        kernels = [kernel.name for kernel in evaluator.model.kernels]
+        evaluator = load(derive(robot, kernels))
+    if refined.delay:
+        n = evaluator.model.robot.n
+        common = [f for f in repairs if f.kind == "delay" and len(f.joints) == n]
+        shift = late_fault(refined.delay, n)
+        whole = late_fault(refined.delay + sum(f.value for f in common), n)
+        train, held = (
+            tuple(undo_faults(log, [shift])[0] for log in group) for group in (train, held)
+        )
+        p = len(refined.X)
+        told = replace(
+            whole, samples=sum(len(log.t) for log in run.logs), done="shifted", undo=None,
+            values=(("DT", whole.value, math.sqrt(refined.covariance[p, p])),),
+        )  # fmt: skip
+        repairs = (*(f for f in repairs if f not in common), told)
+    run = replace(run, evaluator=evaluator, train=train, held=held, delay=run.delay + refined.delay)
     sides = (
         [
-            equate(run.evaluator, log, chosen.model, part.equations[0].weight, part.kind)
+            equate(evaluator, log, chosen.model, part.equations[0].weight, part.kind)
             for log, part in zip(logs, parts, strict=True)
         ]
         for logs, parts in ((train, chosen.train), (held, chosen.held))
     )
-    return replace(chosen, run=run, train=next(sides), held=next(sides)), (*others, told)
+    return replace(chosen, run=run, train=next(sides), held=next(sides)), repairs
 
 
 def _equation_models(

@@ -197,7 +197,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         drawn = {"traces": result.traces, "balances": result.balances}
         files[curves.FILE] = curves.curves_npz(drawn, result.convergence)
         if robot is not None:
-            files["robot.toml"] = robot_toml(robot).encode()
+            files["robot.toml"] = robot_toml(result.robot_of(robot)).encode()
     return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
 
 

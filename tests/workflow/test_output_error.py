@@ -88,6 +88,12 @@ def test_the_study_reaches_what_the_page_says() -> None:
     assert found["held"][1] > 0.95
     assert max(found["ratio_median"]) < 0.8
     assert max(found["ratio_largest"]) <= 1.02
+    other = FIGURES["summary"]["elbow"]
+    assert other["runs"] >= 20
+    assert other["held"][1] > 0.95
+    assert max(other["ratio_largest"][1:]) <= 1.02  # after 0.2 s it is 1.38 on one log
+    before, after = np.array(other["position"])
+    assert np.all(after < [0.95, 0.75, 0.75] * before)
 
 
 @pytest.mark.slow
@@ -100,6 +106,58 @@ def test_a_run_of_the_study_comes_out_again(row: int) -> None:
     std = np.array(kept["stds"])
     assert np.all(np.abs(np.array(again["errors"]) - kept["errors"]) < 0.3 * std)
     assert np.allclose(again["position"], kept["position"], rtol=0.05)
+
+
+#: A friction that the motion shows, and a spring whose constant b has no say within the motion.
+WITH_CONSTANTS = (
+    ROBOT
+    + """
+[[effect]]
+name = "soft"
+joints = [1]
+torque = "-F*tanh(qd1/w)"
+linear = { F = "N m" }
+nonlinear = { w = 0.35 }
+[[effect]]
+name = "far"
+joints = [2]
+torque = "-G*q2*tanh((q2 + 20)/b)"
+linear = { G = "N m/rad" }
+nonlinear = { b = 2 }
+"""
+)
+
+
+def with_effects(seed: int, seconds: float, noise: float = NOISE) -> symgen.Log:
+    _, q, qd, _ = planar2r.harmonic_motion(np.random.default_rng(seed), seed)
+    more, plain = np.stack([3 * np.tanh(qd[:, 0] / 0.25), q[:, 1]], 1), log(seed, seconds, noise)
+    return symgen.make_log(plain.name, plain.t, plain.q, plain.tau + more[: len(plain.t)])
+
+
+def test_constants_of_effects_are_fitted_if_the_log_determines_them(tmp_path) -> None:
+    robot = symgen.parse_robot(WITH_CONSTANTS, "arm")
+    train, held = with_effects(5, 10), with_effects(4, 5, 0.0)
+    plain, found = (
+        symgen.identify(robot, train, validation=held, refine=refine)
+        for refine in (None, "simulation")
+    )
+    assert plain.constants is None
+    (w,) = found.constants
+    assert (w.name, w.effect) == ("w", "soft")
+    assert w.std < 0.05
+    assert abs(w.value - 0.25) < 3 * w.std
+    assert any(note.endswith("the logs do not determine it: b") for note in found.notes)
+    before, after = (e.uses[2].horizons[-1].position_error for e in (plain, found))
+    assert after < 0.8 * before
+
+    into = tmp_path / "found"
+    symgen.write(found, into, robot=robot)
+    again, own = symgen.read_estimate(into), symgen.read_robot(into / "robot.toml")
+    assert again.constants == found.constants
+    assert [float(v) for effect in own.effects for _, v in effect.nonlinear] == [w.value, 2.0]
+    assert symgen.predict(own, held, into).error.relative < 0.02
+    with pytest.raises(symgen.ParameterError, match=r"accepted: the robot.toml in"):
+        symgen.predict(robot, held, into)
 
 
 def test_a_model_that_lacks_an_effect_is_not_made_worse(tmp_path, command) -> None:
