@@ -494,7 +494,7 @@ class Search:
 
         out = []
         for own in accepted:
-            stage = self._stage(leave_out(accepted, own))
+            c, stage = own.candidate, self._stage(leave_out(accepted, own))
             joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
@@ -508,7 +508,9 @@ class Search:
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
                     rivals.append((alike, self._doubted(stage, s)))
-            weight = softmax([again.odds, *(s.odds for _, s in rivals), 0.0])
+            # Without it, those that require it are not there either.
+            whole = again.odds + sum(s.odds for s in accepted if s.candidate.presumes(c))
+            weight = softmax([whole, *(s.odds for _, s in rivals), 0.0])
             same = weight[0] + sum(
                 w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME
             )
