@@ -24,6 +24,8 @@ CHOICES = ("auto", "always", "never")
 #: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
 MANY, MANY_OF = 15, {"mass_matrix": 40}
 _LINE, _ANGLES = 92, 4
+#: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
+_PLACES = ("j", "u"), ("u", "j")
 #: Kernels that have a program.
 PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
@@ -31,6 +33,7 @@ PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "forward_dynamics": rolled.forward_dynamics,
     "mass_matrix": rolled.mass_matrix,
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
+    "inverse_dynamics_derivatives": rolled.inverse_dynamics_derivatives,
 }
 
 
@@ -74,6 +77,7 @@ def loop_data(
     joints = len(robot.joints)
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
+    one = program.pairs is None  # pairs put zeros into several rows
     places = _Places(tuple(name for name, _ in program.state), robot.n == joints, robot.n - 1)
     sweeps = [
         [_body(sweep, kind, tape, dtype, places) for kind, tape in sweep.bodies]
@@ -96,13 +100,16 @@ def loop_data(
         "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "zero": number(sp.S.Zero),
-        "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
+        "state": [
+            (name, len(row), [(i, word.get(x) or number(x)) for i, x in enumerate(row) if x or one])
+            for name, row in program.state
+        ],
         "pairs": program.pairs and _pairs(program.pairs, robot, dtype),
         "guards": kernel.guards,
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
         "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
         "sweeps": [
-            {"doc": sweep.doc, "inward": sweep.inward, "bodies": bodies}
+            {"doc": sweep.doc, "order": sweep.order, "bodies": bodies}
             for sweep, bodies in zip(program.sweeps, sweeps, strict=True)
         ],
     }
@@ -157,14 +164,21 @@ def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> 
 
 def _pairs(pairs: Pairs, robot: Robot, dtype: str) -> dict[str, Any]:
     """Return the data of a template of two bodies."""
-    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (1,)),))
+    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (len(pairs.entries),)),))
     first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
     for joint in robot.joints:
         neighbour = first and joint.antecedent == joint.number - 1
         first.append(first[-1] if neighbour else joint.number)
     return {
         "doc": pairs.doc,
-        "matrix": pairs.matrix,
+        "matrices": pairs.matrices,
+        "count": len(pairs.entries),
+        "places": [
+            (matrix, place, k)
+            for k, both in enumerate(pairs.entries)
+            for matrices, place in zip(both, _PLACES, strict=True)
+            for matrix in matrices
+        ],
         "diagonal": pairs.diagonal,
         "first": _lines(f"{row}u" for row in first),
         "whole": len(set(first)) == 1,
@@ -182,7 +196,7 @@ class _PairPrinter(Printer):
             self.word |= {symbol: f"{array}[{i}][{row}]" for i, symbol in enumerate(symbols)}
 
     def stored(self, place: str, result: sp.Expr) -> str:
-        return super().stored(place.replace("[0]", "[i]"), result)
+        return super().stored(f"{place}[i]", result)
 
 
 class _BodyPrinter(Printer):

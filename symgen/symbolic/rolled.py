@@ -11,7 +11,7 @@ geometry, antecedent and parameters are symbols.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -27,18 +27,22 @@ from symgen.symbolic.articulated import (
 )
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
-from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
+from symgen.symbolic.derivatives import Screws, felt
+from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, cosine_sine
 from symgen.symbolic.motion import REAL, Motion, handed_back, passed
-from symgen.symbolic.placement import moved_place
+from symgen.symbolic.placement import Place, moved_place
 from symgen.symbolic.spatial import (
     UPPER,
     ZERO,
+    Screw,
     Shift,
     Turn,
+    Vector,
     acting,
     axis,
     cross,
     matrix,
+    moved,
     named,
     plus,
     scaled,
@@ -47,6 +51,8 @@ from symgen.symbolic.spatial import (
 )
 from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
 
+#: Orders of a sweep.
+OUTWARD, INWARD, APART = "outward", "inward", "apart"
 #: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
 UP = "_up"
 #: Constants of a joint's transform.
@@ -84,15 +90,16 @@ class Sweep:
 
     Attributes:
         doc: what it computes.
-        inward: from the tips to the base.
+        order: from the tips to the base (INWARD), from the base to the tips (OUTWARD), or in any
+            order (APART): then, bodies use arrays of the state alone, and only their own rows.
         bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
-            as these. Its outputs are the entries of `written`.
+            as these. Its outputs are the entries of `written`. Bodies apart have one template.
         written: rows that it writes, and their numbers of entries; to those of the antecedent, it
             adds.
     """
 
     doc: str
-    inward: bool
+    order: str
     bodies: tuple[tuple[Kind, Tape], ...]
     written: tuple[tuple[str, int], ...]
 
@@ -103,16 +110,21 @@ class Pairs:
 
     Attributes:
         doc: what they compute.
-        body: the template of two bodies. Its output is the entry of `matrix` for both, which is
-            symmetric.
-        matrix: name of the output.
-        diagonal: column of the parameters that is added to the diagonal, if any body has it.
+        body: the template of two bodies.
+        entries: where each of its outputs goes: names of the matrices whose entry in row j and
+            column `up` it is, then of those whose entry in row `up` and column j it is.
+        diagonal: a matrix, and the array of the state that is added to its diagonal.
     """
 
     doc: str
     body: Tape
-    matrix: str
-    diagonal: int | None
+    entries: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
+    diagonal: tuple[str, str]
+
+    @property
+    def matrices(self) -> tuple[str, ...]:
+        """Names of the matrices."""
+        return tuple(dict.fromkeys(name for both in self.entries for part in both for name in part))
 
 
 @dataclass(frozen=True)
@@ -141,19 +153,25 @@ class Program:
     sweeps: tuple[Sweep, ...]
     pairs: Pairs | None = None
 
-    @property
-    def operations(self) -> Operations:
-        """Operations of one evaluation, the angles included."""
+    def operations(self, antecedents: Sequence[int]) -> Operations:
+        """Return the operations of one evaluation, the angles included.
+
+        Args:
+            antecedents: number of the joint before each joint.
+        """
         total = Operations(0, len(self.kinds), 0, len(self.kinds))
         for sweep in self.sweeps:
             bodies = dict(sweep.bodies)
+            added = sum(n for name, n in sweep.written if name.endswith(UP))
             for kind in self.kinds:
-                more = bodies[kind].operations
-                added = sum(1 for name, n in sweep.written if name.endswith(UP) for _ in range(n))
-                total = Operations(
-                    *(a + b for a, b in zip(vars(total).values(), vars(more).values(), strict=True))
-                )
-                total = replace(total, add=total.add + added)
+                total = total.plus(bodies.get(kind, sweep.bodies[0][1]).operations)
+            total = replace(total, add=total.add + added * len(self.kinds))
+        if self.pairs is not None:
+            bodies_on_way = [0]
+            for joint in antecedents:
+                bodies_on_way.append(bodies_on_way[joint] + 1)
+            total = total.plus(self.pairs.body.operations, sum(bodies_on_way))
+            total = replace(total, add=total.add + len(self.kinds))
         return total
 
 
@@ -200,7 +218,7 @@ def inverse_dynamics(
             inward,
             (f"wrench{UP}", 6),
             (out, 1),
-            inward=True,
+            order=INWARD,
         ),
     )
     return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
@@ -256,15 +274,14 @@ def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
             (f"articulated{UP}", 27),
             ("driven", 7),
             ("guard", 1),
-            inward=True,
+            order=INWARD,
         ),
         table.sweep(
             "Acceleration of each body and joint.", accelerations, ("acceleration", 6), ("qdd", 1)
         ),
     )
     sizes = {"wrench": 6, "articulated": 27, "driven": 7, "acceleration": 6}
-    zeros = ((name, _zeros(size)) for name, size in sizes.items())
-    return table.program((_base_motion(robot, 9), *zeros), sweeps)
+    return table.program((_base_motion(robot, 9), *_at_rest(sizes)), sweeps)
 
 
 def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
@@ -280,20 +297,13 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
     table = _Table.of(robot, base)
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
-        before = at.rows(f"place{UP}", 12)
-        place = tuple(before[3 * k : 3 * k + 3] for k in range(4))
-        for motion in at.step(sp.S.Zero).way:
-            place = moved_place(place, motion, at.tape)
-        z, origin = place[2:]
-        screw = (z, cross(origin, z)) if at.kind.sigma == names.REVOLUTE else (ZERO, z)
-        return (*(x for v in (*place, *screw) for x in v), *at.inertia.parameters.values())
+        place, screw = at.placed()
+        body = at.inertia.parameters.values()
+        return (*(x for v in (*place, *screw) for x in v), *body, at.value(names.ROTOR))
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
-        body = Inertia.of(dict(zip(names.LINK, at.rows("composite", 10), strict=True)))
-        if names.MASS not in table.parameters:
-            body = replace(body, M=sp.S.Zero)
-        columns = at.rows("place", 12)
-        *axes, origin = (columns[3 * k : 3 * k + 3] for k in range(4))
+        body = at.body("composite")
+        *axes, origin = at.vectors("place", 4)
         lin, ang = (
             named(plus(*map(scaled, part, axes)), letter, at.tape)
             for part, letter in zip(body.momentum(axis(at.kind.sigma)), "fn", strict=True)
@@ -303,14 +313,12 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
         return (*body.parameters.values(), *lin, *plus(ang, cross(origin, lin)))
 
     at = _Template(table, table.kinds[0])
-    screw, force = at.rows(f"screw{UP}", 6), at.rows("force", 6)
-    entry = acting((force[:3], force[3:]), (screw[:3], screw[3:]))
-    rotor = names.ROTOR
+    entry = acting(at.screw("force"), at.screw(f"screw{UP}"))
     pairs = Pairs(
         "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
         at.close((entry,)),
-        "M",
-        table.parameters.index(rotor) if rotor in table.parameters else None,
+        ((("M",), ("M",)),),
+        ("M", "rotor"),
     )
     sweeps = (
         table.sweep(
@@ -319,18 +327,157 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
             ("place", 12),
             ("screw", 6),
             ("composite", 10),
+            ("rotor", 1),
         ),
         table.sweep(
             "Force of each joint at unit acceleration, and the composite body before it.",
             inward,
             (f"composite{UP}", 10),
             ("force", 6),
-            inward=True,
+            order=INWARD,
         ),
     )
-    unit_place = (*unit(0), *unit(1), *unit(2), *ZERO)
-    zeros = (("screw", _zeros(6)), ("composite", _zeros(10)), ("force", _zeros(6)))
-    return replace(table.program((("place", unit_place), *zeros), sweeps), pairs=pairs)
+    sizes = {"screw": 6, "composite": 10, "rotor": 1, "force": 6}
+    return replace(table.program((_BASE_PLACE, *_at_rest(sizes)), sweeps), pairs=pairs)
+
+
+def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
+    """Return dtau/dq and dtau/dqd: sweeps about the origin of frame 0 in its axes, then pairs.
+
+    `symgen.symbolic.derivatives` has the equations and their source. In one frame, what the bodies
+    after a joint carry is a sum, and each entry is a sum of products of two bodies.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+    twice = sp.Integer(2)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        place, screw = at.placed()
+        speed, faster = at.rate("qd", True), at.rate("qdd", True)
+        before = at.screw(f"twist{UP}")
+        twist = at.named(_sum(before, screw, speed), "wV")
+        rate = at.named(moved(screw, twist), "st")
+        faster_twist = _sum(_sum(at.screw(f"acceleration{UP}"), screw, faster), rate, speed)
+        found = (*place, *screw, *twist, *faster_twist, *rate)
+        body = at.inertia.parameters.values()
+        return (*(x for v in found for x in v), *body, at.friction_slope())
+
+    def alone(at: _Template) -> Sequence[sp.Expr]:
+        *axes, origin = at.vectors("place", 4)
+        screw, rate = at.screw("screw"), at.screw("rate")
+        twist, acceleration = at.screw("twist"), at.screw("acceleration")
+        first, more = moved(screw, acceleration), moved(rate, twist)
+        body = at.body("own").placed(axes, origin, at.tape)
+        lin, ang = at.named(body.momentum(twist), "lk")
+        frame = Frame(*twist, ZERO, sp.S.Zero)
+        growing = body.rate(frame, lin, 0, at.tape).J
+        needed, moment = body.momentum(acceleration)
+        f = plus(needed, cross(twist[0], lin))
+        n = plus(moment, cross(twist[0], ang), cross(twist[1], lin))
+        return (
+            *(x for pair in zip(first, more, strict=True) for x in plus(*pair)),
+            *body.parameters.values(),
+            *(growing[i][k] for i, k in UPPER),
+            *(*lin, *ang, *f, *n),
+        )
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        return [x for name, size in carried for x in at.rows(name, size)]
+
+    def columns(at: _Template) -> Sequence[sp.Expr]:
+        rate, screw = at.screw("rate"), at.screw("screw")
+        double = at.named((scaled(twice, rate[0]), scaled(twice, rate[1])), "de")
+        screws = Screws(screw, double, at.screw("second"))
+        growing = symmetric(dict(zip(UPPER, at.rows("growing", 6), strict=True)))
+        *wrenches, (_, couple) = felt(
+            screws,
+            at.body("composite"),
+            Inertia(growing, ZERO, sp.S.Zero),
+            at.screw("momentum"),
+            at.screw("force"),
+            0,
+            at.tape,
+        )
+        return [*(x for wrench in wrenches for part in wrench for x in part), *couple]
+
+    carried = (("composite", 10), ("growing", 6), ("momentum", 6), ("force", 6))
+    at = _Template(table, table.kinds[0])
+    screw, rate = at.screw(f"screw{UP}"), at.screw(f"rate{UP}")
+    inertia, couple = at.screw("inertia"), (ZERO, at.rows("couple", 3))
+    entries = (
+        acting(at.screw("by_q"), screw),
+        acting(at.screw("by_qd"), screw),
+        acting(couple, rate) + acting(inertia, at.screw(f"second{UP}")),
+        acting(couple, screw) + twice * acting(inertia, rate),
+    )
+    pairs = Pairs(
+        "Entries of two joints.",
+        at.close(entries),
+        (
+            ((), ("dq_out",)),
+            ((), ("dqd_out",)),
+            (("dq_out",), ()),
+            (("dqd_out",), ()),
+        ),
+        ("dqd_out", "slope"),
+    )
+    sweeps = (
+        table.sweep(
+            "Place, screw and motion of each joint in frame 0, and the body alone.",
+            outward,
+            ("place", 12),
+            ("screw", 6),
+            ("twist", 6),
+            ("acceleration", 6),
+            ("rate", 6),
+            ("own", 10),
+            ("slope", 1),
+        ),
+        table.sweep(
+            "Second rate of each screw; inertia, its rate, momentum and wrench of each body.",
+            alone,
+            ("second", 6),
+            *carried,
+            order=APART,
+        ),
+        table.sweep(
+            "The same of each body with all that it carries.",
+            inward,
+            *((f"{name}{UP}", size) for name, size in carried),
+            order=INWARD,
+        ),
+        table.sweep(
+            "What joints before it feel of each joint.",
+            columns,
+            ("by_q", 6),
+            ("by_qd", 6),
+            ("inertia", 6),
+            ("couple", 3),
+            order=APART,
+        ),
+    )
+    sizes = {"screw": 6, "twist": 6, "rate": 6, "own": 10, "slope": 1, "second": 6, **dict(carried)}
+    sizes |= {"by_q": 6, "by_qd": 6, "inertia": 6, "couple": 3}
+    gravity = "acceleration", (*ZERO, *(-g for g in robot.gravity))
+    state = (_BASE_PLACE, gravity, *_at_rest(sizes))
+    return replace(table.program(state, sweeps), pairs=pairs)
+
+
+_BASE_PLACE = "place", (*unit(0), *unit(1), *unit(2), *ZERO)
+
+
+def _sum(twist: Screw, screw: Screw, factor: sp.Expr) -> Screw:
+    """Return twist + factor screw."""
+    first, second = (plus(a, scaled(factor, b)) for a, b in zip(twist, screw, strict=True))
+    return first, second
+
+
+def _at_rest(sizes: Mapping[str, int]) -> Iterator[tuple[str, tuple[sp.Expr, ...]]]:
+    """Yield arrays of the state whose row of the base is zero, by their numbers of entries."""
+    return ((name, _zeros(size)) for name, size in sizes.items())
 
 
 def _zeros(count: int) -> tuple[sp.Expr, ...]:
@@ -425,14 +572,14 @@ class _Table:
         doc: str,
         derive: Callable[[_Template], Sequence[sp.Expr]],
         *written: tuple[str, int],
-        inward: bool = False,
+        order: str = OUTWARD,
     ) -> Sweep:
         """Return a sweep whose templates are derived by a function."""
         bodies = []
-        for kind in dict.fromkeys(self.kinds):
+        for kind in self.kinds[:1] if order == APART else dict.fromkeys(self.kinds):
             at = _Template(self, kind)
             bodies.append((kind, at.close(derive(at))))
-        return Sweep(doc, inward, tuple(bodies), written)
+        return Sweep(doc, order, tuple(bodies), written)
 
     def program(
         self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]
@@ -472,6 +619,36 @@ class _Template:
         return self.groups.setdefault(
             name, tuple(real_symbol(f"X_{name}{i}") for i in range(count))
         )
+
+    def vectors(self, name: str, count: int) -> tuple[Vector, ...]:
+        """Return the symbols of a row of an array as vectors."""
+        row = self.rows(name, 3 * count)
+        return tuple(row[3 * k : 3 * k + 3] for k in range(count))
+
+    def screw(self, name: str) -> Screw:
+        """Return the symbols of a row of an array as a screw or wrench."""
+        first, second = self.vectors(name, 2)
+        return first, second
+
+    def named(self, screw: Screw, letters: str) -> Screw:
+        """Name the entries of a screw."""
+        first, second = (named(part, x, self.tape) for part, x in zip(screw, letters, strict=True))
+        return first, second
+
+    def body(self, name: str) -> Inertia:
+        """Return the symbols of a row of an array as a body."""
+        body = Inertia.of(dict(zip(names.LINK, self.rows(name, 10), strict=True)))
+        return body if names.MASS in self.table.parameters else replace(body, M=sp.S.Zero)
+
+    def placed(self) -> tuple[Place, Screw]:
+        """Return the place of the link and the screw of its joint, in frame 0."""
+        place = self.vectors(f"place{UP}", 4)
+        for motion in self.step(sp.S.Zero).way:
+            place = moved_place(place, motion, self.tape)
+        z, origin = place[2:]
+        if self.kind.sigma != names.REVOLUTE:
+            return place, (ZERO, z)
+        return place, (z, named(cross(origin, z), "v", self.tape))
 
     def rate(self, name: str, there: bool) -> sp.Expr:
         """Return a variable of the joint, or zero."""
@@ -516,11 +693,23 @@ class _Template:
     def friction(self) -> sp.Expr:
         """Return the torque of friction."""
         speed = self.rate("qd", True)
-        turned = sp.sign(speed)
-        if self.kind.smooth:
-            turned = sp.tanh(self.tape.name("x", speed * self.constant("sharp")))
+        turned = self.turned if self.kind.smooth else sp.sign(speed)
         columns = {"FS": self.tape.name("sign", turned), "FV": speed, "OF": sp.S.One}
         return sum((self.value(p) * column for p, column in columns.items()), sp.S.Zero)
+
+    @property
+    def turned(self) -> sp.Expr:
+        """The smooth sign of the speed."""
+        return sp.tanh(self.tape.name("x", self.rate("qd", True) * self.constant("sharp")))
+
+    def friction_slope(self) -> sp.Expr:
+        """Return the derivative of the torque of friction by the speed."""
+        slope = self.value("FV")
+        if self.kind.smooth:
+            turned = self.tape.name("sign", self.turned)
+            falling = self.tape.name("falls", self.constant("sharp") * (1 - turned * turned))
+            slope += self.value("FS") * falling
+        return slope
 
     def close(self, outputs: Sequence[sp.Expr]) -> Tape:
         """Return the template, with the groups of inputs that it reads."""

@@ -84,15 +84,26 @@
     {{ k.dtype }} c[{{ k.loops.angles }}];
     {{ k.dtype }} s[{{ k.loops.angles }}];
     {{ k.dtype }} body[{{ k.loops.joints }}][{{ k.loops.parameters | length }}];
-{% for array, base in k.loops.state %}
-    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + (5 if k.loops.pairs else 1) }}];
+{% for array, size, base in k.loops.state %}
+    {{ k.dtype }} {{ array }}[{{ size }}][{{ k.loops.joints + (5 if k.loops.pairs else 1) }}];
 {% endfor %}
 {% if k.loops.guards %}
     {{ k.dtype }} guard[{{ k.loops.guards }}];
 {% endif %}
-{% for array, base in k.loops.state %}
-{% for value in base %}
-    {{ array }}[{{ loop.index0 }}][0] = {{ value }};
+{% if k.loops.pairs %}
+    /* The base, and rows after the last joint, which four joints at once reach. */
+    for (size_t i = 0u; i < 5u; ++i) {
+        const size_t j = (i == 0u) ? 0u : ({{ k.loops.joints }}u + i);
+{% for array, size, base in k.loops.state %}
+        for (size_t e = 0u; e < {{ size }}u; ++e) {
+            {{ array }}[e][j] = {{ k.loops.zero }};
+        }
+{% endfor %}
+    }
+{% endif %}
+{% for array, size, base in k.loops.state %}
+{% for place, value in base %}
+    {{ array }}[{{ place }}][0] = {{ value }};
 {% endfor %}
 {% endfor %}
     for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
@@ -128,7 +139,18 @@
         body[row[i]][column[i]] = X[i];
     }
 {% for sweep in k.loops.sweeps %}
-{% if sweep.inward %}
+{% if sweep.order == "apart" %}
+    for (size_t b = 0u; b < {{ k.loops.joints }}u; b += 4u) {
+        /* {{ sweep.doc }} */
+        for (size_t i = 0u; i < 4u; ++i) {
+            const size_t j = b + i;
+{% for line in sweep.bodies[0].body %}
+            {{ line }}
+{% endfor %}
+        }
+    }
+{% else %}
+{% if sweep.order == "inward" %}
     for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
         const size_t j = {{ k.loops.joints - 1 }}u - i;
 {% else %}
@@ -155,13 +177,15 @@
         }
 {% endif %}
     }
+{% endif %}
 {% endfor %}
 {% if k.loops.pairs %}
 {% set n = k.loops.joints %}
-{% set matrix = k.loops.pairs.matrix %}
 {% if not k.loops.pairs.whole %}
     for (size_t i = 0u; i < {{ n * n }}u; ++i) {
+{% for matrix in k.loops.pairs.matrices %}
         {{ matrix }}[i] = {{ k.loops.zero }};
+{% endfor %}
     }
 {% endif %}
     for (size_t j = 0u; j < {{ n }}u; ++j) {
@@ -169,7 +193,7 @@
         size_t last = j + 1u;
         while (last != 0u) {
             for (size_t b = first[last - 1u]; b <= last; b += 4u) {
-                {{ k.dtype }} entry[4];
+                {{ k.dtype }} entry[{{ k.loops.pairs.count }}][4];
                 for (size_t i = 0u; i < 4u; ++i) {
                     const size_t u = b + i;
 {% for line in k.loops.pairs.body %}
@@ -178,18 +202,17 @@
                 }
                 for (size_t i = 0u; (i < 4u) && ((b + i) <= last); ++i) {
                     const size_t u = (b + i) - 1u;
-                    {{ matrix }}[(j * {{ n }}u) + u] = entry[i];
-                    {{ matrix }}[(u * {{ n }}u) + j] = entry[i];
+{% for matrix, place, entry in k.loops.pairs.places %}
+                    {{ matrix }}[({{ place[0] }} * {{ n }}u) + {{ place[1] }}] = entry[{{ entry }}][i];
+{% endfor %}
                 }
             }
             last = antecedent[first[last - 1u] - 1u];
         }
     }
-{% if k.loops.pairs.diagonal is not none %}
     for (size_t j = 0u; j < {{ n }}u; ++j) {
-        {{ matrix }}[j * {{ n + 1 }}u] += body[j][{{ k.loops.pairs.diagonal }}];
+        {{ k.loops.pairs.diagonal[0] }}[j * {{ n + 1 }}u] += {{ k.loops.pairs.diagonal[1] }}[0][j + 1u];
     }
-{% endif %}
 {% endif %}
 {% for line in k.loops.status %}
     {{ line }}
