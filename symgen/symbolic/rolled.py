@@ -59,7 +59,7 @@ UP = "_up"
 GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
 #: Names of arrays and tables in the sources, which no step may have.
 RESERVED = ARGUMENTS | set(
-    "c s up i geometry body antecedent kind variable theta turns row column".split()
+    "c s up i geometry body antecedent kind variable theta turns row column inverse".split()
 )
 
 
@@ -93,7 +93,8 @@ class Sweep:
         order: from the tips to the base (INWARD), from the base to the tips (OUTWARD), or in any
             order (APART): then, bodies use arrays of the state alone, and only their own rows.
         bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
-            as these. Its outputs are the entries of `written`. Bodies apart have one template.
+            as these. Its outputs are the entries of `written`. Bodies apart have one template, as
+            have kinds that do not differ.
         written: rows that it writes, and their numbers of entries; to those of the antecedent, it
             adds.
     """
@@ -128,8 +129,42 @@ class Pairs:
 
 
 @dataclass(frozen=True)
+class Elimination:
+    """Factors a symmetric matrix of pairs, from the tips: M = L' D L (Featherstone 2005).
+
+    Attributes:
+        doc: what it computes.
+        matrix: the matrix, whose rows below the diagonal become those of L.
+    """
+
+    doc: str
+    matrix: str
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Solves M x = b with the factors of M.
+
+    Attributes:
+        doc: what it computes.
+        matrix: the factored matrix M.
+        right: b: an array of the state, or the negative of a matrix; the identity if empty.
+        into: x: an array of the state, or a matrix.
+    """
+
+    doc: str
+    matrix: str
+    right: str
+    into: str
+
+
+#: A step of a program.
+Part = Sweep | Pairs | Elimination | Solution
+
+
+@dataclass(frozen=True)
 class Program:
-    """A kernel as sweeps.
+    """A kernel as steps over the joints.
 
     Attributes:
         kinds: the kind of each joint of the file.
@@ -139,8 +174,8 @@ class Program:
         parameters: names of the columns of the parameters of a body.
         places: for every entry of X, its row and column among the parameters of bodies.
         state: arrays with a row for the base and for each joint, and the row of the base.
-        sweeps: in their order.
-        pairs: what follows them, if the kernel is a matrix.
+        steps: in their order.
+        matrices: names of matrices over joints that are not outputs.
     """
 
     kinds: tuple[Kind, ...]
@@ -150,8 +185,13 @@ class Program:
     parameters: tuple[str, ...]
     places: tuple[tuple[int, int], ...]
     state: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
-    sweeps: tuple[Sweep, ...]
-    pairs: Pairs | None = None
+    steps: tuple[Part, ...]
+    matrices: tuple[str, ...] = ()
+
+    @property
+    def paired(self) -> bool:
+        """Whether it has pairs of joints."""
+        return any(isinstance(step, Pairs) for step in self.steps)
 
     def operations(self, antecedents: Sequence[int]) -> Operations:
         """Return the operations of one evaluation, the angles included.
@@ -159,19 +199,27 @@ class Program:
         Args:
             antecedents: number of the joint before each joint.
         """
-        total = Operations(0, len(self.kinds), 0, len(self.kinds))
-        for sweep in self.sweeps:
-            bodies = dict(sweep.bodies)
-            added = sum(n for name, n in sweep.written if name.endswith(UP))
-            for kind in self.kinds:
-                total = total.plus(bodies.get(kind, sweep.bodies[0][1]).operations)
-            total = replace(total, add=total.add + added * len(self.kinds))
-        if self.pairs is not None:
-            bodies_on_way = [0]
-            for joint in antecedents:
-                bodies_on_way.append(bodies_on_way[joint] + 1)
-            total = total.plus(self.pairs.body.operations, sum(bodies_on_way))
-            total = replace(total, add=total.add + len(self.kinds))
+        n = len(self.kinds)
+        ways = [0]  # number of joints on the way to each joint, itself included
+        for joint in antecedents:
+            ways.append(ways[joint] + 1)
+        pairs = sum(ways)
+        total = Operations(0, n, 0, n)
+        for step in self.steps:
+            if isinstance(step, Sweep):
+                bodies = dict(step.bodies)
+                for kind in self.kinds:
+                    total = total.plus(bodies.get(kind, step.bodies[0][1]).operations)
+                added = sum(size for name, size in step.written if name.endswith(UP))
+                total = total.plus(Operations(0, added, 0, 0), n)
+            elif isinstance(step, Pairs):
+                total = total.plus(step.body.operations, pairs).plus(Operations(0, n, 0, 0))
+            elif isinstance(step, Elimination):
+                earlier = sum(way * (way - 1) // 2 for way in ways)
+                total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))
+            else:
+                columns = 1 if step.into in dict(self.state) else n
+                total = total.plus(Operations(2 * pairs - n, 2 * (pairs - n), 0, 0), columns)
         return total
 
 
@@ -338,7 +386,7 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
         ),
     )
     sizes = {"screw": 6, "composite": 10, "rotor": 1, "force": 6}
-    return replace(table.program((_BASE_PLACE, *_at_rest(sizes)), sweeps), pairs=pairs)
+    return table.program((_BASE_PLACE, *_at_rest(sizes)), (*sweeps, pairs))
 
 
 def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
@@ -352,58 +400,198 @@ def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
         base: its base parameters.
     """
     table = _Table.of(robot, base)
-    twice = sp.Integer(2)
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
-        place, screw = at.placed()
-        speed, faster = at.rate("qd", True), at.rate("qdd", True)
-        before = at.screw(f"twist{UP}")
-        twist = at.named(_sum(before, screw, speed), "wV")
-        rate = at.named(moved(screw, twist), "st")
-        faster_twist = _sum(_sum(at.screw(f"acceleration{UP}"), screw, faster), rate, speed)
-        found = (*place, *screw, *twist, *faster_twist, *rate)
-        body = at.inertia.parameters.values()
-        return (*(x for v in found for x in v), *body, at.friction_slope())
+        return (*_moved_screw(at, accelerating=True), at.friction_slope())
 
     def alone(at: _Template) -> Sequence[sp.Expr]:
-        *axes, origin = at.vectors("place", 4)
-        screw, rate = at.screw("screw"), at.screw("rate")
-        twist, acceleration = at.screw("twist"), at.screw("acceleration")
-        first, more = moved(screw, acceleration), moved(rate, twist)
-        body = at.body("own").placed(axes, origin, at.tape)
-        lin, ang = at.named(body.momentum(twist), "lk")
-        frame = Frame(*twist, ZERO, sp.S.Zero)
-        growing = body.rate(frame, lin, 0, at.tape).J
-        needed, moment = body.momentum(acceleration)
-        f = plus(needed, cross(twist[0], lin))
-        n = plus(moment, cross(twist[0], ang), cross(twist[1], lin))
-        return (
-            *(x for pair in zip(first, more, strict=True) for x in plus(*pair)),
-            *body.parameters.values(),
-            *(growing[i][k] for i, k in UPPER),
-            *(*lin, *ang, *f, *n),
-        )
+        return (*_second(at, at.screw("acceleration")), *_carried(at))
 
-    def inward(at: _Template) -> Sequence[sp.Expr]:
-        return [x for name, size in carried for x in at.rows(name, size)]
+    steps = (
+        table.sweep(_OUTWARD, outward, *_SCREW, ("slope", 1)),
+        table.sweep(
+            "Second rate of each screw; inertia, its rate, momentum and wrench of each body.",
+            alone,
+            ("second", 6),
+            *_CARRIED,
+            order=APART,
+        ),
+        _summed(table, *_CARRIED),
+        table.sweep(
+            "What joints before it feel of each joint.",
+            lambda at: _felt(at, at.screw("force")),
+            *_FELT,
+            order=APART,
+        ),
+        _slopes(table),
+    )
+    sizes = dict((*_SCREW[1:], ("slope", 1), ("second", 6), *_CARRIED, *_FELT))
+    return table.program((_BASE_PLACE, *_accelerated(robot, sizes)), steps)
+
+
+def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
+    """Return dqdd/dq, dqdd/dqd and dqdd/dtau = M^-1.
+
+    The mass matrix and the torques without accelerations give the accelerations. With these, the
+    derivatives of inverse dynamics give the others: dqdd/dq = -M^-1 dtau/dq.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        driving = at.rows("tau", 1)[0] - at.friction()
+        rotor = at.value(names.ROTOR)
+        return (*_moved_screw(at, accelerating=False), at.friction_slope(), rotor, driving)
+
+    def alone(at: _Template) -> Sequence[sp.Expr]:
+        carried = _carried(at)
+        return (*carried, *carried[:10])
+
+    def resisted(at: _Template) -> Sequence[sp.Expr]:
+        screw = at.screw("screw")
+        lin, ang = at.body("composite").momentum(screw)
+        return (*lin, *ang, at.rows("driving", 1)[0] - acting(at.screw("force"), screw))
+
+    def faster(at: _Template) -> Sequence[sp.Expr]:
+        return [
+            x for v in _sum(at.screw(f"more{UP}"), at.screw("screw"), at.rows("found", 1)[0])
+            for x in v
+        ]  # fmt: skip
+
+    def pushed(at: _Template) -> Sequence[sp.Expr]:
+        more = at.screw("more")
+        lin, ang = at.body("alone").momentum(more)
+        return (*_second(at, _sum(at.screw("acceleration"), more, sp.S.One)), *lin, *ang)
 
     def columns(at: _Template) -> Sequence[sp.Expr]:
-        rate, screw = at.screw("rate"), at.screw("screw")
-        double = at.named((scaled(twice, rate[0]), scaled(twice, rate[1])), "de")
-        screws = Screws(screw, double, at.screw("second"))
-        growing = symmetric(dict(zip(UPPER, at.rows("growing", 6), strict=True)))
-        *wrenches, (_, couple) = felt(
-            screws,
-            at.body("composite"),
-            Inertia(growing, ZERO, sp.S.Zero),
-            at.screw("momentum"),
-            at.screw("force"),
-            0,
-            at.tape,
-        )
-        return [*(x for wrench in wrenches for part in wrench for x in part), *couple]
+        return _felt(at, at.named(_sum(at.screw("force"), at.screw("push"), sp.S.One), "FN"))
 
-    carried = (("composite", 10), ("growing", 6), ("momentum", 6), ("force", 6))
+    at = _Template(table, table.kinds[0])
+    entry = acting(at.screw("inertia"), at.screw(f"screw{UP}"))
+    mass = Pairs(
+        "Mass matrix.", at.close((entry,)), (((_MASS,), ()),), (_MASS, "rotor")
+    )  # fmt: skip
+    steps = (
+        table.sweep(_OUTWARD, outward, *_SCREW, ("slope", 1), ("rotor", 1), ("driving", 1)),
+        table.sweep(
+            "Inertia of each body, its rate, momentum and wrench without accelerations.",
+            alone,
+            *_CARRIED,
+            ("alone", 10),
+            order=APART,
+        ),
+        _summed(table, *_CARRIED),
+        table.sweep(
+            "Force of each joint at unit acceleration, and the torque that accelerates it.",
+            resisted,
+            ("inertia", 6),
+            ("right", 1),
+            order=APART,
+        ),
+        mass,
+        Elimination("Factors of the mass matrix.", _MASS),
+        Solution("Accelerations of joints.", _MASS, "right", "found"),
+        table.sweep("What they add to the motion of each body.", faster, ("more", 6)),
+        table.sweep(
+            "Second rate of each screw, and the wrench of these accelerations.",
+            pushed,
+            ("second", 6),
+            ("push", 6),
+            order=APART,
+        ),
+        _summed(table, ("push", 6)),
+        table.sweep("What joints before it feel of each joint.", columns, *_FELT, order=APART),
+        _slopes(table),
+        Solution("Inverse of the mass matrix.", _MASS, "", "dtau_out"),
+        Solution("Derivatives by q.", _MASS, "dq_out", "dq_out"),
+        Solution("Derivatives by qd.", _MASS, "dqd_out", "dqd_out"),
+    )
+    sizes = dict((*_SCREW[1:], ("slope", 1), ("second", 6), *_CARRIED, *_FELT))
+    sizes |= dict.fromkeys(("rotor", "driving", "right", "found"), 1)
+    sizes |= {"alone": 10, "more": 6, "push": 6}
+    return table.program((_BASE_PLACE, *_accelerated(robot, sizes)), steps, (_MASS,))
+
+
+#: Name of the mass matrix where it is no output.
+_MASS = "mass"
+_OUTWARD = "Place, screw and motion of each joint in frame 0, and the body alone."
+#: Arrays about the origin of frame 0 in its axes: of joints, of what bodies carry, and of what
+#: joints before a joint feel of it.
+_SCREW = (
+    ("place", 12),
+    ("screw", 6),
+    ("twist", 6),
+    ("acceleration", 6),
+    ("rate", 6),
+    ("own", 10),
+)
+_CARRIED = (("composite", 10), ("growing", 6), ("momentum", 6), ("force", 6))
+_FELT = (("by_q", 6), ("by_qd", 6), ("inertia", 6), ("couple", 3))
+
+
+def _moved_screw(at: _Template, accelerating: bool) -> Sequence[sp.Expr]:
+    """Return place, screw and motion of a joint, the rate of the screw, and the body."""
+    place, screw = at.placed()
+    speed, faster = at.rate("qd", True), at.rate("qdd", accelerating)
+    twist = at.named(_sum(at.screw(f"twist{UP}"), screw, speed), "wV")
+    rate = at.named(moved(screw, twist), "st")
+    acceleration = _sum(_sum(at.screw(f"acceleration{UP}"), screw, faster), rate, speed)
+    found = (*place, *screw, *twist, *acceleration, *rate)
+    return (*(x for v in found for x in v), *at.inertia.parameters.values())
+
+
+def _second(at: _Template, acceleration: Screw) -> Sequence[sp.Expr]:
+    """Return the second rate of a screw."""
+    parts = (moved(at.screw("screw"), acceleration), moved(at.screw("rate"), at.screw("twist")))
+    return [x for pair in zip(*parts, strict=True) for x in plus(*pair)]
+
+
+def _carried(at: _Template) -> Sequence[sp.Expr]:
+    """Return inertia of a body, its rate, momentum and wrench."""
+    *axes, origin = at.vectors("place", 4)
+    twist, acceleration = at.screw("twist"), at.screw("acceleration")
+    body = at.body("own").placed(axes, origin, at.tape)
+    lin, ang = at.named(body.momentum(twist), "lk")
+    growing = body.rate(Frame(*twist, ZERO, sp.S.Zero), lin, 0, at.tape).J
+    needed, moment = body.momentum(acceleration)
+    f = plus(needed, cross(twist[0], lin))
+    n = plus(moment, cross(twist[0], ang), cross(twist[1], lin))
+    inertia = body.parameters.values()
+    return (*inertia, *(growing[i][k] for i, k in UPPER), *lin, *ang, *f, *n)
+
+
+def _summed(table: _Table, *arrays: tuple[str, int]) -> Sweep:
+    """Return the sweep that adds rows to those of the body before, from the tips."""
+    return table.sweep(
+        "The same of each body with all that it carries.",
+        lambda at: [x for name, size in arrays for x in at.rows(name, size)],
+        *((f"{name}{UP}", size) for name, size in arrays),
+        order=INWARD,
+    )
+
+
+def _felt(at: _Template, force: Screw) -> Sequence[sp.Expr]:
+    """Return what joints before a joint feel of it, in the order of `_FELT`."""
+    rate, twice = at.screw("rate"), sp.Integer(2)
+    double = at.named((scaled(twice, rate[0]), scaled(twice, rate[1])), "de")
+    growing = symmetric(dict(zip(UPPER, at.rows("growing", 6), strict=True)))
+    *wrenches, (_, couple) = felt(
+        Screws(at.screw("screw"), double, at.screw("second")),
+        at.body("composite"),
+        Inertia(growing, ZERO, sp.S.Zero),
+        at.screw("momentum"),
+        force,
+        0,
+        at.tape,
+    )
+    return [*(x for wrench in wrenches for part in wrench for x in part), *couple]
+
+
+def _slopes(table: _Table) -> Pairs:
+    """Return the pairs of dtau/dq and dtau/dqd."""
     at = _Template(table, table.kinds[0])
     screw, rate = at.screw(f"screw{UP}"), at.screw(f"rate{UP}")
     inertia, couple = at.screw("inertia"), (ZERO, at.rows("couple", 3))
@@ -411,59 +599,19 @@ def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
         acting(at.screw("by_q"), screw),
         acting(at.screw("by_qd"), screw),
         acting(couple, rate) + acting(inertia, at.screw(f"second{UP}")),
-        acting(couple, screw) + twice * acting(inertia, rate),
+        acting(couple, screw) + 2 * acting(inertia, rate),
     )
-    pairs = Pairs(
-        "Entries of two joints.",
-        at.close(entries),
-        (
-            ((), ("dq_out",)),
-            ((), ("dqd_out",)),
-            (("dq_out",), ()),
-            (("dqd_out",), ()),
-        ),
-        ("dqd_out", "slope"),
-    )
-    sweeps = (
-        table.sweep(
-            "Place, screw and motion of each joint in frame 0, and the body alone.",
-            outward,
-            ("place", 12),
-            ("screw", 6),
-            ("twist", 6),
-            ("acceleration", 6),
-            ("rate", 6),
-            ("own", 10),
-            ("slope", 1),
-        ),
-        table.sweep(
-            "Second rate of each screw; inertia, its rate, momentum and wrench of each body.",
-            alone,
-            ("second", 6),
-            *carried,
-            order=APART,
-        ),
-        table.sweep(
-            "The same of each body with all that it carries.",
-            inward,
-            *((f"{name}{UP}", size) for name, size in carried),
-            order=INWARD,
-        ),
-        table.sweep(
-            "What joints before it feel of each joint.",
-            columns,
-            ("by_q", 6),
-            ("by_qd", 6),
-            ("inertia", 6),
-            ("couple", 3),
-            order=APART,
-        ),
-    )
-    sizes = {"screw": 6, "twist": 6, "rate": 6, "own": 10, "slope": 1, "second": 6, **dict(carried)}
-    sizes |= {"by_q": 6, "by_qd": 6, "inertia": 6, "couple": 3}
-    gravity = "acceleration", (*ZERO, *(-g for g in robot.gravity))
-    state = (_BASE_PLACE, gravity, *_at_rest(sizes))
-    return replace(table.program(state, sweeps), pairs=pairs)
+    by_q, by_qd = ("dq_out",), ("dqd_out",)
+    places = (((), by_q), ((), by_qd), (by_q, ()), (by_qd, ()))
+    return Pairs("Derivatives of two joints.", at.close(entries), places, ("dqd_out", "slope"))
+
+
+def _accelerated(
+    robot: Robot, sizes: Mapping[str, int]
+) -> Iterator[tuple[str, tuple[sp.Expr, ...]]]:
+    """Yield arrays whose row of the base is zero, but that the base accelerates against gravity."""
+    for name, row in _at_rest(sizes):
+        yield name, (*ZERO, *(-g for g in robot.gravity)) if name == "acceleration" else row
 
 
 _BASE_PLACE = "place", (*unit(0), *unit(1), *unit(2), *ZERO)
@@ -579,17 +727,30 @@ class _Table:
         for kind in self.kinds[:1] if order == APART else dict.fromkeys(self.kinds):
             at = _Template(self, kind)
             bodies.append((kind, at.close(derive(at))))
+        if all(tape == bodies[0][1] for _, tape in bodies):
+            bodies = bodies[:1]
         return Sweep(doc, order, tuple(bodies), written)
 
     def program(
-        self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]
+        self,
+        state: tuple[tuple[str, tuple[sp.Expr, ...]], ...],
+        steps: tuple[Part, ...],
+        matrices: tuple[str, ...] = (),
     ) -> Program:
         columns, parameters = self.columns, self.parameters
         places = ((j - 1, parameters.index(p)) for p, j in self.heads)
         rows = zip(*(self.geometry[c] for c in columns), strict=True)
         angles = tuple(joint.theta for joint in self.robot.joints)
         return Program(
-            self.kinds, angles, columns, tuple(rows), parameters, tuple(places), state, sweeps
+            self.kinds,
+            angles,
+            columns,
+            tuple(rows),
+            parameters,
+            tuple(places),
+            state,
+            steps,
+            matrices,
         )
 
 

@@ -26,8 +26,9 @@ from symgen.robot.toml_io import parse_robot
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
 FRICTION = ("coulomb", "viscous", "offset")
-#: Their single statements are derived in seconds for large robots too.
-FIRST = tuple(name for name in PROGRAMS if name != "inverse_dynamics_derivatives")
+DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+#: Kernels whose single statements are derived in seconds for large robots too.
+FIRST = tuple(name for name in PROGRAMS if name not in DERIVATIVES)
 
 
 def written(
@@ -103,12 +104,19 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
 )
 def test_loops_of_derivatives_agree_with_pinocchio(joints: int, tree: bool, tmp_path: Path) -> None:
     arm = random_arm(4, min_joints=joints, max_joints=joints, tree=tree, fixed=False)
-    called = Case(arm, "arm", ("inverse_dynamics_derivatives",), tmp_path)
-    for q, qd, qdd in np.random.default_rng(6).uniform(-2, 2, (4, 3, called.n)):
+    called = Case(arm, "arm", DERIVATIVES, tmp_path)
+    witness, zero = called.witness, np.zeros(arm.n)
+    for q, qd, qdd in np.random.default_rng(6).uniform(-2, 2, (4, 3, arm.n)):
         ours = called("inverse_dynamics_derivatives", q, qd, qdd)
-        theirs = called.witness.inverse_dynamics_derivatives(q, qd, qdd)
+        theirs = witness.inverse_dynamics_derivatives(q, qd, qdd)
         for own, their in zip(ours, theirs, strict=True):
             np.testing.assert_allclose(own, their, rtol=0, atol=1e-10 * np.abs(their).max())
+        M = witness.mass_matrix(q)
+        tau = M @ qdd + witness.inverse_dynamics(q, qd, zero)
+        ours = called("forward_dynamics_derivatives", q, qd, tau)
+        for own, back in zip(ours, (*-theirs, np.eye(arm.n)), strict=True):
+            terms = np.abs(M) @ np.abs(own)
+            np.testing.assert_allclose(M @ own, back, rtol=0, atol=1e-10 * terms.max())
 
 
 def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
@@ -145,8 +153,8 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
 
 def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -> None:
     text = to_toml(random_arm(2, min_joints=3, max_joints=3), "arm")
-    written(text, tmp_path / "always", loops="always")
-    written(text, tmp_path / "auto")
+    written(text, tmp_path / "always", FIRST, loops="always")
+    written(text, tmp_path / "auto", FIRST)
     place = "arm_inverse_dynamics.c"
     texts = {w: (tmp_path / w / place).read_text() for w in ("always", "auto")}
     assert "for (size_t j" in texts["always"]
@@ -154,4 +162,4 @@ def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -
     (checked,) = symgen.check(tmp_path / "always")
     assert not checked.differences
     with pytest.raises(symgen.SymgenError, match=r"loops 'often'; accepted: auto, always, never"):
-        written(text, tmp_path / "often", loops="often")
+        written(text, tmp_path / "often", FIRST, loops="often")
