@@ -24,6 +24,8 @@ CHOICES = ("auto", "always", "never")
 #: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
 MANY, MANY_OF = 15, {"mass_matrix": 40}
 _LINE, _ANGLES = 92, 4
+#: Columns that a solution takes at once: their vectors wait together for the next joint of the way.
+_COLUMNS = 8
 #: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
 _PLACES = ("j", "u"), ("u", "j")
 #: Kernels that have a program.
@@ -111,6 +113,7 @@ def loop_data(
         "first": _lines(f"{row}u" for row in first),
         "whole": len(set(first)) == 1,
         "matrices": program.matrices,
+        "width": _COLUMNS,
         "solved": any(isinstance(step, Solution) for step in program.steps),
         "guards": kernel.guards,
         "status": status(kernel, dtype, prefix) if kernel.guards else [],

@@ -13,31 +13,35 @@
 #include <math.h>
 {% endif %}
 
+{% set w = k.loops.width %}
 {% if k.loops.solved %}
-/* Solves L' D L x = b for four columns, with rows of L below the diagonal and the inverse of D. */
+/* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D. */
 static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, const {{ k.dtype }} *inverse,
-    {{ k.dtype }} x[{{ k.loops.joints }}][4])
+    {{ k.dtype }} x[{{ k.loops.joints }}][{{ w }}])
 {
     for (size_t b = 0u; b < {{ k.loops.joints }}u; ++b) {
         const size_t j = {{ k.loops.joints - 1 }}u - b;
-        const {{ k.dtype }} y[4] = { x[j][0], x[j][1], x[j][2], x[j][3] };
+        {{ k.dtype }} y[{{ w }}];
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
+            y[i] = x[j][i];
+        }
         for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
-            for (size_t i = 0u; i < 4u; ++i) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
                 x[u - 1u][i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * y[i];
             }
         }
     }
     for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
-        {{ k.dtype }} y[4] = { x[j][0], x[j][1], x[j][2], x[j][3] };
-        for (size_t i = 0u; i < 4u; ++i) {
-            y[i] *= inverse[j];
+        {{ k.dtype }} y[{{ w }}];
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
+            y[i] = x[j][i] * inverse[j];
         }
         for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
-            for (size_t i = 0u; i < 4u; ++i) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
                 y[i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * x[u - 1u][i];
             }
         }
-        for (size_t i = 0u; i < 4u; ++i) {
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
             x[j][i] = y[i];
         }
     }
@@ -265,17 +269,17 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
         }
     }
 {% elif step.kind == "solution" %}
-    for (size_t b = 0u; b < {{ step.columns }}u; b += 4u) {
+    for (size_t b = 0u; b < {{ step.columns }}u; b += {{ w }}u) {
         /* {{ step.doc }} */
-        {{ k.dtype }} x[{{ n }}][4];
+        {{ k.dtype }} x[{{ n }}][{{ w }}];
         for (size_t k = 0u; k < {{ n }}u; ++k) {
-            for (size_t i = 0u; i < 4u; ++i) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
                 x[k][i] = {{ step.right }};
             }
         }
         solved(antecedent, {{ step.matrix }}, inverse, x);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
-            for (size_t i = 0u; (i < 4u) && ((b + i) < {{ step.columns }}u); ++i) {
+            for (size_t i = 0u; (i < {{ w }}u) && ((b + i) < {{ step.columns }}u); ++i) {
                 {{ step.into }} = x[k][i];
             }
         }
