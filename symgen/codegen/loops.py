@@ -15,7 +15,7 @@ from symgen.codegen.kernels import Kernel, Output
 from symgen.robot.types import Robot
 from symgen.symbolic import rolled
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.rolled import UP, Kind, Pairs, Program, Sweep
+from symgen.symbolic.rolled import UP, Elimination, Kind, Pairs, Part, Program, Solution, Sweep
 from symgen.symbolic.tape import Tape
 
 #: Whether kernels that have a program are loops.
@@ -24,6 +24,10 @@ CHOICES = ("auto", "always", "never")
 #: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
 MANY, MANY_OF = 15, {"mass_matrix": 40}
 _LINE, _ANGLES = 92, 4
+#: Columns that a solution takes at once: their vectors wait together for the next joint of the way.
+_COLUMNS = 8
+#: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
+_PLACES = ("j", "u"), ("u", "j")
 #: Kernels that have a program.
 PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
@@ -31,6 +35,8 @@ PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "forward_dynamics": rolled.forward_dynamics,
     "mass_matrix": rolled.mass_matrix,
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
+    "inverse_dynamics_derivatives": rolled.inverse_dynamics_derivatives,
+    "forward_dynamics_derivatives": rolled.forward_dynamics_derivatives,
 }
 
 
@@ -47,7 +53,7 @@ def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> 
     if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
         return None
     found = PROGRAMS[kernel.name](robot, base)
-    return found if found.pairs is None or robot.n == len(robot.joints) else None
+    return found if not found.paired or robot.n == len(robot.joints) else None
 
 
 def loop_data(
@@ -74,11 +80,13 @@ def loop_data(
     joints = len(robot.joints)
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
+    one = not program.paired  # pairs put zeros into several rows
     places = _Places(tuple(name for name, _ in program.state), robot.n == joints, robot.n - 1)
-    sweeps = [
-        [_body(sweep, kind, tape, dtype, places) for kind, tape in sweep.bodies]
-        for sweep in program.sweeps
-    ]
+    steps = [_step(step, program, robot, dtype, places) for step in program.steps]
+    first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
+    for joint in robot.joints:
+        neighbour = first and joint.antecedent == joint.number - 1
+        first.append(first[-1] if neighbour else joint.number)
     return {
         "joints": joints,
         "angles": joints + len(padding),
@@ -96,16 +104,46 @@ def loop_data(
         "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "zero": number(sp.S.Zero),
-        "state": [(name, [word.get(x) or number(x) for x in row]) for name, row in program.state],
-        "pairs": program.pairs and _pairs(program.pairs, robot, dtype),
+        "one": number(sp.S.One),
+        "state": [
+            (name, len(row), [(i, word.get(x) or number(x)) for i, x in enumerate(row) if x or one])
+            for name, row in program.state
+        ],
+        "paired": program.paired,
+        "first": _lines(f"{row}u" for row in first),
+        "whole": len(set(first)) == 1,
+        "matrices": program.matrices,
+        "width": _COLUMNS,
+        "solved": any(isinstance(step, Solution) for step in program.steps),
         "guards": kernel.guards,
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
-        "needs_math": any(body["needs_math"] for bodies in sweeps for body in bodies),
-        "sweeps": [
-            {"doc": sweep.doc, "inward": sweep.inward, "bodies": bodies}
-            for sweep, bodies in zip(program.sweeps, sweeps, strict=True)
-        ],
+        "needs_math": any(body["needs_math"] for step in steps for body in step.get("bodies", ())),
+        "steps": steps,
     }
+
+
+def _step(
+    step: Part, program: Program, robot: Robot, dtype: str, places: _Places
+) -> dict[str, Any]:
+    """Return the data of a step, for the template."""
+    kind = type(step).__name__.lower()
+    if isinstance(step, Sweep):
+        bodies = [_body(step, kind, tape, dtype, places) for kind, tape in step.bodies]
+        return {"kind": kind, "doc": step.doc, "order": step.order, "bodies": bodies}
+    if isinstance(step, Pairs):
+        return {"kind": kind, **_pairs(step, dtype)}
+    if isinstance(step, Elimination):
+        return {"kind": kind, **vars(step)}
+    n, zero = robot.n, literal(sp.S.Zero, dtype)
+    if step.into in dict(program.state):
+        right, into = f"{step.right}[0][k + 1u]", f"{step.into}[0][k + 1u]"
+    else:
+        into = f"{step.into}[(k * {n}u) + (b + i)]"
+        right = f"((b + i) < {n}u) ? -{step.right}[(k * {n}u) + (b + i)] : {zero}"
+        if not step.right:
+            right = f"((b + i) == k) ? {literal(sp.S.One, dtype)} : {zero}"
+    columns = 1 if step.into in dict(program.state) else n
+    return {"kind": kind, **vars(step), "right": right, "into": into, "columns": columns}
 
 
 def _lines(entries: Iterable[str]) -> list[str]:
@@ -155,19 +193,20 @@ def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> 
     return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
 
 
-def _pairs(pairs: Pairs, robot: Robot, dtype: str) -> dict[str, Any]:
+def _pairs(pairs: Pairs, dtype: str) -> dict[str, Any]:
     """Return the data of a template of two bodies."""
-    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (1,)),))
-    first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
-    for joint in robot.joints:
-        neighbour = first and joint.antecedent == joint.number - 1
-        first.append(first[-1] if neighbour else joint.number)
+    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (len(pairs.entries),)),))
     return {
         "doc": pairs.doc,
-        "matrix": pairs.matrix,
+        "matrices": pairs.matrices,
+        "count": len(pairs.entries),
+        "places": [
+            (matrix, place, k)
+            for k, both in enumerate(pairs.entries)
+            for matrices, place in zip(both, _PLACES, strict=True)
+            for matrix in matrices
+        ],
         "diagonal": pairs.diagonal,
-        "first": _lines(f"{row}u" for row in first),
-        "whole": len(set(first)) == 1,
         "body": _PairPrinter(kernel, dtype).function().body,
     }
 
@@ -182,7 +221,7 @@ class _PairPrinter(Printer):
             self.word |= {symbol: f"{array}[{i}][{row}]" for i, symbol in enumerate(symbols)}
 
     def stored(self, place: str, result: sp.Expr) -> str:
-        return super().stored(place.replace("[0]", "[i]"), result)
+        return super().stored(f"{place}[i]", result)
 
 
 class _BodyPrinter(Printer):

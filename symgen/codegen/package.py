@@ -22,7 +22,7 @@ from typing import Any
 from symgen import names
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
-from symgen.codegen.c_printer import DTYPES, Printer, literal
+from symgen.codegen.c_printer import DTYPES, CFunction, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.loops import CHOICES, loop_data, program
@@ -443,8 +443,10 @@ class _Writer:
         """Return the data of a kernel for the templates."""
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        rolled = self.program(kernel)
-        function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
+        rolled = self.programs.get(kernel.name)
+        function = CFunction((), False, self.dtype == "double")  # loops have a body of their own
+        if rolled is None:
+            function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         on_panels = self.panels and panelled(kernel)
         counts = vars(self.operations(kernel))
         names = [a.name for a in listed]
@@ -487,13 +489,19 @@ class _Writer:
             "needs_sincos": function.needs_sincos,
         }
 
-    def program(self, kernel: Kernel) -> Program | None:
-        """Return the loops of a kernel; None if it is single statements."""
-        return program(kernel, self.model.robot, self.model.base, self.loops)
+    @cached_property
+    def programs(self) -> dict[str, Program]:
+        """The loops of kernels that are not single statements, by name."""
+        robot, base = self.model.robot, self.model.base
+        found = ((k.name, program(k, robot, base, self.loops)) for k in self.kernels)
+        return {name: loops for name, loops in found if loops is not None}
 
     def operations(self, kernel: Kernel) -> Operations:
         """Return the operations of a kernel as C."""
-        return (self.program(kernel) or kernel.tape).operations
+        rolled, joints = self.programs.get(kernel.name), self.model.robot.joints
+        if rolled is None:
+            return kernel.tape.operations
+        return rolled.operations([joint.antecedent for joint in joints])
 
     def shape(self, name: str, size: int) -> str:
         """Describe an input."""

@@ -60,8 +60,8 @@ _HALF = sp.Rational(1, 2)
 
 
 @dataclass(frozen=True)
-class _Screws:
-    """S, 2 S' and S" of a joint, in its frame: angular and linear parts."""
+class Screws:
+    """S, 2 S' and S" of a joint in one frame: angular and linear parts."""
 
     own: Screw
     twice: Screw
@@ -170,10 +170,10 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     by_q: Rows = {j: {} for j in screws}
     by_qd: Rows = {j: {} for j in screws}
     for i, at in screws.items():
-        column = _columns(at, whole[i], growing[i], carried[i], force[i], i, tape)
+        found = felt(at, whole[i], growing[i], carried[i], force[i], i, tape)
         place, speed, inertia, couple = (
             handed_down(p, {i: wrench}, f"{letter}{i}")
-            for wrench, letter in zip(column, "pqmu", strict=True)
+            for wrench, letter in zip(found, "pqmu", strict=True)
         )
         for j in place:
             if j not in screws:
@@ -191,7 +191,7 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     return by_q, by_qd
 
 
-def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> _Screws:
+def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> Screws:
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
@@ -202,14 +202,14 @@ def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder)
         -tape.name(f"Q3{j}", p[0][0] + p[1][1]),
     )
     if own[0] == ZERO:
-        return _Screws(own, (ZERO, turn), (ZERO, second))
+        return Screws(own, (ZERO, turn), (ZERO, second))
     slide = named(scaled(sp.Integer(2), cross(V, Z)), f"b{j}_", tape)
     linear = named(plus(cross(motion.a, Z), cross(V, turn)), f"c{j}_", tape)
-    return _Screws(own, (turn, slide), (second, linear))
+    return Screws(own, (turn, slide), (second, linear))
 
 
-def _columns(
-    screws: _Screws,
+def felt(
+    screws: Screws,
     body: Inertia,
     rate: Inertia,
     momentum: Screw,
@@ -217,14 +217,24 @@ def _columns(
     i: int,
     tape: TapeBuilder,
 ) -> list[Screw]:
-    """Return, in frame i, what earlier joints see of q_i and qd_i; I S and 2 B^T S."""
+    """Return the wrenches by which earlier joints feel q_i and qd_i; I S and 2 B^T S.
+
+    Args:
+        screws: of joint i, in some frame, as all that follows.
+        body: link i with all that it carries.
+        rate: the rate of its inertia.
+        momentum: its momentum.
+        force: the wrench that it needs.
+        i: number of the joint, for names.
+        tape: receives the named steps.
+    """
     (e, v), (turn, _) = screws.own, screws.twice
     (lin, ang), (f, n) = momentum, force
     second, first = body.momentum(screws.second), body.momentum(screws.twice)
     spin = times(rate.J, e)
     half = named(scaled(_HALF, plus(times(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
     double = sp.Integer(2)
-    columns = {
+    found = {
         "p": (
             plus(second[0], cross(turn, lin), cross(e, f)),
             plus(second[1], half, cross(e, n), cross(v, f)),
@@ -238,5 +248,5 @@ def _columns(
     }
     return [
         (named(linear, f"f{letter}{i}_", tape), named(angular, f"n{letter}{i}_", tape))
-        for letter, (linear, angular) in columns.items()
+        for letter, (linear, angular) in found.items()
     ]

@@ -11,7 +11,7 @@ geometry, antecedent and parameters are symbols.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -27,18 +27,22 @@ from symgen.symbolic.articulated import (
 )
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
-from symgen.symbolic.kinematics import ARGUMENTS, Step, cosine_sine
+from symgen.symbolic.derivatives import Screws, felt
+from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, cosine_sine
 from symgen.symbolic.motion import REAL, Motion, handed_back, passed
-from symgen.symbolic.placement import moved_place
+from symgen.symbolic.placement import Place, moved_place
 from symgen.symbolic.spatial import (
     UPPER,
     ZERO,
+    Screw,
     Shift,
     Turn,
+    Vector,
     acting,
     axis,
     cross,
     matrix,
+    moved,
     named,
     plus,
     scaled,
@@ -47,13 +51,15 @@ from symgen.symbolic.spatial import (
 )
 from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_symbol
 
+#: Orders of a sweep.
+OUTWARD, INWARD, APART = "outward", "inward", "apart"
 #: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
 UP = "_up"
 #: Constants of a joint's transform.
 GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
 #: Names of arrays and tables in the sources, which no step may have.
 RESERVED = ARGUMENTS | set(
-    "c s up i geometry body antecedent kind variable theta turns row column".split()
+    "c s up i geometry body antecedent kind variable theta turns row column inverse".split()
 )
 
 
@@ -84,15 +90,17 @@ class Sweep:
 
     Attributes:
         doc: what it computes.
-        inward: from the tips to the base.
+        order: from the tips to the base (INWARD), from the base to the tips (OUTWARD), or in any
+            order (APART): then, bodies use arrays of the state alone, and only their own rows.
         bodies: the template of each kind of joint. Its inputs are rows of tables and arrays, named
-            as these. Its outputs are the entries of `written`.
+            as these. Its outputs are the entries of `written`. Bodies apart have one template, as
+            have kinds that do not differ.
         written: rows that it writes, and their numbers of entries; to those of the antecedent, it
             adds.
     """
 
     doc: str
-    inward: bool
+    order: str
     bodies: tuple[tuple[Kind, Tape], ...]
     written: tuple[tuple[str, int], ...]
 
@@ -103,21 +111,60 @@ class Pairs:
 
     Attributes:
         doc: what they compute.
-        body: the template of two bodies. Its output is the entry of `matrix` for both, which is
-            symmetric.
-        matrix: name of the output.
-        diagonal: column of the parameters that is added to the diagonal, if any body has it.
+        body: the template of two bodies.
+        entries: where each of its outputs goes: names of the matrices whose entry in row j and
+            column `up` it is, then of those whose entry in row `up` and column j it is.
+        diagonal: a matrix, and the array of the state that is added to its diagonal.
     """
 
     doc: str
     body: Tape
+    entries: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
+    diagonal: tuple[str, str]
+
+    @property
+    def matrices(self) -> tuple[str, ...]:
+        """Names of the matrices."""
+        return tuple(dict.fromkeys(name for both in self.entries for part in both for name in part))
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """Factors a symmetric matrix of pairs, from the tips: M = L' D L (Featherstone 2005).
+
+    Attributes:
+        doc: what it computes.
+        matrix: the matrix, whose rows below the diagonal become those of L.
+    """
+
+    doc: str
     matrix: str
-    diagonal: int | None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Solves M x = b with the factors of M.
+
+    Attributes:
+        doc: what it computes.
+        matrix: the factored matrix M.
+        right: b: an array of the state, or the negative of a matrix; the identity if empty.
+        into: x: an array of the state, or a matrix.
+    """
+
+    doc: str
+    matrix: str
+    right: str
+    into: str
+
+
+#: A step of a program.
+Part = Sweep | Pairs | Elimination | Solution
 
 
 @dataclass(frozen=True)
 class Program:
-    """A kernel as sweeps.
+    """A kernel as steps over the joints.
 
     Attributes:
         kinds: the kind of each joint of the file.
@@ -127,8 +174,8 @@ class Program:
         parameters: names of the columns of the parameters of a body.
         places: for every entry of X, its row and column among the parameters of bodies.
         state: arrays with a row for the base and for each joint, and the row of the base.
-        sweeps: in their order.
-        pairs: what follows them, if the kernel is a matrix.
+        steps: in their order.
+        matrices: names of matrices over joints that are not outputs.
     """
 
     kinds: tuple[Kind, ...]
@@ -138,22 +185,41 @@ class Program:
     parameters: tuple[str, ...]
     places: tuple[tuple[int, int], ...]
     state: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
-    sweeps: tuple[Sweep, ...]
-    pairs: Pairs | None = None
+    steps: tuple[Part, ...]
+    matrices: tuple[str, ...] = ()
 
     @property
-    def operations(self) -> Operations:
-        """Operations of one evaluation, the angles included."""
-        total = Operations(0, len(self.kinds), 0, len(self.kinds))
-        for sweep in self.sweeps:
-            bodies = dict(sweep.bodies)
-            for kind in self.kinds:
-                more = bodies[kind].operations
-                added = sum(1 for name, n in sweep.written if name.endswith(UP) for _ in range(n))
-                total = Operations(
-                    *(a + b for a, b in zip(vars(total).values(), vars(more).values(), strict=True))
-                )
-                total = replace(total, add=total.add + added)
+    def paired(self) -> bool:
+        """Whether it has pairs of joints."""
+        return any(isinstance(step, Pairs) for step in self.steps)
+
+    def operations(self, antecedents: Sequence[int]) -> Operations:
+        """Return the operations of one evaluation, the angles included.
+
+        Args:
+            antecedents: number of the joint before each joint.
+        """
+        n = len(self.kinds)
+        ways = [0]  # number of joints on the way to each joint, itself included
+        for joint in antecedents:
+            ways.append(ways[joint] + 1)
+        pairs = sum(ways)
+        total = Operations(0, n, 0, n)
+        for step in self.steps:
+            if isinstance(step, Sweep):
+                bodies = dict(step.bodies)
+                for kind in self.kinds:
+                    total = total.plus(bodies.get(kind, step.bodies[0][1]).operations)
+                added = sum(size for name, size in step.written if name.endswith(UP))
+                total = total.plus(Operations(0, added, 0, 0), n)
+            elif isinstance(step, Pairs):
+                total = total.plus(step.body.operations, pairs).plus(Operations(0, n, 0, 0))
+            elif isinstance(step, Elimination):
+                earlier = sum(way * (way - 1) // 2 for way in ways)
+                total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))
+            else:
+                columns = 1 if step.into in dict(self.state) else n
+                total = total.plus(Operations(2 * pairs - n, 2 * (pairs - n), 0, 0), columns)
         return total
 
 
@@ -200,7 +266,7 @@ def inverse_dynamics(
             inward,
             (f"wrench{UP}", 6),
             (out, 1),
-            inward=True,
+            order=INWARD,
         ),
     )
     return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
@@ -256,15 +322,14 @@ def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
             (f"articulated{UP}", 27),
             ("driven", 7),
             ("guard", 1),
-            inward=True,
+            order=INWARD,
         ),
         table.sweep(
             "Acceleration of each body and joint.", accelerations, ("acceleration", 6), ("qdd", 1)
         ),
     )
     sizes = {"wrench": 6, "articulated": 27, "driven": 7, "acceleration": 6}
-    zeros = ((name, _zeros(size)) for name, size in sizes.items())
-    return table.program((_base_motion(robot, 9), *zeros), sweeps)
+    return table.program((_base_motion(robot, 9), *_at_rest(sizes)), sweeps)
 
 
 def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
@@ -280,20 +345,13 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
     table = _Table.of(robot, base)
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
-        before = at.rows(f"place{UP}", 12)
-        place = tuple(before[3 * k : 3 * k + 3] for k in range(4))
-        for motion in at.step(sp.S.Zero).way:
-            place = moved_place(place, motion, at.tape)
-        z, origin = place[2:]
-        screw = (z, cross(origin, z)) if at.kind.sigma == names.REVOLUTE else (ZERO, z)
-        return (*(x for v in (*place, *screw) for x in v), *at.inertia.parameters.values())
+        place, screw = at.placed()
+        body = at.inertia.parameters.values()
+        return (*(x for v in (*place, *screw) for x in v), *body, at.value(names.ROTOR))
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
-        body = Inertia.of(dict(zip(names.LINK, at.rows("composite", 10), strict=True)))
-        if names.MASS not in table.parameters:
-            body = replace(body, M=sp.S.Zero)
-        columns = at.rows("place", 12)
-        *axes, origin = (columns[3 * k : 3 * k + 3] for k in range(4))
+        body = at.body("composite")
+        *axes, origin = at.vectors("place", 4)
         lin, ang = (
             named(plus(*map(scaled, part, axes)), letter, at.tape)
             for part, letter in zip(body.momentum(axis(at.kind.sigma)), "fn", strict=True)
@@ -303,14 +361,12 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
         return (*body.parameters.values(), *lin, *plus(ang, cross(origin, lin)))
 
     at = _Template(table, table.kinds[0])
-    screw, force = at.rows(f"screw{UP}", 6), at.rows("force", 6)
-    entry = acting((force[:3], force[3:]), (screw[:3], screw[3:]))
-    rotor = names.ROTOR
+    entry = acting(at.screw("force"), at.screw(f"screw{UP}"))
     pairs = Pairs(
         "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
         at.close((entry,)),
-        "M",
-        table.parameters.index(rotor) if rotor in table.parameters else None,
+        ((("M",), ("M",)),),
+        ("M", "rotor"),
     )
     sweeps = (
         table.sweep(
@@ -319,18 +375,257 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
             ("place", 12),
             ("screw", 6),
             ("composite", 10),
+            ("rotor", 1),
         ),
         table.sweep(
             "Force of each joint at unit acceleration, and the composite body before it.",
             inward,
             (f"composite{UP}", 10),
             ("force", 6),
-            inward=True,
+            order=INWARD,
         ),
     )
-    unit_place = (*unit(0), *unit(1), *unit(2), *ZERO)
-    zeros = (("screw", _zeros(6)), ("composite", _zeros(10)), ("force", _zeros(6)))
-    return replace(table.program((("place", unit_place), *zeros), sweeps), pairs=pairs)
+    sizes = {"screw": 6, "composite": 10, "rotor": 1, "force": 6}
+    return table.program((_BASE_PLACE, *_at_rest(sizes)), (*sweeps, pairs))
+
+
+def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
+    """Return dtau/dq and dtau/dqd: sweeps about the origin of frame 0 in its axes, then pairs.
+
+    `symgen.symbolic.derivatives` has the equations and their source. In one frame, what the bodies
+    after a joint carry is a sum, and each entry is a sum of products of two bodies.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        return (*_moved_screw(at, accelerating=True), at.friction_slope())
+
+    def alone(at: _Template) -> Sequence[sp.Expr]:
+        return (*_second(at, at.screw("acceleration")), *_carried(at))
+
+    steps = (
+        table.sweep(_OUTWARD, outward, *_SCREW, ("slope", 1)),
+        table.sweep(
+            "Second rate of each screw; inertia, its rate, momentum and wrench of each body.",
+            alone,
+            ("second", 6),
+            *_CARRIED,
+            order=APART,
+        ),
+        _summed(table, *_CARRIED),
+        table.sweep(
+            "What joints before it feel of each joint.",
+            lambda at: _felt(at, at.screw("force")),
+            *_FELT,
+            order=APART,
+        ),
+        _slopes(table),
+    )
+    sizes = dict((*_SCREW[1:], ("slope", 1), ("second", 6), *_CARRIED, *_FELT))
+    return table.program((_BASE_PLACE, *_accelerated(robot, sizes)), steps)
+
+
+def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
+    """Return dqdd/dq, dqdd/dqd and dqdd/dtau = M^-1.
+
+    The mass matrix and the torques without accelerations give the accelerations. With these, the
+    derivatives of inverse dynamics give the others: dqdd/dq = -M^-1 dtau/dq.
+
+    Args:
+        robot: it is `rollable` and has no fixed joints.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        driving = at.rows("tau", 1)[0] - at.friction()
+        rotor = at.value(names.ROTOR)
+        return (*_moved_screw(at, accelerating=False), at.friction_slope(), rotor, driving)
+
+    def alone(at: _Template) -> Sequence[sp.Expr]:
+        carried = _carried(at)
+        return (*carried, *carried[:10])
+
+    def resisted(at: _Template) -> Sequence[sp.Expr]:
+        screw = at.screw("screw")
+        lin, ang = at.body("composite").momentum(screw)
+        return (*lin, *ang, at.rows("driving", 1)[0] - acting(at.screw("force"), screw))
+
+    def faster(at: _Template) -> Sequence[sp.Expr]:
+        return [
+            x for v in _sum(at.screw(f"more{UP}"), at.screw("screw"), at.rows("found", 1)[0])
+            for x in v
+        ]  # fmt: skip
+
+    def pushed(at: _Template) -> Sequence[sp.Expr]:
+        more = at.screw("more")
+        lin, ang = at.body("alone").momentum(more)
+        return (*_second(at, _sum(at.screw("acceleration"), more, sp.S.One)), *lin, *ang)
+
+    def columns(at: _Template) -> Sequence[sp.Expr]:
+        return _felt(at, at.named(_sum(at.screw("force"), at.screw("push"), sp.S.One), "FN"))
+
+    at = _Template(table, table.kinds[0])
+    entry = acting(at.screw("inertia"), at.screw(f"screw{UP}"))
+    mass = Pairs(
+        "Mass matrix.", at.close((entry,)), (((_MASS,), ()),), (_MASS, "rotor")
+    )  # fmt: skip
+    steps = (
+        table.sweep(_OUTWARD, outward, *_SCREW, ("slope", 1), ("rotor", 1), ("driving", 1)),
+        table.sweep(
+            "Inertia of each body, its rate, momentum and wrench without accelerations.",
+            alone,
+            *_CARRIED,
+            ("alone", 10),
+            order=APART,
+        ),
+        _summed(table, *_CARRIED),
+        table.sweep(
+            "Force of each joint at unit acceleration, and the torque that accelerates it.",
+            resisted,
+            ("inertia", 6),
+            ("right", 1),
+            order=APART,
+        ),
+        mass,
+        Elimination("Factors of the mass matrix.", _MASS),
+        Solution("Accelerations of joints.", _MASS, "right", "found"),
+        table.sweep("What they add to the motion of each body.", faster, ("more", 6)),
+        table.sweep(
+            "Second rate of each screw, and the wrench of these accelerations.",
+            pushed,
+            ("second", 6),
+            ("push", 6),
+            order=APART,
+        ),
+        _summed(table, ("push", 6)),
+        table.sweep("What joints before it feel of each joint.", columns, *_FELT, order=APART),
+        _slopes(table),
+        Solution("Inverse of the mass matrix.", _MASS, "", "dtau_out"),
+        Solution("Derivatives by q.", _MASS, "dq_out", "dq_out"),
+        Solution("Derivatives by qd.", _MASS, "dqd_out", "dqd_out"),
+    )
+    sizes = dict((*_SCREW[1:], ("slope", 1), ("second", 6), *_CARRIED, *_FELT))
+    sizes |= dict.fromkeys(("rotor", "driving", "right", "found"), 1)
+    sizes |= {"alone": 10, "more": 6, "push": 6}
+    return table.program((_BASE_PLACE, *_accelerated(robot, sizes)), steps, (_MASS,))
+
+
+#: Name of the mass matrix where it is no output.
+_MASS = "mass"
+_OUTWARD = "Place, screw and motion of each joint in frame 0, and the body alone."
+#: Arrays about the origin of frame 0 in its axes: of joints, of what bodies carry, and of what
+#: joints before a joint feel of it.
+_SCREW = (
+    ("place", 12),
+    ("screw", 6),
+    ("twist", 6),
+    ("acceleration", 6),
+    ("rate", 6),
+    ("own", 10),
+)
+_CARRIED = (("composite", 10), ("growing", 6), ("momentum", 6), ("force", 6))
+_FELT = (("by_q", 6), ("by_qd", 6), ("inertia", 6), ("couple", 3))
+
+
+def _moved_screw(at: _Template, accelerating: bool) -> Sequence[sp.Expr]:
+    """Return place, screw and motion of a joint, the rate of the screw, and the body."""
+    place, screw = at.placed()
+    speed, faster = at.rate("qd", True), at.rate("qdd", accelerating)
+    twist = at.named(_sum(at.screw(f"twist{UP}"), screw, speed), "wV")
+    rate = at.named(moved(screw, twist), "st")
+    acceleration = _sum(_sum(at.screw(f"acceleration{UP}"), screw, faster), rate, speed)
+    found = (*place, *screw, *twist, *acceleration, *rate)
+    return (*(x for v in found for x in v), *at.inertia.parameters.values())
+
+
+def _second(at: _Template, acceleration: Screw) -> Sequence[sp.Expr]:
+    """Return the second rate of a screw."""
+    parts = (moved(at.screw("screw"), acceleration), moved(at.screw("rate"), at.screw("twist")))
+    return [x for pair in zip(*parts, strict=True) for x in plus(*pair)]
+
+
+def _carried(at: _Template) -> Sequence[sp.Expr]:
+    """Return inertia of a body, its rate, momentum and wrench."""
+    *axes, origin = at.vectors("place", 4)
+    twist, acceleration = at.screw("twist"), at.screw("acceleration")
+    body = at.body("own").placed(axes, origin, at.tape)
+    lin, ang = at.named(body.momentum(twist), "lk")
+    growing = body.rate(Frame(*twist, ZERO, sp.S.Zero), lin, 0, at.tape).J
+    needed, moment = body.momentum(acceleration)
+    f = plus(needed, cross(twist[0], lin))
+    n = plus(moment, cross(twist[0], ang), cross(twist[1], lin))
+    inertia = body.parameters.values()
+    return (*inertia, *(growing[i][k] for i, k in UPPER), *lin, *ang, *f, *n)
+
+
+def _summed(table: _Table, *arrays: tuple[str, int]) -> Sweep:
+    """Return the sweep that adds rows to those of the body before, from the tips."""
+    return table.sweep(
+        "The same of each body with all that it carries.",
+        lambda at: [x for name, size in arrays for x in at.rows(name, size)],
+        *((f"{name}{UP}", size) for name, size in arrays),
+        order=INWARD,
+    )
+
+
+def _felt(at: _Template, force: Screw) -> Sequence[sp.Expr]:
+    """Return what joints before a joint feel of it, in the order of `_FELT`."""
+    rate, twice = at.screw("rate"), sp.Integer(2)
+    double = at.named((scaled(twice, rate[0]), scaled(twice, rate[1])), "de")
+    growing = symmetric(dict(zip(UPPER, at.rows("growing", 6), strict=True)))
+    *wrenches, (_, couple) = felt(
+        Screws(at.screw("screw"), double, at.screw("second")),
+        at.body("composite"),
+        Inertia(growing, ZERO, sp.S.Zero),
+        at.screw("momentum"),
+        force,
+        0,
+        at.tape,
+    )
+    return [*(x for wrench in wrenches for part in wrench for x in part), *couple]
+
+
+def _slopes(table: _Table) -> Pairs:
+    """Return the pairs of dtau/dq and dtau/dqd."""
+    at = _Template(table, table.kinds[0])
+    screw, rate = at.screw(f"screw{UP}"), at.screw(f"rate{UP}")
+    inertia, couple = at.screw("inertia"), (ZERO, at.rows("couple", 3))
+    entries = (
+        acting(at.screw("by_q"), screw),
+        acting(at.screw("by_qd"), screw),
+        acting(couple, rate) + acting(inertia, at.screw(f"second{UP}")),
+        acting(couple, screw) + 2 * acting(inertia, rate),
+    )
+    by_q, by_qd = ("dq_out",), ("dqd_out",)
+    places = (((), by_q), ((), by_qd), (by_q, ()), (by_qd, ()))
+    return Pairs("Derivatives of two joints.", at.close(entries), places, ("dqd_out", "slope"))
+
+
+def _accelerated(
+    robot: Robot, sizes: Mapping[str, int]
+) -> Iterator[tuple[str, tuple[sp.Expr, ...]]]:
+    """Yield arrays whose row of the base is zero, but that the base accelerates against gravity."""
+    for name, row in _at_rest(sizes):
+        yield name, (*ZERO, *(-g for g in robot.gravity)) if name == "acceleration" else row
+
+
+_BASE_PLACE = "place", (*unit(0), *unit(1), *unit(2), *ZERO)
+
+
+def _sum(twist: Screw, screw: Screw, factor: sp.Expr) -> Screw:
+    """Return twist + factor screw."""
+    first, second = (plus(a, scaled(factor, b)) for a, b in zip(twist, screw, strict=True))
+    return first, second
+
+
+def _at_rest(sizes: Mapping[str, int]) -> Iterator[tuple[str, tuple[sp.Expr, ...]]]:
+    """Yield arrays of the state whose row of the base is zero, by their numbers of entries."""
+    return ((name, _zeros(size)) for name, size in sizes.items())
 
 
 def _zeros(count: int) -> tuple[sp.Expr, ...]:
@@ -425,24 +720,37 @@ class _Table:
         doc: str,
         derive: Callable[[_Template], Sequence[sp.Expr]],
         *written: tuple[str, int],
-        inward: bool = False,
+        order: str = OUTWARD,
     ) -> Sweep:
         """Return a sweep whose templates are derived by a function."""
         bodies = []
-        for kind in dict.fromkeys(self.kinds):
+        for kind in self.kinds[:1] if order == APART else dict.fromkeys(self.kinds):
             at = _Template(self, kind)
             bodies.append((kind, at.close(derive(at))))
-        return Sweep(doc, inward, tuple(bodies), written)
+        if all(tape == bodies[0][1] for _, tape in bodies):
+            bodies = bodies[:1]
+        return Sweep(doc, order, tuple(bodies), written)
 
     def program(
-        self, state: tuple[tuple[str, tuple[sp.Expr, ...]], ...], sweeps: tuple[Sweep, ...]
+        self,
+        state: tuple[tuple[str, tuple[sp.Expr, ...]], ...],
+        steps: tuple[Part, ...],
+        matrices: tuple[str, ...] = (),
     ) -> Program:
         columns, parameters = self.columns, self.parameters
         places = ((j - 1, parameters.index(p)) for p, j in self.heads)
         rows = zip(*(self.geometry[c] for c in columns), strict=True)
         angles = tuple(joint.theta for joint in self.robot.joints)
         return Program(
-            self.kinds, angles, columns, tuple(rows), parameters, tuple(places), state, sweeps
+            self.kinds,
+            angles,
+            columns,
+            tuple(rows),
+            parameters,
+            tuple(places),
+            state,
+            steps,
+            matrices,
         )
 
 
@@ -472,6 +780,36 @@ class _Template:
         return self.groups.setdefault(
             name, tuple(real_symbol(f"X_{name}{i}") for i in range(count))
         )
+
+    def vectors(self, name: str, count: int) -> tuple[Vector, ...]:
+        """Return the symbols of a row of an array as vectors."""
+        row = self.rows(name, 3 * count)
+        return tuple(row[3 * k : 3 * k + 3] for k in range(count))
+
+    def screw(self, name: str) -> Screw:
+        """Return the symbols of a row of an array as a screw or wrench."""
+        first, second = self.vectors(name, 2)
+        return first, second
+
+    def named(self, screw: Screw, letters: str) -> Screw:
+        """Name the entries of a screw."""
+        first, second = (named(part, x, self.tape) for part, x in zip(screw, letters, strict=True))
+        return first, second
+
+    def body(self, name: str) -> Inertia:
+        """Return the symbols of a row of an array as a body."""
+        body = Inertia.of(dict(zip(names.LINK, self.rows(name, 10), strict=True)))
+        return body if names.MASS in self.table.parameters else replace(body, M=sp.S.Zero)
+
+    def placed(self) -> tuple[Place, Screw]:
+        """Return the place of the link and the screw of its joint, in frame 0."""
+        place = self.vectors(f"place{UP}", 4)
+        for motion in self.step(sp.S.Zero).way:
+            place = moved_place(place, motion, self.tape)
+        z, origin = place[2:]
+        if self.kind.sigma != names.REVOLUTE:
+            return place, (ZERO, z)
+        return place, (z, named(cross(origin, z), "v", self.tape))
 
     def rate(self, name: str, there: bool) -> sp.Expr:
         """Return a variable of the joint, or zero."""
@@ -516,11 +854,23 @@ class _Template:
     def friction(self) -> sp.Expr:
         """Return the torque of friction."""
         speed = self.rate("qd", True)
-        turned = sp.sign(speed)
-        if self.kind.smooth:
-            turned = sp.tanh(self.tape.name("x", speed * self.constant("sharp")))
+        turned = self.turned if self.kind.smooth else sp.sign(speed)
         columns = {"FS": self.tape.name("sign", turned), "FV": speed, "OF": sp.S.One}
         return sum((self.value(p) * column for p, column in columns.items()), sp.S.Zero)
+
+    @property
+    def turned(self) -> sp.Expr:
+        """The smooth sign of the speed."""
+        return sp.tanh(self.tape.name("x", self.rate("qd", True) * self.constant("sharp")))
+
+    def friction_slope(self) -> sp.Expr:
+        """Return the derivative of the torque of friction by the speed."""
+        slope = self.value("FV")
+        if self.kind.smooth:
+            turned = self.tape.name("sign", self.turned)
+            falling = self.tape.name("falls", self.constant("sharp") * (1 - turned * turned))
+            slope += self.value("FS") * falling
+        return slope
 
     def close(self, outputs: Sequence[sp.Expr]) -> Tape:
         """Return the template, with the groups of inputs that it reads."""

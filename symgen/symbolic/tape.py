@@ -68,6 +68,11 @@ class Operations:
     sincos: int
     other: int = 0
 
+    def plus(self, more: Operations, times: int = 1) -> Operations:
+        """Return the sum of these and more operations, so many times."""
+        pairs = zip(vars(self).values(), vars(more).values(), strict=True)
+        return Operations(*(a + times * b for a, b in pairs))
+
 
 @dataclass(frozen=True)
 class Tape:

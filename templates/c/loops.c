@@ -13,6 +13,41 @@
 #include <math.h>
 {% endif %}
 
+{% set w = k.loops.width %}
+{% if k.loops.solved %}
+/* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D. */
+static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, const {{ k.dtype }} *inverse,
+    {{ k.dtype }} x[{{ k.loops.joints }}][{{ w }}])
+{
+    for (size_t b = 0u; b < {{ k.loops.joints }}u; ++b) {
+        const size_t j = {{ k.loops.joints - 1 }}u - b;
+        {{ k.dtype }} y[{{ w }}];
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
+            y[i] = x[j][i];
+        }
+        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
+                x[u - 1u][i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * y[i];
+            }
+        }
+    }
+    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+        {{ k.dtype }} y[{{ w }}];
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
+            y[i] = x[j][i] * inverse[j];
+        }
+        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
+                y[i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * x[u - 1u][i];
+            }
+        }
+        for (size_t i = 0u; i < {{ w }}u; ++i) {
+            x[j][i] = y[i];
+        }
+    }
+}
+
+{% endif %}
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
     /* The joint before each joint, counted from 1; 0 is the base. Arrays of the state have a row for
@@ -23,7 +58,7 @@
         {{ line }}
 {% endfor %}
     };
-{% if k.loops.sweeps[0].bodies | length > 1 %}
+{% if k.loops.steps[0].bodies | length > 1 %}
     /* Kind of each joint: {{ k.loops.called }}. */
     static const unsigned char kind[{{ k.loops.joints }}] = {
 {% for line in k.loops.kinds %}
@@ -45,10 +80,10 @@
 {% endfor %}
     };
 {% endif %}
-{% if k.loops.pairs %}
+{% if k.loops.paired %}
     /* Row of the first of the neighbours on the way from the base that end at each joint. */
     static const unsigned char first[{{ k.loops.joints }}] = {
-{% for line in k.loops.pairs.first %}
+{% for line in k.loops.first %}
         {{ line }}
 {% endfor %}
     };
@@ -84,15 +119,32 @@
     {{ k.dtype }} c[{{ k.loops.angles }}];
     {{ k.dtype }} s[{{ k.loops.angles }}];
     {{ k.dtype }} body[{{ k.loops.joints }}][{{ k.loops.parameters | length }}];
-{% for array, base in k.loops.state %}
-    {{ k.dtype }} {{ array }}[{{ base | length }}][{{ k.loops.joints + (5 if k.loops.pairs else 1) }}];
+{% for array, size, base in k.loops.state %}
+    {{ k.dtype }} {{ array }}[{{ size }}][{{ k.loops.joints + (5 if k.loops.paired else 1) }}];
 {% endfor %}
+{% for matrix in k.loops.matrices %}
+    {{ k.dtype }} {{ matrix }}[{{ k.loops.joints * k.loops.joints }}];
+{% endfor %}
+{% if k.loops.solved %}
+    {{ k.dtype }} inverse[{{ k.loops.joints }}];
+{% endif %}
 {% if k.loops.guards %}
     {{ k.dtype }} guard[{{ k.loops.guards }}];
 {% endif %}
-{% for array, base in k.loops.state %}
-{% for value in base %}
-    {{ array }}[{{ loop.index0 }}][0] = {{ value }};
+{% if k.loops.paired %}
+    /* The base, and rows after the last joint, which four joints at once reach. */
+    for (size_t i = 0u; i < 5u; ++i) {
+        const size_t j = (i == 0u) ? 0u : ({{ k.loops.joints }}u + i);
+{% for array, size, base in k.loops.state %}
+        for (size_t e = 0u; e < {{ size }}u; ++e) {
+            {{ array }}[e][j] = {{ k.loops.zero }};
+        }
+{% endfor %}
+    }
+{% endif %}
+{% for array, size, base in k.loops.state %}
+{% for place, value in base %}
+    {{ array }}[{{ place }}][0] = {{ value }};
 {% endfor %}
 {% endfor %}
     for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
@@ -127,24 +179,37 @@
     for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
         body[row[i]][column[i]] = X[i];
     }
-{% for sweep in k.loops.sweeps %}
-{% if sweep.inward %}
+{% set n = k.loops.joints %}
+{% for step in k.loops.steps %}
+{% if step.kind == "sweep" %}
+{% if step.order == "apart" %}
+    for (size_t b = 0u; b < {{ k.loops.joints }}u; b += 4u) {
+        /* {{ step.doc }} */
+        for (size_t i = 0u; i < 4u; ++i) {
+            const size_t j = b + i;
+{% for line in step.bodies[0].body %}
+            {{ line }}
+{% endfor %}
+        }
+    }
+{% else %}
+{% if step.order == "inward" %}
     for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
         const size_t j = {{ k.loops.joints - 1 }}u - i;
 {% else %}
     for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
 {% endif %}
-        /* {{ sweep.doc }} */
-{% if sweep.bodies[0].up %}
+        /* {{ step.doc }} */
+{% if step.bodies[0].up %}
         const size_t up = antecedent[j];
 {% endif %}
-{% if sweep.bodies | length == 1 %}
-{% for line in sweep.bodies[0].body %}
+{% if step.bodies | length == 1 %}
+{% for line in step.bodies[0].body %}
         {{ line }}
 {% endfor %}
 {% else %}
         switch (kind[j]) {
-{% for body in sweep.bodies %}
+{% for body in step.bodies %}
         {{ "default" if loop.last else "case " ~ loop.index0 ~ "u" }}: { /* {{ body.kind }} */
 {% for line in body.body %}
             {{ line }}
@@ -155,42 +220,72 @@
         }
 {% endif %}
     }
-{% endfor %}
-{% if k.loops.pairs %}
-{% set n = k.loops.joints %}
-{% set matrix = k.loops.pairs.matrix %}
-{% if not k.loops.pairs.whole %}
+{% endif %}
+{% elif step.kind == "pairs" %}
+{% if not k.loops.whole %}
     for (size_t i = 0u; i < {{ n * n }}u; ++i) {
+{% for matrix in step.matrices %}
         {{ matrix }}[i] = {{ k.loops.zero }};
+{% endfor %}
     }
 {% endif %}
     for (size_t j = 0u; j < {{ n }}u; ++j) {
-        /* {{ k.loops.pairs.doc }} */
+        /* {{ step.doc }} */
         size_t last = j + 1u;
         while (last != 0u) {
             for (size_t b = first[last - 1u]; b <= last; b += 4u) {
-                {{ k.dtype }} entry[4];
+                {{ k.dtype }} entry[{{ step.count }}][4];
                 for (size_t i = 0u; i < 4u; ++i) {
                     const size_t u = b + i;
-{% for line in k.loops.pairs.body %}
+{% for line in step.body %}
                     {{ line }}
 {% endfor %}
                 }
                 for (size_t i = 0u; (i < 4u) && ((b + i) <= last); ++i) {
                     const size_t u = (b + i) - 1u;
-                    {{ matrix }}[(j * {{ n }}u) + u] = entry[i];
-                    {{ matrix }}[(u * {{ n }}u) + j] = entry[i];
+{% for matrix, place, entry in step.places %}
+                    {{ matrix }}[({{ place[0] }} * {{ n }}u) + {{ place[1] }}] = entry[{{ entry }}][i];
+{% endfor %}
                 }
             }
             last = antecedent[first[last - 1u] - 1u];
         }
     }
-{% if k.loops.pairs.diagonal is not none %}
     for (size_t j = 0u; j < {{ n }}u; ++j) {
-        {{ matrix }}[j * {{ n + 1 }}u] += body[j][{{ k.loops.pairs.diagonal }}];
+        {{ step.diagonal[0] }}[j * {{ n + 1 }}u] += {{ step.diagonal[1] }}[0][j + 1u];
+    }
+{% elif step.kind == "elimination" %}
+    for (size_t i = 0u; i < {{ n }}u; ++i) {
+        /* {{ step.doc }} */
+        const size_t j = {{ n - 1 }}u - i;
+        guard[i] = {{ step.matrix }}[j * {{ n + 1 }}u];
+        inverse[j] = {{ k.loops.one }} / guard[i];
+        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+            const {{ k.dtype }} low = {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] * inverse[j];
+            for (size_t v = u; v != 0u; v = antecedent[v - 1u]) {
+                {{ step.matrix }}[((u - 1u) * {{ n }}u) + (v - 1u)] -= low * {{ step.matrix }}[(j * {{ n }}u) + (v - 1u)];
+            }
+            {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] = low;
+        }
+    }
+{% elif step.kind == "solution" %}
+    for (size_t b = 0u; b < {{ step.columns }}u; b += {{ w }}u) {
+        /* {{ step.doc }} */
+        {{ k.dtype }} x[{{ n }}][{{ w }}];
+        for (size_t k = 0u; k < {{ n }}u; ++k) {
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
+                x[k][i] = {{ step.right }};
+            }
+        }
+        solved(antecedent, {{ step.matrix }}, inverse, x);
+        for (size_t k = 0u; k < {{ n }}u; ++k) {
+            for (size_t i = 0u; (i < {{ w }}u) && ((b + i) < {{ step.columns }}u); ++i) {
+                {{ step.into }} = x[k][i];
+            }
+        }
     }
 {% endif %}
-{% endif %}
+{% endfor %}
 {% for line in k.loops.status %}
     {{ line }}
 {% endfor %}

@@ -69,7 +69,7 @@ KERNELS = (
     "forward_dynamics",
 )
 DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
-TREES = ("inverse_dynamics", "mass_matrix", "forward_dynamics")
+TREES = ("inverse_dynamics", "mass_matrix", "forward_dynamics", *DERIVATIVES)
 STATES = 32  # of a large tree, as in trees.c
 TREE_FLAGS = ("-O2", "-march=native", "-fPIC")
 TIMES = Path(__file__).with_name("trees.c")
@@ -454,7 +454,9 @@ def main() -> None:
     parser.add_argument("--only-large-trees", action="store_true")
     asked = parser.parse_args()
     large = {} if asked.only_panels_in_c else trees()
-    if asked.only_large_trees:
+    if asked.only_large_trees:  # in the file of a whole run, if there is one
+        kept = json.loads(asked.into.read_text()) if asked.into.exists() else {}
+        asked.into.write_text(json.dumps(kept | {"large_trees": large}, indent=1) + "\n")
         return
     kernels = tuple(asked.kernels.split(","))
     compiler = find_compiler()

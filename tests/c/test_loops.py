@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import random
 import shutil
+from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 from oracles.large_arms import LARGE
 from oracles.pinocchio_arm import PinocchioArm
 from oracles.random_arms import random_arm, random_parameters, to_toml
+from oracles.transforms import Arm
 from packages import STRICT, c_files, run
 from support import sampled
 
@@ -23,11 +26,16 @@ from symgen.robot.toml_io import parse_robot
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
 FRICTION = ("coulomb", "viscous", "offset")
+DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+#: Kernels whose single statements are derived in seconds for large robots too.
+FIRST = tuple(name for name in PROGRAMS if name not in DERIVATIVES)
 
 
-def written(text: str, folder: Path, **options: str) -> symgen.Model:
+def written(
+    text: str, folder: Path, kernels: Sequence[str] = tuple(PROGRAMS), **options: str
+) -> symgen.Model:
     """Derive a robot and write its kernels that can be loops."""
-    model = symgen.derive(parse_robot(text, "robot.toml"), tuple(PROGRAMS))
+    model = symgen.derive(parse_robot(text, "robot.toml"), tuple(kernels))
     symgen.write_package(symgen.generate(model, target="c", **options), folder)
     return model
 
@@ -39,30 +47,44 @@ def loaded(folder: Path) -> ctypes.CDLL:
     return ctypes.CDLL(str(folder / "arm.so"))
 
 
+class Case:
+    """An arm as loops in C, and the same arm in Pinocchio."""
+
+    def __init__(self, arm: Arm, name: str, kernels: Sequence[str], folder: Path) -> None:
+        text, self.name, self.n = to_toml(arm, name, FRICTION), name, arm.n
+        self.model = written(text, folder / "package", kernels, loops="always")
+        links, rotors = random_parameters(arm, 5)
+        values = dict.fromkeys((p.name for p in self.model.base.standard), 0.0)
+        for j, link in enumerate(links, 1):
+            prefixes = "XX XY XZ YY YZ ZZ MX MY MZ M".split()
+            values |= {f"{p}{j}": float(v) for p, v in zip(prefixes, link, strict=True)}
+        moving = zip(self.model.robot.numbers, rotors, strict=True)
+        values |= {f"IA{j}": float(v) for j, v in moving}
+        numbers = self.model.robot.values()
+        order = [values[p.name] for p in self.model.base.standard]
+        self.X = np.array(regrouped(self.model.base, order, numbers))
+        for kernel in kernels:
+            source = (folder / f"package/{name}_{kernel}.c").read_text()
+            assert f"const size_t j = {arm.n - 1}u - i;" in source
+        self.library = loaded(folder)
+        self.witness = PinocchioArm(arm, links, rotors)
+
+    def __call__(self, kernel: str, *states: np.ndarray) -> np.ndarray:
+        """Call a kernel in C; return its outputs in one array."""
+        outputs = self.model.kernel(kernel).outputs
+        arrays = [np.full(output.shape, np.nan) for output in outputs]
+        given = (*states, self.X, *arrays)
+        call = getattr(self.library, f"{self.name}_{kernel}")
+        call(*(a.ctypes.data_as(ctypes.c_void_p) for a in given))
+        return np.array(arrays) if len(arrays) > 1 else arrays[0]
+
+
 @pytest.mark.parametrize("name", sampled([n for n in LARGE if n != "chain7"], 1, ["humanoid"]))
 def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: Path) -> None:
-    arm = LARGE[name]
-    model = written(to_toml(arm, name, FRICTION), tmp_path / "package", loops="always")
-    links, rotors = random_parameters(arm, 5)
-    values = dict.fromkeys((p.name for p in model.base.standard), 0.0)
-    for j, (link, rotor) in enumerate(zip(links, rotors, strict=True), 1):
-        prefixes = "XX XY XZ YY YZ ZZ MX MY MZ M IA".split()
-        values |= {f"{p}{j}": float(v) for p, v in zip(prefixes, (*link, rotor), strict=True)}
-    X = np.array(regrouped(model.base, list(values.values()), model.robot.values()))
-    for kernel in PROGRAMS:
-        source = (tmp_path / f"package/{name}_{kernel}.c").read_text()
-        assert f"const size_t j = {arm.n - 1}u - i;" in source
-    library = loaded(tmp_path)
-
-    def called(kernel: str, *states: np.ndarray) -> np.ndarray:
-        out = np.full((arm.n, arm.n) if kernel == "mass_matrix" else arm.n, np.nan)
-        given = (*states, X, out)
-        getattr(library, f"{name}_{kernel}")(*(a.ctypes.data_as(ctypes.c_void_p) for a in given))
-        return out
-
-    witness = PinocchioArm(arm, links, rotors)
-    zero = np.zeros(arm.n)
-    for q, qd, qdd in np.random.default_rng(1).uniform(-2, 2, (4, 3, arm.n)):
+    called = Case(LARGE[name], name, FIRST, tmp_path)
+    n, witness = called.n, called.witness
+    zero = np.zeros(n)
+    for q, qd, qdd in np.random.default_rng(1).uniform(-2, 2, (4, 3, n)):
         for ours, theirs in (
             (called("inverse_dynamics", q, qd, qdd), witness.inverse_dynamics(q, qd, qdd)),
             (called("bias_torque", q, qd), witness.inverse_dynamics(q, qd, zero)),
@@ -76,9 +98,30 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
         np.testing.assert_allclose(back, qdd, rtol=0, atol=1e-12 * terms.max())
 
 
+@pytest.mark.parametrize(
+    ("joints", "tree"),
+    sampled(product((5, 6, 15, 30), (False, True)), 0, [(5, False), (6, True)]),
+)
+def test_loops_of_derivatives_agree_with_pinocchio(joints: int, tree: bool, tmp_path: Path) -> None:
+    arm = random_arm(4, min_joints=joints, max_joints=joints, tree=tree, fixed=False)
+    called = Case(arm, "arm", DERIVATIVES, tmp_path)
+    witness, zero = called.witness, np.zeros(arm.n)
+    for q, qd, qdd in np.random.default_rng(6).uniform(-2, 2, (4, 3, arm.n)):
+        ours = called("inverse_dynamics_derivatives", q, qd, qdd)
+        theirs = witness.inverse_dynamics_derivatives(q, qd, qdd)
+        for own, their in zip(ours, theirs, strict=True):
+            np.testing.assert_allclose(own, their, rtol=0, atol=1e-10 * np.abs(their).max())
+        M = witness.mass_matrix(q)
+        tau = M @ qdd + witness.inverse_dynamics(q, qd, zero)
+        ours = called("forward_dynamics_derivatives", q, qd, tau)
+        for own, back in zip(ours, (*-theirs, np.eye(arm.n)), strict=True):
+            terms = np.abs(M) @ np.abs(own)
+            np.testing.assert_allclose(M @ own, back, rtol=0, atol=1e-10 * terms.max())
+
+
 def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
-    model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package")
-    texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in PROGRAMS}
+    model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package", FIRST)
+    texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in FIRST}
     assert {k for k, text in texts.items() if "size_t j" not in text} == {"mass_matrix"}
     library = loaded(tmp_path)
     X = np.array(physical_parameters(model, random.Random(2)))
@@ -110,8 +153,8 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
 
 def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -> None:
     text = to_toml(random_arm(2, min_joints=3, max_joints=3), "arm")
-    written(text, tmp_path / "always", loops="always")
-    written(text, tmp_path / "auto")
+    written(text, tmp_path / "always", FIRST, loops="always")
+    written(text, tmp_path / "auto", FIRST)
     place = "arm_inverse_dynamics.c"
     texts = {w: (tmp_path / w / place).read_text() for w in ("always", "auto")}
     assert "for (size_t j" in texts["always"]
@@ -119,4 +162,4 @@ def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -
     (checked,) = symgen.check(tmp_path / "always")
     assert not checked.differences
     with pytest.raises(symgen.SymgenError, match=r"loops 'often'; accepted: auto, always, never"):
-        written(text, tmp_path / "often", loops="often")
+        written(text, tmp_path / "often", FIRST, loops="often")

@@ -77,6 +77,14 @@ class PinocchioArm:
         rigid = self._pin.rnea(self.model, self.data, *states)
         return rigid[self._slots] + self.rotor_inertia * np.asarray(qdd)
 
+    def inverse_dynamics_derivatives(
+        self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives (2, n, n) of the torques by q, then by qd."""
+        states = (self._to_model(x) for x in (q, qd, qdd))
+        found = self._pin.computeRNEADerivatives(self.model, self.data, *states)
+        return np.array([x[np.ix_(self._slots, self._slots)] for x in found[:2]])
+
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix (n, n), rotors included."""
         upper = np.triu(self._pin.crba(self.model, self.data, self._to_model(q)))
