@@ -22,8 +22,9 @@ from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 
 _RANK = 1e-10  # of the products of W: eigenvalues below are zero
-#: Of what functions show: less is rounding, or torque that no sum of these functions is, which
-#: looks there like a large one. Chosen on runs of interval_study.py, --seed 61000.
+_ROUNDING = 1e-7  # of what functions show
+#: The same, below which it may be torque that is no sum of these functions, which looks there like a
+#: large one. Chosen on runs of interval_study.py, --seed 61000.
 _SHOWN = 1e-4
 _SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
 #: Variances of a misfit over that of noise, in the direction that shows most of it.
@@ -127,7 +128,7 @@ def noise_variance(own: Products) -> float:
     said = basis.T @ own.gram[:p, p:]
     left = own.gram[p:, p:] - said.T @ said
     shown, directions = np.linalg.eigh(left[:-1, :-1])
-    seen = shown > _SHOWN * np.trace(own.gram[p:-1, p:-1])
+    seen = shown > _ROUNDING * np.trace(own.gram[p:-1, p:-1])
     shown = shown[seen]
     z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
     free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
