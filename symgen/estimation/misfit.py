@@ -23,7 +23,7 @@ from symgen.estimation.values import FloatArray
 
 _RANK = 1e-10  # of the products of W: eigenvalues below are zero
 _ROUNDING = 1e-7  # of what functions show
-#: The same, below which it may be torque that is no sum of these functions, which looks there like a
+#: The same: below, it may be torque that is no sum of these functions, which looks there like a
 #: large one. Chosen on runs of interval_study.py, --seed 61000.
 _SHOWN = 1e-4
 _SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
