@@ -26,17 +26,23 @@ _ORGANISED = 0.3  # smallest share, less the price, that names a pattern
 EXPLAINED = 0.5
 
 
-def _pattern(baseline: Baseline, j: int) -> str:
-    """Return the pattern of the effect that explains most of the residual of a joint."""
+def _patterns(baseline: Baseline, joints: Sequence[int]) -> dict[int, str]:
+    """Return the pattern of the effect that explains most of the residual of each of some joints.
+
+    "all" where no effect explains enough of it.
+    """
     base, robot = baseline.base, baseline.robot
+    if not joints:
+        return {}
     every = (*candidates(robot, base.logs), *special_candidates(robot, ()))
-    pool = [c for c in every if j in c.joints]
-    shares = [
-        gain_of(base, {j: columns[j]}) - _PRICE * (c.size + len(c.constants))
-        for c, columns in zip(pool, baseline.seen(base).each(pool), strict=True)
-    ]
-    best = int(np.argmax(shares))
-    return pool[best].definition.pattern if shares[best] > _ORGANISED else "all"
+    pool = [c for c in every if not set(joints).isdisjoint(c.joints)]
+    best = dict.fromkeys(joints, (_ORGANISED, "all"))
+    for c, columns in zip(pool, baseline.seen(base).each(pool), strict=True):
+        for j in set(joints).intersection(c.joints):
+            share = gain_of(base, {j: columns[j]}) - _PRICE * (c.size + len(c.constants))
+            if share > best[j][0]:
+                best[j] = share, c.definition.pattern
+    return {j: pattern for j, (_, pattern) in best.items()}
 
 
 def places(
@@ -68,22 +74,24 @@ def places(
     robot, base = baseline.robot, baseline.base
     left = baseline.beside(accepted).sigma ** 2 / base.sigma**2
     pushed = {j: c for c in reversed(contacts) for j in c.event.joints}
-    out = []
-    for j in map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))]):
+    order = [*map(int, np.argsort(-excess)[: int(np.count_nonzero(excess))])]
+    known = {}
+    for j in order:
         named = [
             s.candidate.definition.pattern
             for s in accepted
             if not s.candidate.definition.own and j in (s.candidate.joints or range(robot.n))
         ]
-        contact, time = pushed.get(j), None
-        if contact is not None:
-            time = contact.event.start, contact.event.end
+        contact = pushed.get(j)
         if contact is not None and contact.gain > 1 - EXPLAINED:
-            pattern = definitions()[CONTACT].pattern
+            known[j] = definitions()[CONTACT].pattern
         elif named and left[j] < EXPLAINED:
-            pattern = named[0]
-        else:
-            pattern = _pattern(baseline, j)
+            known[j] = named[0]
+    known |= _patterns(baseline, [j for j in order if j not in known])
+    out = []
+    for j in order:
+        contact = pushed.get(j)
+        time = None if contact is None else (contact.event.start, contact.event.end)
         share = float(excess[j] / excess.sum())
-        out.append(Place(robot.movable[j].number, share, pattern, time))
+        out.append(Place(robot.movable[j].number, share, known[j], time))
     return tuple(out)

@@ -155,6 +155,10 @@ class Search:
         accepted: list[Score] = []
         contacts: list[Contact] = []
         seen = {(frozenset[Key](), 0)}
+
+        def present() -> tuple[frozenset[Key], int]:
+            return frozenset(s.candidate.key for s in accepted), len(contacts)
+
         while True:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
@@ -173,17 +177,15 @@ class Search:
                 accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
             accepted = self._backward(accepted)
             contacts = self._needed(contacts, accepted)
-            now = frozenset(s.candidate.key for s in accepted), len(contacts)
-            if now in seen:  # effects that replace each other in turn are equally good
+            if present() in seen:  # effects that replace each other in turn are equally good
                 told = self._told_apart(accepted)
                 if (others := self._exchanged(told)) is None:
                     break
                 accepted = others
-                now = frozenset(s.candidate.key for s in accepted), len(contacts)
-                if now in seen:
+                if present() in seen:
                     told = self._told_apart(accepted)
                     break
-            seen.add(now)
+            seen.add(present())
         found = sorted(self._merged(told), key=lambda s: -s.gain)
         taken = {s.candidate.key for s in found}
         rejected = (self._reasoned(stage, s) for s in options if s.candidate.key not in taken)
@@ -439,14 +441,7 @@ class Search:
 
     def _units(self, stage: _Stage, s: Score) -> FloatArray:
         """Return the expected coefficients of an effect, (m,)."""
-        sizes, weight = self._sizes(s.candidate), stage.system.moves
-        squares = [
-            np.sum((c * weight[:, [j]]) ** 2, axis=0) / np.sum(weight[:, j] ** 2) / sizes[j] ** 2
-            for j, c in s.columns.items()
-            if weight[:, j].any()
-        ]
-        largest = np.sqrt(np.max(squares, axis=0, initial=0.0))
-        units = 1 / np.where(largest > 0, largest, 1.0)
+        units = stage.beside_misfit.units(s.columns, self._sizes(s.candidate))
         known = s.candidate.scales or ()
         return np.asarray([*known, *units[len(known) :]])
 

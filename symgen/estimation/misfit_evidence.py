@@ -79,6 +79,22 @@ class MisfitEvidence:
     def _counts(self) -> FloatArray:
         return np.asarray(np.maximum(np.sum(self.weight**2, axis=0) / TEMPERATURE, 1.0))
 
+    def units(self, columns: Columns, sizes: FloatArray) -> FloatArray:
+        """Return the coefficients (m,) at which columns have torques of some sizes.
+
+        Args:
+            columns: by position of the joint.
+            sizes: (n,) RMS torque of each joint, which one joint has and no other exceeds.
+        """
+        weight, none = self.weight, np.zeros(next(iter(columns.values())).shape[1])
+        squares = [
+            np.sum((c * weight[:, [j]]) ** 2, axis=0) / np.sum(weight[:, j] ** 2) / sizes[j] ** 2
+            for j, c in columns.items()
+            if weight[:, j].any()
+        ]
+        largest = np.sqrt(np.max([none, *squares], axis=0))
+        return np.asarray(1 / np.where(largest > 0, largest, 1.0))
+
     def of(self, columns: Columns, units: FloatArray) -> float:
         """Return the evidence of columns (K, m) on some joints, nats.
 

@@ -780,11 +780,7 @@ def _more_than_shown(scene: Scene, cause: Cause) -> float:
     rows, score, weight = scene.rows, scene.score, scene.rows.weight
     size = rows.misfit * rows.size
     evidence = MisfitEvidence(score.W, score.residual, weight, score.sigma, rows.waves, size)
-    power = [
-        np.sum((c * weight[:, [j]]) ** 2, axis=0) / max(np.sum(weight[:, j] ** 2), 1.0)
-        for j, c in ((j, c / (_SIZE * rows.size[j])) for j, c in cause.columns.items())
-    ]
-    units = 1 / np.sqrt(np.maximum(np.max(power, axis=0), 1e-300))
+    units = evidence.units(cause.columns, _SIZE * rows.size)
     alone = score.beside(cause.columns).score - score.alone.score
     return max(alone - evidence.of(cause.columns, units), 0.0)
 
