@@ -27,7 +27,7 @@ from symgen.diagnosis.diagnosis import (
     Gap,
     Rejected,
 )
-from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
+from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_together
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import CHAIN
@@ -189,7 +189,8 @@ def _shown(
         every = selection.accepted
         told = list(zip(every, shown_by_instruments(baseline, every), strict=True))
         loss = [max(0.0, s.evidence - x.evidence) for s, x in told]
-        odds = [s.odds - lost for s, lost in zip(every, loss, strict=True)]
+        left = [replace(s, odds=s.odds - lost) for s, lost in zip(every, loss, strict=True)]
+        odds = [odds_together(s, left) for s in left]
         doubted = [o if lost else math.inf for o, lost in zip(odds, loss, strict=True)]
         if min(doubted, default=math.inf) > 0:
             kept = (

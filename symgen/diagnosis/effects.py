@@ -196,6 +196,11 @@ def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
     return [s for s in scores if s is not own and not s.candidate.presumes(c)]
 
 
+def odds_together(own: Score, scores: Iterable[Score]) -> float:
+    """Return the log-odds of an effect and of those that require it, as none is without it."""
+    return own.odds + sum(s.odds for s in scores if s.candidate.presumes(own.candidate))
+
+
 def candidates(
     robot: Robot, logs: Logs, chosen: Sequence[str] | None = None, *, given: bool = False
 ) -> Iterator[Candidate]:

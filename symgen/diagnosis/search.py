@@ -18,7 +18,7 @@ rows.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -27,7 +27,7 @@ import numpy as np
 from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.contacts import Contact, probable_contact, weighed
-from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out
+from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_together
 from symgen.diagnosis.refine import refined, settled_constants
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
@@ -46,6 +46,8 @@ from symgen.estimation.values import FloatArray
 
 #: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]
+#: What is named: effects, and the number of contacts.
+_Present = tuple[frozenset[Key], int]
 #: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
@@ -154,43 +156,67 @@ class Search:
         """Add and remove effects while the odds rise."""
         accepted: list[Score] = []
         contacts: list[Contact] = []
-        seen = {(frozenset[Key](), 0)}
-
-        def present() -> tuple[frozenset[Key], int]:
-            return frozenset(s.candidate.key for s in accepted), len(contacts)
-
+        seen = {_present(accepted, contacts)}
         while True:
             self.progress(f"trying {len(self.pool)} candidates for effect {len(accepted) + 1}")
             stage = self._stage(accepted)
             self._moving = self._grouped(stage, uses_model=True)
-            options = self._options(stage)
-            odds, best = self._best(stage, options, accepted)
-            if not best:  # a law may be sharper than its grid is fine
-                options = self._between(stage, options, accepted)
-                odds, best = self._best(stage, options, accepted)
-            logs, size = self.baseline.base.logs, self.baseline.base.size
-            own = probable_contact(stage.score, logs, size, self.least) if self.contacts else None
-            if own is not None and own.odds > odds:
-                contacts = self._leave_out([*contacts, own])
-            elif best:
-                accepted = [*accepted, *(self._refined(stage, s) for s in best)]
-                accepted = [*settled_constants(self.baseline, accepted, stage.seen)]
-            accepted = self._backward(accepted)
-            contacts = self._needed(contacts, accepted)
-            if present() in seen:  # effects that replace each other in turn are equally good
+            options, found = self._step(stage, accepted, contacts, seen)
+            if found is None:
                 told = self._told_apart(accepted)
                 if (others := self._exchanged(told)) is None:
                     break
-                accepted = others
-                if present() in seen:
-                    told = self._told_apart(accepted)
+                found = others, contacts
+                if _present(*found) in seen:
+                    told = self._told_apart(others)
                     break
-            seen.add(present())
-        found = sorted(self._merged(told), key=lambda s: -s.gain)
-        taken = {s.candidate.key for s in found}
+            accepted, contacts = found
+            seen.add(_present(accepted, contacts))
+        named = sorted(self._merged(told), key=lambda s: -s.gain)
+        taken = {s.candidate.key for s in named}
         rejected = (self._reasoned(stage, s) for s in options if s.candidate.key not in taken)
         left_out = tuple(contacts) if self.contacts else None
-        return Selection(tuple(found), tuple(rejected), len(self.pool), left_out)
+        return Selection(tuple(named), tuple(rejected), len(self.pool), left_out)
+
+    def _step(
+        self,
+        stage: _Stage,
+        accepted: list[Score],
+        contacts: list[Contact],
+        seen: Set[_Present],
+    ) -> tuple[list[Score], tuple[list[Score], list[Contact]] | None]:
+        """Add what is most probable beside some effects, and remove what is not probable then.
+
+        What leads back to effects that were seen gives way to the next.
+
+        Returns:
+            What may be added; and the effects and contacts that are not in `seen`, None if all are.
+        """
+        options, fine, tried = self._options(stage), False, set[Key | None]()
+        logs, size = self.baseline.base.logs, self.baseline.base.size
+        while True:
+            left = [s for s in options if s.candidate.key not in tried]
+            odds, best = self._best(stage, left, accepted)
+            if not best and not fine:  # a law may be sharper than its grid is fine
+                options, fine = self._between(stage, options, accepted), True
+                continue
+            search = self.contacts and None not in tried
+            own = probable_contact(stage.score, logs, size, self.least) if search else None
+            if own is not None and own.odds > odds:
+                effects, marked = accepted, self._leave_out([*contacts, own])
+                tried.add(None)
+            elif best:
+                effects = [*accepted, *(self._refined(stage, s) for s in best)]
+                effects, marked = [*settled_constants(self.baseline, effects, stage.seen)], contacts
+                tried |= {s.candidate.key for s in best}
+            else:
+                return options, None
+            effects = self._backward(effects)
+            marked = self._needed(marked, effects)
+            if _present(effects, marked) not in seen:
+                return options, (effects, marked)
+            if [c.fault for c in marked] != [c.fault for c in contacts]:
+                self._leave_out(contacts)
 
     def _leave_out(self, contacts: list[Contact]) -> list[Contact]:
         """Leave the samples of contacts out of all that follows."""
@@ -222,9 +248,10 @@ class Search:
 
         known = {s.candidate.key: s for s in accepted}
         out = []
-        for s in self._backward([*accepted]):
+        beside = self._backward([*accepted])
+        for s in beside:
             was = known[s.candidate.key]
-            probability = min(was.probability, float(expit(s.odds)))
+            probability = min(was.probability, float(expit(odds_together(s, beside))))
             out.append(
                 replace(s, probability=probability, alike=was.alike, confirmed=was.confirmed)
             )
@@ -468,10 +495,11 @@ class Search:
         """Remove effects that are not probable beside the others, the least probable first."""
         while accepted:
             again = [self._again(self._stage(leave_out(accepted, s)), s) for s in accepted]
-            failing = [k for k, s in enumerate(again) if s.odds <= 0 or s.worth < self.least]
+            odds = [odds_together(s, again) for s in again]
+            failing = [k for k, s in enumerate(again) if odds[k] <= 0 or s.worth < self.least]
             if not failing:
                 return again
-            worst = min(failing, key=lambda k: (again[k].odds, again[k].worth))
+            worst = min(failing, key=lambda k: (odds[k], again[k].worth))
             accepted = leave_out(accepted, accepted[worst])
         return accepted
 
@@ -489,7 +517,7 @@ class Search:
 
         out = []
         for own in accepted:
-            c, stage = own.candidate, self._stage(leave_out(accepted, own))
+            stage = self._stage(leave_out(accepted, own))
             joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
@@ -503,9 +531,7 @@ class Search:
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
                     rivals.append((alike, self._doubted(stage, s)))
-            # Without it, those that require it are not there either.
-            whole = again.odds + sum(s.odds for s in accepted if s.candidate.presumes(c))
-            weight = softmax([whole, *(s.odds for _, s in rivals), 0.0])
+            weight = softmax([odds_together(again, accepted), *(s.odds for _, s in rivals), 0.0])
             same = weight[0] + sum(
                 w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME
             )
@@ -520,6 +546,10 @@ class Search:
 
 def _odds(s: Score) -> float:
     return s.odds
+
+
+def _present(effects: Iterable[Score], contacts: Sequence[Contact]) -> _Present:
+    return frozenset(s.candidate.key for s in effects), len(contacts)
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
