@@ -166,7 +166,6 @@ class Score:
         worth: reduction of the held-out error as a part of the joint's torque, from squares.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
-        turned: whether a coefficient has a physically impossible sign.
         probability: that the effect, or one of its class, is present.
         confirmed: whether data with another motion confirm it.
         alike: effects that explain the same, each with its own probability.
@@ -183,7 +182,6 @@ class Score:
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
-    turned: bool = False
     probability: float = 1.0
     confirmed: bool = True
     alike: tuple[Score, ...] = ()

@@ -53,7 +53,6 @@ _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_WRONG_SIGN = 6.0  # nats, penalty of a physically impossible sign
 _PART = 0.3  # of an effect's largest column: smallest other column whose sign is tested
 
 
@@ -401,9 +400,9 @@ class Search:
         else:
             part = fit.torque / self._sizes(candidate)
         size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
-        turned = self._turned(candidate, columns, fit)
-        prior -= size + _WRONG_SIGN * turned
-        evidence = fit.score - alone.score
+        prior -= size
+        # Of the possible sizes, 0 is then the most probable.
+        evidence = 0.0 if self._turned(candidate, columns, fit) else fit.score - alone.score
         base = self.baseline.base.size
         fell = alone.left - fit.left
         joints = list(candidate.joints) or list(columns)
@@ -412,9 +411,7 @@ class Search:
         torque = float(np.max(fit.torque))
         worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
         odds, rests = evidence + prior, fit.rests - alone.rests
-        return Score(
-            candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque, turned
-        )
+        return Score(candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque)
 
     def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
         """Whether a coefficient has a physically impossible sign."""

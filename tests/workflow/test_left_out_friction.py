@@ -58,3 +58,18 @@ def test_coulomb_and_viscous_friction_are_named_on_both_joints() -> None:
     assert all(
         "friction" in joint for joint in symgen.robot_toml(answer.extended).split("[[joint]]")[1:]
     )
+
+
+def test_friction_that_rises_from_rest_is_no_stribeck_friction() -> None:
+    def rises(v: np.ndarray) -> np.ndarray:
+        return FS * np.sign(v) * (1 - 0.4 * np.exp(-((v / 0.3) ** 2)))
+
+    logs = log("train", 1, rises), log("test", 2, rises)
+    effects = ["coulomb_friction", "stribeck_friction"]
+    answer = symgen.diagnose(
+        symgen.parse_robot(ROBOT), logs[:1], validation=logs[1:], effects=effects
+    )
+    assert [(e.name, e.joints) for e in answer.effects] == [
+        ("coulomb_friction", (1,)),
+        ("coulomb_friction", (2,)),
+    ]
