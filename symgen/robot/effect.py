@@ -92,8 +92,9 @@ class Definition:
         """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": unit("speed", sigma), "duration": "s", "play": unit("position", sigma)}
-        units |= dict.fromkeys(("turn", "gear"), per_length) | {"mean temp": "degC"}
+        units = {"speed": unit("speed", sigma), "duration": "s", "mean temp": "degC"}
+        units |= dict.fromkeys(("play", "range"), unit("position", sigma))
+        units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
 
     def named(self, name: str, joint: int | str) -> str:

@@ -74,6 +74,7 @@ def test_hysteresis_is_named_with_its_width() -> None:
     values = {p.name: p.value for p in answer.effects[0].parameters}
     assert values["FD2"] == pytest.approx(0.5, rel=0.15)
     assert values["xs2"] == pytest.approx(0.1, rel=0.4)
+    assert "rad" in [p.unit for e in answer.effects for p in e.parameters if p.name == "xs2"]
     assert answer.after.total < 0.5 * answer.before.total
 
 
