@@ -56,13 +56,15 @@ class Features:
         """Return the functions at states (K, n), (K, n, 2 WAVES): the sum of squares is 1."""
         whole, own, sizes, _ = _drawn(len(self.size))
         x = (np.hstack([q, qd]) - self.middle) * self.scale
-        smooth = np.repeat((x @ whole)[:, None], len(self.size), axis=1)
+        smooth = (x @ whole)[:, None]  # the same for all joints
         rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), own)
-        sign = np.repeat(np.sign(qd)[:, :, None], rubs.shape[2], axis=2)
-        jumps = np.concatenate([np.ones_like(smooth), sign], axis=2)
-        angle = np.concatenate([smooth, rubs], axis=2)
-        jumps *= sizes
-        return np.asarray(np.concatenate([jumps * np.cos(angle), jumps * np.sin(angle)], axis=2))
+        m = smooth.shape[2]
+        jumps = np.sign(qd)[:, :, None] * sizes[m:]
+        out: FloatArray = np.empty((*q.shape, 2, len(sizes)))
+        for k, wave in enumerate((np.cos, np.sin)):
+            out[:, :, k, :m] = sizes[:m] * wave(smooth)
+            out[:, :, k, m:] = jumps * wave(rubs)
+        return out.reshape(*q.shape, -1)
 
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES), each a torque in its direction."""
