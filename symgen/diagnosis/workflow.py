@@ -399,15 +399,13 @@ class _Question:
                 if lasting:
                     whole = replace(whole, where=places_of(faults, was, self.robot))
         whole = whole or self.physics
-        before = self.declared.before
         if self.raw is not None:
             repairs = self.opened.repairs
             logs = [*chain(*self.logs)]
             named += mended(repairs, logs, self.robot, self.raw, self.declared, self.least)
-            before = self.raw.before
         if named or says:
-            before = before if self.given is None else whole.before
-            whole = with_chain(whole, named, before, closes, says, lasting)
+            first = whole if self.given is not None else self.raw or self.declared
+            whole = with_chain(whole, named, first.before, closes, says, lasting)
         if self.rests and whole.verdict in ("unexplained", "partly-explained"):
             whole = replace(whole, advice=(*whole.advice, *self.rests))
         return whole
