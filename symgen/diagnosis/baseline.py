@@ -123,9 +123,10 @@ class Baseline:
         """The training logs, with the speed of joints at rest set to zero."""
         return self.base.logs if self._resting is None else self._resting.halted
 
-    def system_of(self, logs: Sequence[FilteredLog]) -> WhitenedSystem:
-        """Return the whitened equations of the declared model on some logs."""
-        return _system(self.evaluator, logs, self.X if self.given else None)
+    @cached_property
+    def of_held(self) -> WhitenedSystem:
+        """The whitened equations of the declared model on the validation logs."""
+        return _system(self.evaluator, self.held, self.X if self.given else None)
 
     def parameters(self, found: WhitenedSystem) -> FloatArray:
         """Return X (p,), fitted together with the columns of `found`."""

@@ -110,7 +110,7 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
             for s in selection.accepted
         )
         return replace(selection, accepted=tuple(rest))
-    held = baseline.system_of(baseline.held)
+    held = baseline.of_held
 
     def errors(effects: Sequence[Score]) -> FloatArray:
         left = _left(baseline, held, effects)
@@ -162,7 +162,7 @@ def _touched(
     baseline: Baseline, effects: Sequence[Score], least: float, misfit: float
 ) -> tuple[Contact, ...]:
     """Return the contacts in the validation data, beside a fit of the model to these data."""
-    held = baseline.system_of(baseline.held)
+    held = baseline.of_held
     columns = _torques(baseline, held, effects, baseline.beside(effects))
     held = held.with_columns(map(everywhere, columns))
     fold, size = motion_folds(held.logs), misfit * held.size
@@ -244,8 +244,9 @@ def conclude(
     if selection.contacts is not None and misfit is not None:
         contacts += _touched(baseline, accepted, least, misfit)
     faults = tuple(c.fault for c in contacts)
-    held = tuple(undo_faults(log, faults)[0] for log in declared.held)
-    baseline = replace(baseline, held=held)
+    if faults:
+        held = tuple(undo_faults(log, faults)[0] for log in declared.held)
+        baseline = replace(baseline, held=held)
     selection = confirmed(baseline, replace(selection, accepted=accepted), least)
     selection, biased = _shown(baseline, selection)
     if probable is not None and len(selection.accepted) < len(accepted):
@@ -437,6 +438,8 @@ def _coefficients(baseline: Baseline, accepted: Sequence[Score]) -> list[list[Fo
     A coefficient that the declared model can absorb has no std of its own, for example the inertia
     of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
     """
+    if not accepted:
+        return []
     names = () if baseline.given else baseline.evaluator.model.base.names
     extra = [f"{s.candidate.name} {i}" for s in accepted for i in range(s.candidate.size)]
     system = baseline.beside(accepted)
