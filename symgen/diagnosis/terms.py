@@ -215,19 +215,13 @@ def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     return out
 
 
-def _gains(
-    system: WhitenedSystem, j: int, columns: FloatArray, squares: FloatArray | None = None
-) -> FloatArray:
-    """Return the share of a joint's sum of squares that each column explains, (T,).
+def _gains(system: WhitenedSystem, j: int, columns: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return the share of joint j's sum of squares that each column (K, T) explains, (T,).
 
-    Args:
-        system: the model and what it leaves.
-        j: position of the joint.
-        columns: (K, T).
-        squares: (K, T) of their values, where they are known.
+    `squares` (K, T) are those of the values of the columns.
     """
     weight = system.moves[:, j] / system.sigma[j]
-    whole = weight**2 @ (columns**2 if squares is None else squares)
+    whole = weight**2 @ squares
     residual = system.residual[:, j]
     own = (np.column_stack([system.basis[:, j], residual]) * weight[:, None]).T @ columns
     left = whole - np.sum(own[:-1] ** 2, axis=0)
