@@ -53,7 +53,6 @@ _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_PART = 0.3  # of an effect's largest column: smallest other column whose sign is tested
 
 
 @dataclass(frozen=True, eq=False)
@@ -401,8 +400,9 @@ class Search:
             part = fit.torque / self._sizes(candidate)
         size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
         prior -= size
-        # Of the possible sizes, 0 is then the most probable.
-        evidence = 0.0 if self._turned(candidate, columns, fit) else fit.score - alone.score
+        if fit.score - alone.score + prior > 0:
+            fit = self._possible(stage, candidate, columns, fit)
+        evidence = fit.score - alone.score
         base = self.baseline.base.size
         fell = alone.left - fit.left
         joints = list(candidate.joints) or list(columns)
@@ -413,13 +413,20 @@ class Search:
         odds, rests = evidence + prior, fit.rests - alone.rests
         return Score(candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque)
 
-    def _turned(self, candidate: Candidate, columns: Columns, fit: Fit) -> bool:
-        """Whether a coefficient has a physically impossible sign."""
+    def _possible(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Fit:
+        """Return the fit in which a coefficient with a physically impossible sign is 0."""
         if candidate.definition.sign != "positive" or candidate.change:
-            return False
-        size = np.sqrt(np.sum([np.sum(c**2, axis=0) for c in columns.values()], axis=0))
-        told = (size * fit.coefficients)[: len(candidate.definition.linear)]
-        return bool((told < -_PART * np.abs(told).max(initial=0.0)).any())
+            return fit
+        own, named = [*range(candidate.size)], len(candidate.definition.linear)
+        while wrong := {
+            k for k, c in zip(own, fit.coefficients, strict=True) if k < named and c < 0
+        }:
+            own = [k for k in own if k not in wrong]
+            if not any(k < named for k in own):
+                return stage.score.alone
+            left = {j: c[:, own] for j, c in columns.items()}
+            fit = stage.score.beside(left, self._expected(candidate, columns))
+        return fit
 
     def _best(
         self, stage: _Stage, options: Sequence[Score], accepted: Sequence[Score]
