@@ -337,9 +337,7 @@ class _Unknowns:
         X, delay, c = self.split(z)
         columns = [self.evaluator["torque_regressor"](q, qd, qdd)]
         own = self.every.without(X) if self.fitted.any() else X
-        slopes = self.evaluator["inverse_dynamics_derivatives"](q, qd, qdd, own)
-        # At rest, a power of the speed can have no derivative; what rests keeps its speed.
-        by_q, by_qd = (np.where(np.isfinite(x), x, 0.0) for x in slopes)
+        by_q, by_qd = self.evaluator["inverse_dynamics_derivatives"](q, qd, qdd, own)
         if self.late:
             columns.append(-w.rate(delay).reshape(*q.shape, 1))
         if self.fitted.any():

@@ -121,8 +121,6 @@ class EffectConstants:
         W = np.zeros((count, n, self.p))
         by = np.zeros((count, n, 2 * n + size))
         found = self._run(self._tapes[1], q, qd, c).reshape(len(self.rows), -1, count)
-        # At rest a power has a derivative without a limit; what rests has no other speed.
-        found[:, 1:][~np.isfinite(found[:, 1:])] = 0.0
         for row, place, (column, *slopes) in zip(self.rows, self.places, found, strict=True):
             W[:, row, place] = column
             by[:, row] += np.stack(slopes, axis=1) * X[place]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import sympy as sp
 
 from symgen.errors import SymgenError
@@ -17,7 +19,8 @@ def tangents(
 ) -> ByJoint:
     """Return the nonzero derivatives of some expressions with respect to one variable.
 
-    sign(x) counts as constant, so that the derivative of |x| is sign(x).
+    sign(x) counts as constant, so that the derivative of |x| is sign(x). In derivatives, log(0) is 0
+    and has no slope, so that |x|^p, which is exp(p log |x|), has the slope 0 at 0 for every p > 0.
 
     Args:
         expressions: over symbols of the tape.
@@ -57,10 +60,7 @@ class _Rule:
         if expr.is_Add:
             return sp.Add(*map(self.of, expr.args))
         if expr.is_Mul:
-            parts = expr.args
-            return sp.Add(
-                *(sp.Mul(*parts[:i], self.of(f), *parts[i + 1 :]) for i, f in enumerate(parts))
-            )
+            return sp.Add(*(self._but(i, expr.args) * self.of(f) for i, f in enumerate(expr.args)))
         if expr.is_Pow and expr.exp == -1:  # a tape divides once, by x
             value = value or self.tape.name(f"i{self.tag}", expr)
             return -value * value * self.of(expr.base)
@@ -68,6 +68,24 @@ class _Rule:
             inner = self.of(expr.base)
             return sp.S.Zero if inner == 0 else expr.exp * expr.base ** (expr.exp - 1) * inner
         return self._function(expr, value or expr)
+
+    def _but(self, i: int, parts: Sequence[sp.Expr]) -> sp.Expr:
+        """Return the product of all factors but one, if that one has a derivative."""
+        if self.of(parts[i]) == 0:
+            return sp.S.Zero
+        return sp.Mul(*map(self._finite, parts[:i]), *map(self._finite, parts[i + 1 :]))
+
+    def _finite(self, factor: sp.Expr) -> sp.Expr:
+        """Return a factor; 0 for the logarithm of 0."""
+        meaning = self.steps.get(factor, factor)
+        if meaning.func is not sp.log:
+            return factor
+        return self.tape.name(f"l{self.tag}", sp.log(self._nonzero(meaning.args[0])))
+
+    def _nonzero(self, x: sp.Expr) -> sp.Expr:
+        """Return x >= 0; 1 where it is 0."""
+        one = self.tape.name(f"o{self.tag}", 1 - self.tape.name(f"s{self.tag}", sp.sign(x)))
+        return self.tape.name(f"n{self.tag}", x + one)
 
     def _function(self, meaning: sp.Expr, value: sp.Expr) -> sp.Expr:
         """Return the derivative of f(x), whose value has a name already."""
@@ -79,7 +97,7 @@ class _Rule:
             sp.Abs: lambda: self.tape.name(f"s{self.tag}", sp.sign(x)),
             sp.tanh: lambda: 1 - value * value,
             sp.exp: lambda: value,
-            sp.log: lambda: self.tape.name(f"i{self.tag}", 1 / x),
+            sp.log: lambda: self.tape.name(f"i{self.tag}", 1 / self._nonzero(x)),
             sp.sin: lambda: self.tape.name(f"c{self.tag}", sp.cos(x)),
             sp.cos: lambda: -self.tape.name(f"c{self.tag}", sp.sin(x)),
         }

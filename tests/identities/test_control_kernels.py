@@ -378,6 +378,45 @@ def test_derivatives_hold_effects_of_the_load_smooth_friction_and_couplings() ->
     _close(same, made("inverse_dynamics", made.q, qd, qdd, X))
 
 
+POWERS = """
+[[effect]]
+name = "nonlinear_viscous_friction"
+joints = [3]
+nonlinear = { p = 0.5 }
+[[effect]]
+name = "grip"
+joints = [1]
+torque = "-H*sqrt(abs(qd2*q2))"
+linear = { H = "N m" }
+"""
+
+
+@pytest.mark.parametrize("backend", ["casadi", "c"])
+def test_a_power_without_a_slope_at_rest_has_the_slope_0_there(backend: str) -> None:
+    names = ("inverse_dynamics", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+    model = symgen.derive(symgen.parse_robot(LOADED + POWERS), names)
+    X = np.array(physical_parameters(model, random.Random(3)))
+    powers = [model.base.names.index(name) for name in ("FVN3", "H")]
+    X[powers] = 0.2, 0.3
+    without = X.copy()
+    without[powers] = 0
+    made = Case.__new__(Case)
+    made.model, made.evaluator = model, symgen.load(model, backend=backend)
+    draw = np.random.default_rng(4)
+    made.q, qd, qdd, tau = draw.uniform(0.2, 1, (4, 3))
+    q = made.q
+    point = point_of(q=q, qd=qd, qdd=qdd, X=X)
+    found = made(names[1], q, qd, qdd, X)
+    for matrix, by in zip(found, ("q", "qd"), strict=True):
+        _close(matrix, slopes(made, names[0], point, by), 1e-12)
+    rest = np.zeros(3)
+    for name, force in ((names[1], qdd), (names[2], 10 * tau)):
+        for ours, plain in zip(
+            made(name, q, rest, force, X), made(name, q, rest, force, without), strict=True
+        ):
+            _close(ours, plain, 1e-12)
+
+
 def test_effects_of_the_load_are_in_every_kernel_that_has_them_and_in_no_other() -> None:
     """Beside the robot without effects: all is the same at coefficients 0, else but torques.
 
