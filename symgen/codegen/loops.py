@@ -52,8 +52,7 @@ def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> 
     wanted = choice == "always" or (choice == "auto" and robot.n >= MANY_OF.get(kernel.name, MANY))
     if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
         return None
-    found = PROGRAMS[kernel.name](robot, base)
-    return found if not found.paired or robot.n == len(robot.joints) else None
+    return PROGRAMS[kernel.name](robot, base)
 
 
 def loop_data(
@@ -76,25 +75,25 @@ def loop_data(
         return literal(sp.sympify(value).subs(values), dtype)
 
     present = list(dict.fromkeys(program.kinds))
-    variables = {joint.number: place for place, joint in enumerate(robot.movable)}
-    joints = len(robot.joints)
+    joints, n = len(program.kinds), robot.n
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
     one = not program.paired  # pairs put zeros into several rows
-    places = _Places(tuple(name for name, _ in program.state), robot.n == joints, robot.n - 1)
-    steps = [_step(step, program, robot, dtype, places) for step in program.steps]
+    places = _Places(tuple(name for name, _ in program.state), n - 1)
+    steps = [_step(step, program, n, dtype, places) for step in program.steps]
     first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
-    for joint in robot.joints:
-        neighbour = first and joint.antecedent == joint.number - 1
-        first.append(first[-1] if neighbour else joint.number)
+    for row, before in enumerate(program.way, 1):
+        first.append(first[-1] if first and before == row - 1 else row)
     return {
         "joints": joints,
+        "n": n,
         "angles": joints + len(padding),
         "theta": _lines(map(number, (*program.angles, *padding))),
-        "revolute": all(joint.turns for joint in robot.joints),
-        "turns": _lines(number(sp.Integer(int(joint.turns))) for joint in robot.joints),
-        "antecedents": _lines(f"{joint.antecedent}u" for joint in robot.joints),
-        "variables": _lines(f"{variables.get(joint.number, 0)}u" for joint in robot.joints),
+        "revolute": all(joint.turns for joint in robot.movable),
+        "turns": _lines(number(sp.Integer(int(joint.turns))) for joint in robot.movable),
+        "antecedents": _lines(f"{row}u" for row in program.antecedents),
+        "way": _lines(f"{row}u" for row in program.way),
+        "order": _lines(f"{row}u" for row in program.order),
         "columns": program.columns,
         "geometry": [[number(x) for x in row] for row in program.geometry],
         "parameters": program.parameters,
@@ -103,6 +102,7 @@ def loop_data(
         "places": _lines(f"{column}u" for _, column in program.places[:given]),
         "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
+        "several": any(len(step.get("bodies", ())) > 1 for step in steps),
         "zero": number(sp.S.Zero),
         "one": number(sp.S.One),
         "state": [
@@ -123,7 +123,7 @@ def loop_data(
 
 
 def _step(
-    step: Part, program: Program, robot: Robot, dtype: str, places: _Places
+    step: Part, program: Program, n: int, dtype: str, places: _Places
 ) -> dict[str, Any]:
     """Return the data of a step, for the template."""
     kind = type(step).__name__.lower()
@@ -134,7 +134,7 @@ def _step(
         return {"kind": kind, **_pairs(step, dtype)}
     if isinstance(step, Elimination):
         return {"kind": kind, **vars(step)}
-    n, zero = robot.n, literal(sp.S.Zero, dtype)
+    zero = literal(sp.S.Zero, dtype)
     if step.into in dict(program.state):
         right, into = f"{step.right}[0][k + 1u]", f"{step.into}[0][k + 1u]"
     else:
@@ -157,12 +157,10 @@ class _Places:
 
     Attributes:
         state: names of the arrays of the program's state.
-        plain: whether every joint of the file has a variable.
         last: place of the last variable.
     """
 
     state: tuple[str, ...]
-    plain: bool
     last: int
 
     def of(self, name: str, entry: int) -> str:
@@ -174,10 +172,10 @@ class _Places:
         if name.endswith(UP):
             return f"{name.removesuffix(UP)}[{entry}][up]"
         if name == "guard":  # from the tips
-            return f"guard[{self.last}u - {'j' if self.plain else 'variable[j]'}]"
+            return f"guard[{self.last}u - j]"
         if name in self.state:
             return f"{name}[{entry}][j + 1u]"
-        return f"{name}[j]" if self.plain else f"{name}[variable[j]]"
+        return f"{name}[j]"
 
 
 def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> dict[str, Any]:

@@ -498,10 +498,8 @@ class _Writer:
 
     def operations(self, kernel: Kernel) -> Operations:
         """Return the operations of a kernel as C."""
-        rolled, joints = self.programs.get(kernel.name), self.model.robot.joints
-        if rolled is None:
-            return kernel.tape.operations
-        return rolled.operations([joint.antecedent for joint in joints])
+        rolled = self.programs.get(kernel.name)
+        return kernel.tape.operations if rolled is None else rolled.operations
 
     def shape(self, name: str, size: int) -> str:
         """Describe an input."""

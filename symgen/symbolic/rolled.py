@@ -59,7 +59,7 @@ UP = "_up"
 GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
 #: Names of arrays and tables in the sources, which no step may have.
 RESERVED = ARGUMENTS | set(
-    "c s up i geometry body antecedent kind variable theta turns row column inverse".split()
+    "c s up i geometry body antecedent way order kind theta turns row column inverse".split()
 )
 
 
@@ -166,19 +166,27 @@ Part = Sweep | Pairs | Elimination | Solution
 class Program:
     """A kernel as steps over the joints.
 
+    Tables and arrays have the joints with a variable first, in its order, then the fixed ones.
+
     Attributes:
-        kinds: the kind of each joint of the file.
+        kinds: the kind of each joint.
+        order: place of each joint in these tables, antecedents first.
+        antecedents: place of the joint before each joint, counted from 1; 0 is the base.
+        way: the same among the joints with a variable, past the fixed ones.
         angles: angle of each joint about z, to which q of a revolute joint is added.
         columns: names of the columns of `geometry`.
         geometry: constants of each joint.
         parameters: names of the columns of the parameters of a body.
         places: for every entry of X, its row and column among the parameters of bodies.
-        state: arrays with a row for the base and for each joint, and the row of the base.
+        state: arrays with a row for the base, then for each joint, and the row of the base.
         steps: in their order.
         matrices: names of matrices over joints that are not outputs.
     """
 
     kinds: tuple[Kind, ...]
+    order: tuple[int, ...]
+    antecedents: tuple[int, ...]
+    way: tuple[int, ...]
     angles: tuple[sp.Expr, ...]
     columns: tuple[str, ...]
     geometry: tuple[tuple[sp.Expr, ...], ...]
@@ -193,25 +201,22 @@ class Program:
         """Whether it has pairs of joints."""
         return any(isinstance(step, Pairs) for step in self.steps)
 
-    def operations(self, antecedents: Sequence[int]) -> Operations:
-        """Return the operations of one evaluation, the angles included.
-
-        Args:
-            antecedents: number of the joint before each joint.
-        """
-        n = len(self.kinds)
+    @property
+    def operations(self) -> Operations:
+        """The operations of one evaluation, the angles included."""
+        n = len(self.way)
         ways = [0]  # number of joints on the way to each joint, itself included
-        for joint in antecedents:
+        for joint in self.way:
             ways.append(ways[joint] + 1)
         pairs = sum(ways)
-        total = Operations(0, n, 0, n)
+        total = Operations(0, n, 0, len(self.kinds))
         for step in self.steps:
             if isinstance(step, Sweep):
                 bodies = dict(step.bodies)
                 for kind in self.kinds:
                     total = total.plus(bodies.get(kind, step.bodies[0][1]).operations)
                 added = sum(size for name, size in step.written if name.endswith(UP))
-                total = total.plus(Operations(0, added, 0, 0), n)
+                total = total.plus(Operations(0, added, 0, 0), len(self.kinds))
             elif isinstance(step, Pairs):
                 total = total.plus(step.body.operations, pairs).plus(Operations(0, n, 0, 0))
             elif isinstance(step, Elimination):
@@ -339,7 +344,7 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
     product.
 
     Args:
-        robot: it is `rollable` and has no fixed joints.
+        robot: it is `rollable`.
         base: its base parameters.
     """
     table = _Table.of(robot, base)
@@ -396,7 +401,7 @@ def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
     after a joint carry is a sum, and each entry is a sum of products of two bodies.
 
     Args:
-        robot: it is `rollable` and has no fixed joints.
+        robot: it is `rollable`.
         base: its base parameters.
     """
     table = _Table.of(robot, base)
@@ -436,13 +441,13 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
     derivatives of inverse dynamics give the others: dqdd/dq = -M^-1 dtau/dq.
 
     Args:
-        robot: it is `rollable` and has no fixed joints.
+        robot: it is `rollable`.
         base: its base parameters.
     """
     table = _Table.of(robot, base)
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
-        driving = at.rows("tau", 1)[0] - at.friction()
+        driving = at.rate("tau", True) - at.friction()
         rotor = at.value(names.ROTOR)
         return (*_moved_screw(at, accelerating=False), at.friction_slope(), rotor, driving)
 
@@ -457,7 +462,7 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
 
     def faster(at: _Template) -> Sequence[sp.Expr]:
         return [
-            x for v in _sum(at.screw(f"more{UP}"), at.screw("screw"), at.rows("found", 1)[0])
+            x for v in _sum(at.screw(f"more{UP}"), at.screw("screw"), at.rate("found", True))
             for x in v
         ]  # fmt: skip
 
@@ -682,18 +687,20 @@ class _Table:
     """What templates know of a robot: kinds of joints, and the columns that any of them needs."""
 
     robot: Robot
+    joints: tuple[Joint, ...]
     kinds: tuple[Kind, ...]
     geometry: Mapping[str, tuple[sp.Expr, ...]]
     heads: tuple[tuple[str, int], ...]
 
     @staticmethod
     def of(robot: Robot, base: BaseParameters) -> _Table:
-        kinds = tuple(
-            Kind(j.sigma, j.coulomb_width > 0, j.gamma != 0 or j.b != 0) for j in robot.joints
-        )
-        columns = zip(GEOMETRY, zip(*map(_constants, robot.joints), strict=True), strict=True)
+        joints = (*robot.movable, *(j for j in robot.joints if j.fixed))
+        kinds = tuple(Kind(j.sigma, j.coulomb_width > 0, j.gamma != 0 or j.b != 0) for j in joints)
+        columns = zip(GEOMETRY, zip(*map(_constants, joints), strict=True), strict=True)
+        place = {joint.number: i for i, joint in enumerate(joints)}
         standard = (base.standard[p.index] for p in base.parameters)
-        return _Table(robot, kinds, dict(columns), tuple((p.prefix, p.joint) for p in standard))
+        heads = tuple((p.prefix, place[p.joint]) for p in standard)
+        return _Table(robot, joints, kinds, dict(columns), heads)
 
     def varies(self, column: str, kind: Kind, value: sp.Expr) -> bool:
         """Whether any joint of a kind has another constant than this."""
@@ -738,12 +745,18 @@ class _Table:
         matrices: tuple[str, ...] = (),
     ) -> Program:
         columns, parameters = self.columns, self.parameters
-        places = ((j - 1, parameters.index(p)) for p, j in self.heads)
+        places = ((i, parameters.index(p)) for p, i in self.heads)
         rows = zip(*(self.geometry[c] for c in columns), strict=True)
-        angles = tuple(joint.theta for joint in self.robot.joints)
+        row = {joint.number: i for i, joint in enumerate(self.joints, 1)} | {0: 0}
+        way = {0: 0}  # row of the last joint with a variable, up to each joint
+        for joint in self.robot.joints:
+            way[joint.number] = row[joint.number] if joint.movable else way[joint.antecedent]
         return Program(
             self.kinds,
-            angles,
+            tuple(row[joint.number] - 1 for joint in self.robot.joints),
+            tuple(row[joint.antecedent] for joint in self.joints),
+            tuple(way[joint.antecedent] for joint in self.robot.movable),
+            tuple(joint.theta for joint in self.joints),
             columns,
             tuple(rows),
             parameters,
@@ -807,6 +820,8 @@ class _Template:
         for motion in self.step(sp.S.Zero).way:
             place = moved_place(place, motion, self.tape)
         z, origin = place[2:]
+        if not self.moves:
+            return place, (ZERO, ZERO)
         if self.kind.sigma != names.REVOLUTE:
             return place, (ZERO, z)
         return place, (z, named(cross(origin, z), "v", self.tape))
@@ -824,8 +839,8 @@ class _Template:
 
     def value(self, prefix: str) -> sp.Expr:
         """Return a parameter of the body; zero if no joint of its kind has it."""
-        joints = (j for p, j in self.table.heads if p == prefix)
-        if not any(self.table.kinds[j - 1] == self.kind for j in joints):
+        rows = (i for p, i in self.table.heads if p == prefix)
+        if not any(self.table.kinds[i] == self.kind for i in rows):
             return sp.S.Zero
         columns = self.table.parameters
         return self.rows("body", len(columns))[columns.index(prefix)]

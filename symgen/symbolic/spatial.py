@@ -51,8 +51,8 @@ Z = unit(2)
 
 
 def axis(sigma: int) -> Screw:
-    """Return the screw of a joint in its own frame: a turn about z, or a shift along it."""
-    return (Z, ZERO) if sigma == names.REVOLUTE else (ZERO, Z)
+    """Return the screw of a joint in its own frame: a turn about z, a shift along it, or 0."""
+    return Z if sigma == names.REVOLUTE else ZERO, Z if sigma == names.PRISMATIC else ZERO
 
 
 def dot(a: Vector, b: Vector) -> sp.Expr:

@@ -16,29 +16,29 @@
 {% set w = k.loops.width %}
 {% if k.loops.solved %}
 /* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D. */
-static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, const {{ k.dtype }} *inverse,
-    {{ k.dtype }} x[{{ k.loops.joints }}][{{ w }}])
+static void solved(const unsigned char *way, const {{ k.dtype }} *low, const {{ k.dtype }} *inverse,
+    {{ k.dtype }} x[{{ k.loops.n }}][{{ w }}])
 {
-    for (size_t b = 0u; b < {{ k.loops.joints }}u; ++b) {
-        const size_t j = {{ k.loops.joints - 1 }}u - b;
+    for (size_t b = 0u; b < {{ k.loops.n }}u; ++b) {
+        const size_t j = {{ k.loops.n - 1 }}u - b;
         {{ k.dtype }} y[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i];
         }
-        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+        for (size_t u = way[j]; u != 0u; u = way[u - 1u]) {
             for (size_t i = 0u; i < {{ w }}u; ++i) {
-                x[u - 1u][i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * y[i];
+                x[u - 1u][i] -= low[(j * {{ k.loops.n }}u) + (u - 1u)] * y[i];
             }
         }
     }
-    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.n }}u; ++j) {
         {{ k.dtype }} y[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i] * inverse[j];
         }
-        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+        for (size_t u = way[j]; u != 0u; u = way[u - 1u]) {
             for (size_t i = 0u; i < {{ w }}u; ++i) {
-                y[i] -= low[(j * {{ k.loops.joints }}u) + (u - 1u)] * x[u - 1u][i];
+                y[i] -= low[(j * {{ k.loops.n }}u) + (u - 1u)] * x[u - 1u][i];
             }
         }
         for (size_t i = 0u; i < {{ w }}u; ++i) {
@@ -50,6 +50,14 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
 {% endif %}
 {{ k.returns }} {{ name }}_{{ k.name }}({{ k.parameters }})
 {
+{% if k.loops.joints != k.loops.n %}
+    /* Place of each joint in all tables and arrays, antecedents first. Fixed joints are last. */
+    static const unsigned char order[{{ k.loops.joints }}] = {
+{% for line in k.loops.order %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
     /* The joint before each joint, counted from 1; 0 is the base. Arrays of the state have a row for
      * the base and each joint.
      */
@@ -58,7 +66,7 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
         {{ line }}
 {% endfor %}
     };
-{% if k.loops.steps[0].bodies | length > 1 %}
+{% if k.loops.several %}
     /* Kind of each joint: {{ k.loops.called }}. */
     static const unsigned char kind[{{ k.loops.joints }}] = {
 {% for line in k.loops.kinds %}
@@ -67,22 +75,24 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
     };
 {% endif %}
 {% if not k.loops.revolute %}
-    /* Place of each joint in q, qd, qdd and tau; 0 for fixed joints, which have none. */
-    static const unsigned char variable[{{ k.loops.joints }}] = {
-{% for line in k.loops.variables %}
-        {{ line }}
-{% endfor %}
-    };
     /* 1 where q is an angle. */
-    static const {{ k.dtype }} turns[{{ k.loops.joints }}] = {
+    static const {{ k.dtype }} turns[{{ k.loops.n }}] = {
 {% for line in k.loops.turns %}
         {{ line }}
 {% endfor %}
     };
 {% endif %}
 {% if k.loops.paired %}
+{% if k.loops.joints != k.loops.n %}
+    /* The same among the joints with a variable. */
+    static const unsigned char way[{{ k.loops.n }}] = {
+{% for line in k.loops.way %}
+        {{ line }}
+{% endfor %}
+    };
+{% endif %}
     /* Row of the first of the neighbours on the way from the base that end at each joint. */
-    static const unsigned char first[{{ k.loops.joints }}] = {
+    static const unsigned char first[{{ k.loops.n }}] = {
 {% for line in k.loops.first %}
         {{ line }}
 {% endfor %}
@@ -123,10 +133,10 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
     {{ k.dtype }} {{ array }}[{{ size }}][{{ k.loops.joints + (5 if k.loops.paired else 1) }}];
 {% endfor %}
 {% for matrix in k.loops.matrices %}
-    {{ k.dtype }} {{ matrix }}[{{ k.loops.joints * k.loops.joints }}];
+    {{ k.dtype }} {{ matrix }}[{{ k.loops.n * k.loops.n }}];
 {% endfor %}
 {% if k.loops.solved %}
-    {{ k.dtype }} inverse[{{ k.loops.joints }}];
+    {{ k.dtype }} inverse[{{ k.loops.n }}];
 {% endif %}
 {% if k.loops.guards %}
     {{ k.dtype }} guard[{{ k.loops.guards }}];
@@ -150,11 +160,11 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
     for (size_t j = 0u; j < {{ k.loops.angles }}u; ++j) {
         angle[j] = theta[j];
     }
-    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+    for (size_t j = 0u; j < {{ k.loops.n }}u; ++j) {
 {% if k.loops.revolute %}
         angle[j] += q[j];
 {% else %}
-        angle[j] += turns[j] * q[variable[j]];
+        angle[j] += turns[j] * q[j];
 {% endif %}
     }
 {% if k.dtype == "double" %}
@@ -179,7 +189,9 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
     for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
         body[row[i]][column[i]] = X[i];
     }
-{% set n = k.loops.joints %}
+{% set n = k.loops.n %}
+{% set plain = k.loops.joints == n %}
+{% set way = "antecedent" if plain else "way" %}
 {% for step in k.loops.steps %}
 {% if step.kind == "sweep" %}
 {% if step.order == "apart" %}
@@ -195,9 +207,12 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
 {% else %}
 {% if step.order == "inward" %}
     for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
-        const size_t j = {{ k.loops.joints - 1 }}u - i;
+        const size_t j = {{ "%du - i" % (n - 1) if plain else "order[%du - i]" % (k.loops.joints - 1) }};
+{% elif plain %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
 {% else %}
-    for (size_t j = 0u; j < {{ k.loops.joints }}u; ++j) {
+    for (size_t i = 0u; i < {{ k.loops.joints }}u; ++i) {
+        const size_t j = order[i];
 {% endif %}
         /* {{ step.doc }} */
 {% if step.bodies[0].up %}
@@ -248,7 +263,7 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
 {% endfor %}
                 }
             }
-            last = antecedent[first[last - 1u] - 1u];
+            last = {{ way }}[first[last - 1u] - 1u];
         }
     }
     for (size_t j = 0u; j < {{ n }}u; ++j) {
@@ -260,9 +275,9 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
         const size_t j = {{ n - 1 }}u - i;
         guard[i] = {{ step.matrix }}[j * {{ n + 1 }}u];
         inverse[j] = {{ k.loops.one }} / guard[i];
-        for (size_t u = antecedent[j]; u != 0u; u = antecedent[u - 1u]) {
+        for (size_t u = {{ way }}[j]; u != 0u; u = {{ way }}[u - 1u]) {
             const {{ k.dtype }} low = {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] * inverse[j];
-            for (size_t v = u; v != 0u; v = antecedent[v - 1u]) {
+            for (size_t v = u; v != 0u; v = {{ way }}[v - 1u]) {
                 {{ step.matrix }}[((u - 1u) * {{ n }}u) + (v - 1u)] -= low * {{ step.matrix }}[(j * {{ n }}u) + (v - 1u)];
             }
             {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] = low;
@@ -277,7 +292,7 @@ static void solved(const unsigned char *antecedent, const {{ k.dtype }} *low, co
                 x[k][i] = {{ step.right }};
             }
         }
-        solved(antecedent, {{ step.matrix }}, inverse, x);
+        solved({{ way }}, {{ step.matrix }}, inverse, x);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             for (size_t i = 0u; (i < {{ w }}u) && ((b + i) < {{ step.columns }}u); ++i) {
                 {{ step.into }} = x[k][i];

@@ -51,8 +51,9 @@ class Case:
     """An arm as loops in C, and the same arm in Pinocchio."""
 
     def __init__(self, arm: Arm, name: str, kernels: Sequence[str], folder: Path) -> None:
-        text, self.name, self.n = to_toml(arm, name, FRICTION), name, arm.n
+        text, self.name = to_toml(arm, name, FRICTION), name
         self.model = written(text, folder / "package", kernels, loops="always")
+        self.n = self.model.robot.n
         links, rotors = random_parameters(arm, 5)
         values = dict.fromkeys((p.name for p in self.model.base.standard), 0.0)
         for j, link in enumerate(links, 1):
@@ -65,7 +66,7 @@ class Case:
         self.X = np.array(regrouped(self.model.base, order, numbers))
         for kernel in kernels:
             source = (folder / f"package/{name}_{kernel}.c").read_text()
-            assert f"const size_t j = {arm.n - 1}u - i;" in source
+            assert "for (size_t j = 0u; j < " in source
         self.library = loaded(folder)
         self.witness = PinocchioArm(arm, links, rotors)
 
@@ -99,22 +100,29 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    ("joints", "tree"),
-    sampled(product((5, 6, 15, 30), (False, True)), 0, [(5, False), (6, True)]),
+    ("joints", "tree", "fixed"),
+    sampled(
+        product((5, 8, 15, 30), (False, True), (False, True)),
+        0,
+        [(5, False, False), (8, True, False), (8, True, True)],
+    ),
 )
-def test_loops_of_derivatives_agree_with_pinocchio(joints: int, tree: bool, tmp_path: Path) -> None:
-    arm = random_arm(4, min_joints=joints, max_joints=joints, tree=tree, fixed=False)
-    called = Case(arm, "arm", DERIVATIVES, tmp_path)
-    witness, zero = called.witness, np.zeros(arm.n)
-    for q, qd, qdd in np.random.default_rng(6).uniform(-2, 2, (4, 3, arm.n)):
+def test_loops_of_derivatives_agree_with_pinocchio(
+    joints: int, tree: bool, fixed: bool, tmp_path: Path
+) -> None:
+    arm = random_arm(5, min_joints=joints, max_joints=joints, tree=tree, fixed=fixed)
+    called = Case(arm, "arm", ("mass_matrix", *DERIVATIVES), tmp_path)
+    witness, zero = called.witness, np.zeros(called.n)
+    for q, qd, qdd in np.random.default_rng(6).uniform(-2, 2, (4, 3, called.n)):
         ours = called("inverse_dynamics_derivatives", q, qd, qdd)
         theirs = witness.inverse_dynamics_derivatives(q, qd, qdd)
         for own, their in zip(ours, theirs, strict=True):
             np.testing.assert_allclose(own, their, rtol=0, atol=1e-10 * np.abs(their).max())
         M = witness.mass_matrix(q)
+        np.testing.assert_allclose(called("mass_matrix", q), M, rtol=0, atol=1e-12 * np.abs(M).max())
         tau = M @ qdd + witness.inverse_dynamics(q, qd, zero)
         ours = called("forward_dynamics_derivatives", q, qd, tau)
-        for own, back in zip(ours, (*-theirs, np.eye(arm.n)), strict=True):
+        for own, back in zip(ours, (*-theirs, np.eye(called.n)), strict=True):
             terms = np.abs(M) @ np.abs(own)
             np.testing.assert_allclose(M @ own, back, rtol=0, atol=1e-10 * terms.max())
 
@@ -163,3 +171,15 @@ def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -
     assert not checked.differences
     with pytest.raises(symgen.SymgenError, match=r"loops 'often'; accepted: auto, always, never"):
         written(text, tmp_path / "often", FIRST, loops="often")
+
+
+def test_kinds_that_differ_by_friction_alone_are_told_apart(tmp_path: Path) -> None:
+    text = "".join(
+        f'[[joint]]\nalpha = "{alpha}"\nd = 0.3\n{width}'
+        for alpha, width in (("0", "coulomb_width = 0.05\n"), ("pi/2", ""), ("pi/2", "coulomb_width = 0.05\n"), ("pi/2", ""))
+    )
+    kernels = ("inverse_dynamics", "inverse_dynamics_derivatives")
+    head = '[robot]\nname = "arm"\ngravity = [0.0, 0.0, -9.81]\n'
+    written(head + text, tmp_path, kernels, loops="always")
+    run(["cc", *STRICT, "-O1", *c_files(tmp_path, check=True), "-lm", "-o", "check"], tmp_path)
+    run([tmp_path / "check"], tmp_path)
