@@ -122,9 +122,7 @@ def loop_data(
     }
 
 
-def _step(
-    step: Part, program: Program, n: int, dtype: str, places: _Places
-) -> dict[str, Any]:
+def _step(step: Part, program: Program, n: int, dtype: str, places: _Places) -> dict[str, Any]:
     """Return the data of a step, for the template."""
     kind = type(step).__name__.lower()
     if isinstance(step, Sweep):

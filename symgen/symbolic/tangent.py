@@ -19,8 +19,9 @@ def tangents(
 ) -> ByJoint:
     """Return the nonzero derivatives of some expressions with respect to one variable.
 
-    sign(x) counts as constant, so that the derivative of |x| is sign(x). In derivatives, log(0) is 0
-    and has no slope, so that |x|^p, which is exp(p log |x|), has the slope 0 at 0 for every p > 0.
+    sign(x) counts as constant, so that the derivative of |x| is sign(x). In derivatives,
+    log(0) is 0 and has no slope, so that |x|^p, which is exp(p log |x|), has the slope 0 at 0 for
+    every p > 0.
 
     Args:
         expressions: over symbols of the tape.
