@@ -24,7 +24,7 @@ CHOICES = ("auto", "always", "never")
 #: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
 MANY, MANY_OF = 15, {"mass_matrix": 40}
 _LINE, _ANGLES = 92, 4
-#: Columns that a solution takes at once: their vectors wait together for the next joint of the way.
+#: Columns that a solution takes at once. Their number is a constant, so that compilers use vectors.
 _COLUMNS = 8
 #: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
 _PLACES = ("j", "u"), ("u", "j")
@@ -76,6 +76,7 @@ def loop_data(
 
     present = list(dict.fromkeys(program.kinds))
     joints, n = len(program.kinds), robot.n
+    width = min(_COLUMNS, n)
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
     one = not program.paired  # pairs put zeros into several rows
@@ -113,7 +114,9 @@ def loop_data(
         "first": _lines(f"{row}u" for row in first),
         "whole": len(set(first)) == 1,
         "matrices": program.matrices,
-        "width": _COLUMNS,
+        "width": width,
+        "blocks": -(-n // width),
+        "left": -n % width,
         "solved": any(isinstance(step, Solution) for step in program.steps),
         "guards": kernel.guards,
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
@@ -132,16 +135,15 @@ def _step(step: Part, program: Program, n: int, dtype: str, places: _Places) -> 
         return {"kind": kind, **_pairs(step, dtype)}
     if isinstance(step, Elimination):
         return {"kind": kind, **vars(step)}
-    zero = literal(sp.S.Zero, dtype)
-    if step.into in dict(program.state):
+    single = step.into in dict(program.state)
+    if single:
         right, into = f"{step.right}[0][k + 1u]", f"{step.into}[0][k + 1u]"
     else:
-        into = f"{step.into}[(k * {n}u) + (b + i)]"
-        right = f"((b + i) < {n}u) ? -{step.right}[(k * {n}u) + (b + i)] : {zero}"
+        right, into = (f"{name}[(k * {n}u) + (b + i)]" for name in (f"-{step.right}", step.into))
         if not step.right:
-            right = f"((b + i) == k) ? {literal(sp.S.One, dtype)} : {zero}"
-    columns = 1 if step.into in dict(program.state) else n
-    return {"kind": kind, **vars(step), "right": right, "into": into, "columns": columns}
+            one, zero = (literal(x, dtype) for x in (sp.S.One, sp.S.Zero))
+            right = f"((b + i) == k) ? {one} : {zero}"
+    return {"kind": kind, **vars(step), "right": right, "into": into, "single": single}
 
 
 def _lines(entries: Iterable[str]) -> list[str]:

@@ -14,31 +14,38 @@
 {% endif %}
 
 {% set w = k.loops.width %}
+{% set n = k.loops.n %}
 {% if k.loops.solved %}
 /* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D. */
-static void solved(const unsigned char *way, const {{ k.dtype }} *low, const {{ k.dtype }} *inverse,
-    {{ k.dtype }} x[{{ k.loops.n }}][{{ w }}])
+static void solved(const unsigned char *first, const unsigned char *way, const {{ k.dtype }} *low,
+    const {{ k.dtype }} *inverse, {{ k.dtype }} x[{{ n }}][{{ w }}])
 {
-    for (size_t b = 0u; b < {{ k.loops.n }}u; ++b) {
-        const size_t j = {{ k.loops.n - 1 }}u - b;
+    for (size_t b = 0u; b < {{ n }}u; ++b) {
+        const size_t j = {{ n - 1 }}u - b;
         {{ k.dtype }} y[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i];
         }
-        for (size_t u = way[j]; u != 0u; u = way[u - 1u]) {
-            for (size_t i = 0u; i < {{ w }}u; ++i) {
-                x[u - 1u][i] -= low[(j * {{ k.loops.n }}u) + (u - 1u)] * y[i];
+        for (size_t last = way[j]; last != 0u; last = way[first[last - 1u] - 1u]) {
+            for (size_t u = first[last - 1u] - 1u; u < last; ++u) {
+                const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
+                for (size_t i = 0u; i < {{ w }}u; ++i) {
+                    x[u][i] -= entry * y[i];
+                }
             }
         }
     }
-    for (size_t j = 0u; j < {{ k.loops.n }}u; ++j) {
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
         {{ k.dtype }} y[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i] * inverse[j];
         }
-        for (size_t u = way[j]; u != 0u; u = way[u - 1u]) {
-            for (size_t i = 0u; i < {{ w }}u; ++i) {
-                y[i] -= low[(j * {{ k.loops.n }}u) + (u - 1u)] * x[u - 1u][i];
+        for (size_t last = way[j]; last != 0u; last = way[first[last - 1u] - 1u]) {
+            for (size_t u = first[last - 1u] - 1u; u < last; ++u) {
+                const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
+                for (size_t i = 0u; i < {{ w }}u; ++i) {
+                    y[i] -= entry * x[u][i];
+                }
             }
         }
         for (size_t i = 0u; i < {{ w }}u; ++i) {
@@ -189,7 +196,6 @@ static void solved(const unsigned char *way, const {{ k.dtype }} *low, const {{ 
     for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
         body[row[i]][column[i]] = X[i];
     }
-{% set n = k.loops.n %}
 {% set plain = k.loops.joints == n %}
 {% set way = "antecedent" if plain else "way" %}
 {% for step in k.loops.steps %}
@@ -284,20 +290,43 @@ static void solved(const unsigned char *way, const {{ k.dtype }} *low, const {{ 
         }
     }
 {% elif step.kind == "solution" %}
-    for (size_t b = 0u; b < {{ step.columns }}u; b += {{ w }}u) {
+    {
         /* {{ step.doc }} */
         {{ k.dtype }} x[{{ n }}][{{ w }}];
+{% if step.single %}
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             for (size_t i = 0u; i < {{ w }}u; ++i) {
                 x[k][i] = {{ step.right }};
             }
         }
-        solved({{ way }}, {{ step.matrix }}, inverse, x);
+        solved(first, {{ way }}, {{ step.matrix }}, inverse, x);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
-            for (size_t i = 0u; (i < {{ w }}u) && ((b + i) < {{ step.columns }}u); ++i) {
-                {{ step.into }} = x[k][i];
+            {{ step.into }} = x[k][0];
+        }
+{% else %}
+        for (size_t m = 0u; m < {{ k.loops.blocks }}u; ++m) {
+            /* {{ w }} columns from b on; the first time, only those before `end` are new. */
+            const size_t end = ((m + 1u) * {{ w }}u) - {{ k.loops.left }}u;
+            const size_t b = (m == 0u) ? 0u : (end - {{ w }}u);
+            for (size_t k = 0u; k < {{ n }}u; ++k) {
+                for (size_t i = 0u; i < {{ w }}u; ++i) {
+                    x[k][i] = {{ step.right }};
+                }
+            }
+            solved(first, {{ way }}, {{ step.matrix }}, inverse, x);
+            for (size_t k = 0u; k < {{ n }}u; ++k) {
+                if ((end - b) == {{ w }}u) {
+                    for (size_t i = 0u; i < {{ w }}u; ++i) {
+                        {{ step.into }} = x[k][i];
+                    }
+                } else {
+                    for (size_t i = 0u; i < (end - b); ++i) {
+                        {{ step.into }} = x[k][i];
+                    }
+                }
             }
         }
+{% endif %}
     }
 {% endif %}
 {% endfor %}
