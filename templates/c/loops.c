@@ -281,12 +281,28 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
         const size_t j = {{ n - 1 }}u - i;
         guard[i] = {{ step.matrix }}[j * {{ n + 1 }}u];
         inverse[j] = {{ k.loops.one }} / guard[i];
-        for (size_t u = {{ way }}[j]; u != 0u; u = {{ way }}[u - 1u]) {
-            const {{ k.dtype }} low = {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] * inverse[j];
-            for (size_t v = u; v != 0u; v = {{ way }}[v - 1u]) {
-                {{ step.matrix }}[((u - 1u) * {{ n }}u) + (v - 1u)] -= low * {{ step.matrix }}[(j * {{ n }}u) + (v - 1u)];
+        const {{ k.dtype }} *const row_j = &{{ step.matrix }}[j * {{ n }}u];
+        for (size_t last = {{ way }}[j]; last != 0u; last = {{ way }}[first[last - 1u] - 1u]) {
+            for (size_t u = last; u >= first[last - 1u]; --u) {
+                {{ k.dtype }} *const row_u = &{{ step.matrix }}[(u - 1u) * {{ n }}u];
+                const {{ k.dtype }} low = row_j[u - 1u] * inverse[j];
+                for (size_t end = u; end != 0u; end = {{ way }}[first[end - 1u] - 1u]) {
+                    size_t v = first[end - 1u] - 1u;
+                    for (; (v + {{ w }}u) <= end; v += {{ w }}u) {
+                        {{ k.dtype }} y[{{ w }}];
+                        for (size_t e = 0u; e < {{ w }}u; ++e) {
+                            y[e] = row_u[v + e] - (low * row_j[v + e]);
+                        }
+                        for (size_t e = 0u; e < {{ w }}u; ++e) {
+                            row_u[v + e] = y[e];
+                        }
+                    }
+                    for (; v < end; ++v) {
+                        row_u[v] -= low * row_j[v];
+                    }
+                }
+                {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] = low;
             }
-            {{ step.matrix }}[(j * {{ n }}u) + (u - 1u)] = low;
         }
     }
 {% elif step.kind == "solution" %}
