@@ -26,14 +26,22 @@ from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.misfit_evidence import MisfitEvidence
-from symgen.estimation.predictive_score import LEAST, MISFIT, SURE, TEMPERATURE, Columns, dense
+from symgen.estimation.predictive_score import (
+    LEAST,
+    MISFIT,
+    SURE,
+    TEMPERATURE,
+    Columns,
+    dense,
+    everywhere,
+)
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
 from symgen.faults.recorder import contact_fault, cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
-from symgen.faults.shapes import FACTOR, KINDS, Shape
+from symgen.faults.shapes import FACTOR, KINDS, Shape, Sized
 from symgen.faults.undo import completed, left_out, multiplied
 from symgen.runtime.evaluator import Evaluator
 
@@ -57,6 +65,7 @@ _CLOSE = 20.0  # nats to the most probable cause, up to which the exact size is 
 _SIZE = 0.3  # expected size of physics or a fault, as a part of the joint's torque
 _ALIKE = ("clock", "command")  # causes with the same log: no physics is searched for behind either
 _FEW = 2  # other causes that are named with the most probable one
+_STEPS = 2  # of the Gauss-Newton method, for the size of a geometry error
 _EXACT, _TRIES = 0.005, 5  # relative accuracy of a factor, and largest number of iterations
 _STEPPED = 1e-4  # smallest factor; its inverse is the largest
 _SHARE = 4.0  # largest share of the torque of the motion: a clock at half the rate
@@ -151,7 +160,11 @@ def causes(
             in_turn(lambda make: [*make(scene)], KINDS.values(), threads)
         )
     ]
-    found = first = _all(scene, shapes, faults, special)
+    found = _all(scene, shapes, faults, special)
+    sized = {c.shape: _sized(scene, c) for c in found[:_NEAR] if c.shape and c.shape.at}
+    shapes = [sized.get(s, s) for s in shapes]
+    again = _ordered(_linear(scene, [*sized.values()]), ())
+    found = first = _ranked([*(c for c in found if c.shape not in sized), *again])
     # The free misfit names nothing and would hide missing physics, so it competes at the end.
     while (best := _lawful(found)) and len(scene.physics) < _MOST * scene.n:
         scene = replace(scene, physics=(*scene.physics, best.columns))
@@ -204,7 +217,33 @@ def _ordered(found: Iterable[Cause], shapes: Iterable[Shape]) -> list[Cause]:
     """Return causes with their prior odds, the most probable first; one of the physics is true."""
     odds = {True: math.log(max(1, sum(s.physics for s in shapes))), False: _RARE}
     whole = [replace(c, score=c.score - odds[c.physics]) if c.kind else c for c in found]
-    return sorted(whole, key=lambda c: -c.score)
+    return _ranked(whole)
+
+
+def _ranked(found: Iterable[Cause]) -> list[Cause]:
+    """Return causes, the most probable first."""
+    return sorted(found, key=lambda c: -c.score)
+
+
+def _sized(scene: Scene, cause: Cause) -> Shape:
+    """Return the shape of a geometry error with its exact model, by the Gauss-Newton method.
+
+    To first order, an error of several percent may look less like itself than like another cause.
+    """
+    shape, x = cause.shape, cause.value
+    assert shape is not None
+    assert shape.at is not None
+    for _ in range(_STEPS):
+        W = shape.at(x)
+        X = scene.fitted(scene.blocks(W, scene.rows.weight))[0]
+        shape = replace(
+            shape, sized=Sized(x, W, everywhere(((W - scene.rows.W) @ X / x)[:, :, None]))
+        )
+        found = _tried(scene, shape, shape.columns, "", 0.0)
+        if found is None or abs(found.value - x) < _EXACT * abs(x):
+            break
+        x = found.value
+    return shape
 
 
 def _linear(scene: Scene, shapes: Sequence[Shape]) -> list[Cause]:
@@ -230,8 +269,12 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
     whole = np.concatenate([c.ravel() for c in columns.values()])
     if not np.isfinite(whole).all() or not whole.any():
         return None
-    fit = scene.score.beside(columns, shape.size)
-    x = float(fit.coefficients[0])
+    score, start, W = scene.score, 0.0, None
+    if shape.sized and not when:
+        start, W, columns = shape.sized
+        score = scene.scored(W)
+    fit = score.beside(columns, shape.size)
+    x = start + float(fit.coefficients[0])
     if not shape.within[0] < x < shape.within[1]:
         return None
     if shape.physics:  # Student's t prior of its size, as for effects
@@ -247,6 +290,7 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
         columns,
         x,
         None if when else _mendable(shape, x),
+        W,
     )
 
 
@@ -260,8 +304,15 @@ def _mendable(shape: Shape, x: float) -> Fault | None:
     )  # fmt: skip
 
 
-def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
-    """Yield a channel fault as a cause, scored in the units of the recorded torque."""
+def _undone(scene: Scene, fault: Fault, columns: Columns | None = None) -> Iterator[Cause]:
+    """Yield a channel fault as a cause, scored in the units of the recorded torque.
+
+    Args:
+        scene: the fitted model.
+        fault: the fault.
+        columns: change of the corrected torque with the size of the fault, which each fold then
+            fits to the others; None for a size that is known.
+    """
     rows = scene.rows
     if fault.undo is None:
         return
@@ -272,7 +323,8 @@ def _undone(scene: Scene, fault: Fault) -> Iterator[Cause]:
     score = replace(scene, rows=undone).score
     gain = rows.size / undone.size if fault.kind in ("gain", "ratio") else np.ones(scene.n)
     more = float(score.counts.sum(axis=1) @ np.log(gain)) / TEMPERATURE
-    now, was = score.alone, scene.score.alone
+    now = score.beside(columns) if columns else score.alone
+    was = scene.score.alone
     left = now.left * gain**2
     if (undone.weight < rows.weight).any():  # compare both on the same rows
         was = scene.scored(rows.W, undone.weight).alone
@@ -289,12 +341,11 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
     out = []
     for c in found:
         if c.shape and c.fault and found[0].score - c.score < _CLOSE:
-            fault = _exact_fault(scene.rows.evaluator, scene.rows.logs, c)
-            exact = _undone(scene, fault)
+            exact = _undone(scene, *_exact_fault(scene.rows.evaluator, scene.rows.logs, c))
             out += [replace(e, score=e.score - _RARE, columns=c.columns) for e in exact]
         else:
             out.append(c)
-    return sorted(out, key=lambda c: -c.score)
+    return _ranked(out)
 
 
 def _upside_down(scene: Scene) -> Iterator[Cause]:
@@ -355,7 +406,9 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
     if share > _AT_END * _SHARE:
         return  # a larger share would fit better: no size is found
     W = rest + share * moving
-    fit = scene.scored(W).alone
+    X = scene.fitted(scene.blocks(W, scene.rows.weight))[0]
+    # No fold knows the share of the others, like the size of other causes.
+    fit = scene.scored(W).beside(everywhere(moving @ X[:, None]))
     slow = math.sqrt(share)
     fast = (
         f"t: the time stamps run about {1 / slow:.3g} times too fast: check the unit and the clock "
@@ -811,8 +864,9 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
     if fault is not None and fault.undo is not None:
         mended = rows.with_torques(tuple(map(fault.undo, rows.logs)))
         other = mended.W, mended.y, mended.weight
-    elif shape is not None and cause.kind == shape.kind:
-        both = [rows.W, dense(shape.columns, rows.y.shape)]
+    elif shape is not None and cause.columns is not None and cause.kind == shape.kind:
+        own = rows.W if cause.regressor is None else cause.regressor
+        both = [own, dense(cause.columns, rows.y.shape)]
         other = np.concatenate(both, axis=2), rows.y, rows.weight
     elif cause.regressor is not None:
         other = cause.regressor, rows.y, rows.weight
@@ -872,8 +926,12 @@ def _expected_parameters(scene: Scene, shares: tuple[float, float]) -> FloatArra
     return np.asarray(found[: rows.W.shape[2]])
 
 
-def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause) -> Fault:
+def _exact_fault(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause
+) -> tuple[Fault, Columns]:
     """Return the fault of a cause, with its size computed to half a percent by undoing it.
+
+    The columns are those of its size in the corrected logs.
 
     Args:
         evaluator: the compiled model.
@@ -896,4 +954,4 @@ def _exact_fault(evaluator: Evaluator, logs: Sequence[FilteredLog], cause: Cause
         fault = found
         if abs(more) < _EXACT:
             break
-    return fault
+    return fault, left.columns

@@ -1,5 +1,7 @@
 """Possible faults beside a model, to first order: columns C with tau = W X + C theta.
 
+An error of the geometry also has its exact regressor W, for any size.
+
     zero of a joint                  d tau / d q_j
     gain of a torque                 tau_j
     gear ratio of a joint            tau_j + d tau / d(scale of q_j and its derivatives)
@@ -20,6 +22,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,12 +42,26 @@ from symgen.symbolic.variation import link_values
 Undo = Callable[[FilteredLog], FilteredLog]
 #: Sizes that sound robots have: zeros 0.5 degrees, factors 5 %.
 ZERO, FACTOR = math.radians(0.5), 0.05
-_FAR = 0.7  # rad: largest zero offset for which the first order is valid
+_FAR = 0.7  # rad: largest zero offset that is found
 _SLOW = 0.02  # s: filters that sound drives have
-_LONG = 0.5  # largest relative error of a length for which the first order is valid
+_LONG = 0.5  # largest relative error of a length that is found
 _WHOLE = 1.5  # largest compensated share of a weight, with the error of the estimate
 _STEP = 1e-4  # rad or relative, step of differences
 _PHYSICS = "physics"
+
+
+class Sized(NamedTuple):
+    """The model with a fault of one size: tau = W X + C theta, theta added to the size.
+
+    Attributes:
+        x: the size.
+        W: (K, n, p) regressor.
+        columns: C, the change of torque with the size.
+    """
+
+    x: float
+    W: FloatArray
+    columns: Columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +82,9 @@ class Shape:
         always: whether it may be permanent.
         undo: returns a log without the fault of that coefficient; None if no log can be corrected.
         size: expected RMS torque of each column, N m or N.
+        at: returns the exact regressor (K, n, p) for a coefficient; None if `columns` are exact or
+            a log without the fault shows its size.
+        sized: the model with the fault of a size near that of the fit; None for size 0.
     """
 
     kind: str
@@ -80,6 +100,8 @@ class Shape:
     always: bool = True
     undo: Callable[[float], Undo] | None = None
     size: float = math.inf
+    at: Callable[[float], FloatArray] | None = None
+    sized: Sized | None = None
 
     @property
     def physics(self) -> bool:
@@ -125,6 +147,15 @@ def _zeros(scene: Scene) -> Iterator[Shape]:
         def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
             return lambda q, qd, qdd: scene.torque(q + h * unit, qd, qdd)
 
+        def model(x: float, unit: FloatArray = unit) -> FloatArray:
+            regressor, p = scene.rows.evaluator["torque_regressor"], scene.rows.W.shape[2]
+
+            def change(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+                moved, own = regressor(q + x * unit, qd, qdd), regressor(q, qd, qdd)
+                return np.asarray((moved - own)[:, :, :p])
+
+            return scene.rows.W + scene.rows.along(change, BLOCK, smooth=True)
+
         label = _label(scene, j)
         yield Shape(
             "zero",
@@ -136,6 +167,7 @@ def _zeros(scene: Scene) -> Iterator[Shape]:
             within=(-_FAR, _FAR),
             shown=lambda x: abs(math.degrees(x)),
             changes=True,
+            at=model,
         )
 
 
@@ -249,10 +281,20 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
     if model.robot.loops or any(j.follows is not None for j in model.robot.joints):
         return
     links = link_values(model.robot, model.base, scene.whole)
+    units = np.array([link_values(model.robot, model.base, X) for X in np.eye(len(scene.whole))])
+    own = np.flatnonzero(units.any(axis=(1, 2)))
     for number, key in v.lengths:
 
         def moved(h: float, at: tuple[int, str] = (number, key)) -> Callable[..., FloatArray]:
             return lambda q, qd, qdd: v.torque((q, qd, qdd), links, changes={at: h})
+
+        def longer(x: float, at: tuple[int, str] = (number, key)) -> FloatArray:
+            def columns(*state: FloatArray) -> FloatArray:
+                return v.regressor(state, units[own], changes={at: x})
+
+            W = scene.rows.W.copy()
+            W[:, :, own] = scene.rows.along(columns, BLOCK, smooth=True)
+            return W
 
         length = abs(float(getattr(model.robot.with_values().joint(number), key)))
         yield Shape(
@@ -265,6 +307,7 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
             least=0.01 * length,
             within=(-_LONG * length, _LONG * length),
             shown=lambda x: 1e3 * abs(x),
+            at=longer,
         )
 
 

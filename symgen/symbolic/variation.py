@@ -83,10 +83,15 @@ class Variation:
         return np.stack([np.broadcast_to(np.asarray(x, float), shape) for x in out], axis=-1)
 
     def regressor(
-        self, state: Sequence[FloatArray], links: FloatArray, gravity: FloatArray | None = None
+        self,
+        state: Sequence[FloatArray],
+        links: FloatArray,
+        gravity: FloatArray | None = None,
+        changes: Mapping[tuple[int, str], float] | None = None,
     ) -> FloatArray:
         """Return the torque (N, n, m) of m sets of link parameters (m, links, 10), see `torque`."""
-        return self.torque([x[:, None, :] for x in state], links, gravity).transpose(0, 2, 1)
+        across = [x[:, None, :] for x in state]
+        return self.torque(across, links, gravity, changes).transpose(0, 2, 1)
 
     @cached_property
     def _values(self) -> dict[sp.Symbol, sp.Expr]:
