@@ -816,7 +816,7 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     if others and _total([best, *near]) - _total(others) < SURE:
         return None
     # Causes that the data do not distinguish are all named; then no kind is certain.
-    told = "".join(f"; or {c.says.split(':')[0]}" for c in near)
+    told = "".join(f"; or {c.says.rpartition(': ')[0] or c.says}" for c in near)
     joints = tuple(sorted({j for c in (best, *near) for j in c.joints}))
     kind = best.kind if all(c.kind in (best.kind, *_ALIKE) for c in near) else ""
     return replace(best, kind=kind, joints=joints, says=f"{best.says}{told}")

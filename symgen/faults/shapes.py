@@ -214,7 +214,7 @@ def _ratios(scene: Scene) -> Iterator[Shape]:
             (j,),
             everywhere(columns[:, :, None]),
             f"{channel}: the gear ratio of {_label(scene, j)} is off by a factor "
-            "{x:.3g} (positions times it, torque over it)",
+            "{x:.3g} (positions times it, torque over it): check it",
             channel,
             least=FACTOR,
             within=(_STEP - 1, math.inf),

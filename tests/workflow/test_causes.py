@@ -80,6 +80,23 @@ def test_a_wrong_length_is_named() -> None:
     assert found.uses[0].reasons[0].startswith("the length d of joint 3 is off by about ")
 
 
+@pytest.mark.parametrize(("seed", "wrong"), [(620_036, 0.437), (610_050, 0.342)])
+def test_a_wrong_length_competes_with_a_command_and_a_gain_at_its_size(
+    seed: int, wrong: float
+) -> None:
+    """On these motions they are hardly different; to first order, the length would lose."""
+    arms = ("planar2r", "elbow3r", "planar3r", "arm4r")
+    run = clean_runs.run(seed, arms=arms, effects=False, torque_noise=(0.002, 0.01))
+    assert "d = 0.4\n" in run.robot_toml
+    said = identified(
+        replace(run, robot_toml=run.robot_toml.replace("d = 0.4\n", f"d = {wrong}\n"))
+    )
+    (reason,) = said["reasons"]
+    found = re.search(r"the length d of joint 3 is off by about (\S+) mm", reason)
+    assert found
+    assert float(found[1]) == pytest.approx(1e3 * abs(wrong - 0.4), rel=0.1)
+
+
 def test_a_joint_whose_torque_is_little_beside_a_wrong_one_is_judged_by_its_error() -> None:
     row = spoiled_study.attempt("planar2r-31", "newton_millimetres", 8)
     print(spoiled_study.line(row))
