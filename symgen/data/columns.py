@@ -121,7 +121,7 @@ def matched(
         LogError: a role has several patterns, or lacks columns of joints.
     """
     own = {match[1] for name in names if (match := NUMBERED.fullmatch(name))}
-    if not patterns and "t" in names and "q" in own and own & {"tau", "i"}:
+    if not patterns and "t" in names and "q" in own and own & {"tau", "i", "qr"}:
         return list(names), ()  # log names; other columns are ignored
     ours: dict[str, str] = {}
     said = []

@@ -21,7 +21,7 @@ from symgen.data.mask import rms
 from symgen.data.raw import FloatArray, Log, read_only, refuse
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive
+    from symgen.robot.types import Drive, Servo
 
 
 def joint_side(log: Log, drive: Drive) -> Log:
@@ -45,11 +45,14 @@ def joint_side(log: Log, drive: Drive) -> Log:
     if log.q.shape[1] != n:
         refuse(f"the log has {log.q.shape[1]} joints, the robot has {n}", "the same")
     N = np.array(drive.ratio)
-    q, qd, told, notes = log.q, log.qd, log.tau, []
+    q, qd, qr, qdr, told, notes = log.q, log.qd, log.qr, log.qdr, log.tau, []
+    tau: FloatArray | None
     geared = not np.array_equal(N, np.eye(n))
     if geared and drive.position_side == "motor":
         q = read_only(np.linalg.solve(N, q.T).T)
-        qd = None if qd is None else read_only(np.linalg.solve(N, qd.T).T)
+        qd, qr, qdr = (
+            None if x is None else read_only(np.linalg.solve(N, x.T).T) for x in (qd, qr, qdr)
+        )
         spans = ", ".join(f"q{j + 1} {span:.3g}" for j, span in enumerate(np.ptp(q, axis=0)))
         notes.append(
             f"{'q' if qd is None else 'q and qd'} were mapped from the motor side to the joint "
@@ -64,13 +67,13 @@ def joint_side(log: Log, drive: Drive) -> Log:
             "tau is that of the motor currents i1.. by the torque constants and ratios of "
             f"[drive]{beside}"
         )
-    elif told is None:
+    elif told is None and qr is None:
         refuse("has currents alone", "torque_constant in [drive] of the robot file")
     else:
         tau = told
-        if geared and drive.torque_side == "motor":
+        if tau is not None and geared and drive.torque_side == "motor":
             notes.append("tau was mapped from the motor side to the joint side")
-    if drive.gain is not None:
+    if tau is not None and drive.gain is not None:
         tau = tau * drive.gain
         notes.append("torques were multiplied by the gains of [drive]")
     said = (f"{log.name}: {note}" for note in notes)
@@ -79,7 +82,48 @@ def joint_side(log: Log, drive: Drive) -> Log:
         coupled = (N != 0) | (N.T != 0) | (np.linalg.inv(N) != 0)
         missing = np.einsum("njk,ji->nik", missing, coupled) > 0
     log = replace(log, notes=(*log.notes, *said), mapped=True, missing=missing)
-    return replace(log, q=q, qd=qd, tau=read_only(tau))
+    tau = None if tau is None else read_only(tau)
+    return replace(log, q=q, qd=qd, tau=tau, qr=qr, qdr=qdr)
+
+
+def with_servo_torques(log: Log, servo: Servo | None, poses: bool = False) -> Log:
+    """Return a log without torques with those of its controller.
+
+        tau = kp (qr - q) + kd (qdr - qd)
+
+    Speeds that the log lacks are the derivatives of the splines through the positions. A log that
+    has torques or currents, or no reference, is returned unchanged.
+
+    Args:
+        log: on the joint side.
+        servo: gains of the controller.
+        poses: whether each row is a pose at rest, where kd has no effect.
+
+    Raises:
+        LogError: the log has a reference, no torques, and the gains are unknown.
+    """
+    if log.tau is not None or log.current is not None or log.qr is None:
+        return log
+    if np.isnan(log.qr).any():
+        refuse("the reference qr1.. is not that of all joints", "qr of each joint, or tau1..")
+    if servo is None:
+        refuse(
+            "has a reference and no torques, and the gains of its controller are unknown. They "
+            "scale all torques, and with them all parameters: no such log determines them",
+            "[controller] with kp and kd in the robot file, or --controller; where only their "
+            'ratios are known, with scale = "unknown"',
+        )
+    kp, kd = np.array(servo.kp), np.array(servo.kd) * (not poses)
+
+    def speed(x: FloatArray, measured: FloatArray | None) -> FloatArray:
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(log.t, x)(log.t, 1) if measured is None else measured
+
+    command = kp * log.qr + kd * speed(log.qr, log.qdr)
+    tau = command - kp * log.q - kd * speed(log.q, log.qd)
+    note = f"{log.name}: tau is that of the gains of [controller], kp (qr - q) + kd (qdr - qd)"
+    return replace(log, tau=read_only(tau), command=read_only(command), notes=(*log.notes, note))
 
 
 def motor_side(log: Log, drive: Drive) -> Log:

@@ -137,6 +137,8 @@ def make_log(
     drive: Drive | None = None,
     temp: npt.ArrayLike | None = None,
     qs: npt.ArrayLike | None = None,
+    qr: npt.ArrayLike | None = None,
+    qdr: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
@@ -144,7 +146,7 @@ def make_log(
         name: name of the log in messages and reports.
         t: (N,) time in s.
         q: (N, n) positions in rad (m). For a single joint, q, qd and tau may be (N,).
-        tau: (N, n) torques in N m (N); None if `current` is given.
+        tau: (N, n) torques in N m (N); None if `current` or `qr` is given.
         qd: (N, n) velocities in rad/s (m/s), or None.
         n: number of movable joints of the robot; None for that of the log.
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
@@ -152,12 +154,14 @@ def make_log(
         drive: gears and motors of the robot. The log is converted to the joint side.
         temp: (N, n) temperatures, deg C, NaN for joints without a sensor; or None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
+        qr, qdr: (N, n) reference positions and speeds of the controller, or None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
-    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs}
+    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs, "qr": qr,
+             "qdr": qdr}  # fmt: skip
     with located(name):
         try:
             held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
@@ -227,7 +231,7 @@ def checked(
     t, q = read_only(raw.arrays["t"]), arrays["q"]
     if len(t) < MIN_SAMPLES:
         refuse(f"has {len(t) or 'no'} samples", f"at least {MIN_SAMPLES} samples")
-    if "tau" not in arrays and "i" not in arrays:
+    if not arrays.keys() & {"tau", "i", "qr"}:
         refuse("has neither torques nor currents", KEYS)
     joints = q.shape[1]
     if n is not None and joints != n:
@@ -252,10 +256,10 @@ def checked(
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
     missing.setflags(write=False)
-    qd, tau, current, temp, qs = map(arrays.get, ("qd", "tau", "i", "temp", "qs"))
+    qd, tau, current, temp, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
     log = Log(
         name, t, arrays["q"], qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs,
-        missing=missing if missing.any() else None, converted=raw.converted,
+        qr=qr, qdr=qdr, missing=missing if missing.any() else None, converted=raw.converted,
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
@@ -265,7 +269,7 @@ def checked(
 
 def given_roles(reading: Reading) -> set[str]:
     """Return the roles whose unit the user gave."""
-    every = {"q", "qd", "qs"} if "" in reading.unit else set[str]()
+    every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
     return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
 
 

@@ -23,10 +23,11 @@ Bools = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 #: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
-NUMBERED = re.compile(r"(qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs")
-#: Columns other than motion and torque: temperatures, and link positions behind elastic joints.
-BESIDE = ("temp", "qs")
+NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
+ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs", "qr", "qdr")
+#: Columns other than motion and torque: temperatures, link positions behind elastic joints, and
+#: the reference of a controller.
+BESIDE = ("temp", "qs", "qr", "qdr")
 #: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -35,8 +36,8 @@ _UNPACKED, _PACKING = 256 << 20, 20
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.. (t, q, qd, tau, i, temp, qs for NPZ; q, qd, tau, "
-    "i for a bag)"
+    "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, temp, qs, qr, "
+    "qdr for NPZ; q, qd, tau, i for a bag)"
 )
 
 
@@ -179,7 +180,8 @@ class Log:
         t: (N,) time in s, strictly increasing.
         q: (N, n) positions in rad (m for a prismatic joint).
         qd: (N, n) measured velocities in rad/s (m/s), or None.
-        tau: (N, n) torques in N m (forces in N), or None if the log has currents instead.
+        tau: (N, n) torques in N m (forces in N), or None if the log has currents or a reference
+            instead.
         ignored: columns of the file that are not used.
         current: (N, n) motor currents in A, or None.
         notes: changes to the log, one line each.
@@ -188,6 +190,9 @@ class Log:
             None.
         qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
             joints without a second encoder; or None. [drive] does not convert them.
+        qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
+        command: (N, n) part of tau that the reference gives, N m (N), if the gains of the
+            controller gave tau; or None.
         missing: (N, n, 3) values of q, qd and tau that the file lacks and symgen interpolated; or
             None.
         converted: as in `Raw`.
@@ -204,6 +209,9 @@ class Log:
     mapped: bool = False
     temp: FloatArray | None = None
     qs: FloatArray | None = None
+    qr: FloatArray | None = None
+    qdr: FloatArray | None = None
+    command: FloatArray | None = None
     missing: Bools | None = None
     converted: tuple[tuple[str, str, str], ...] = ()
 

@@ -61,6 +61,7 @@ class Samples:
         temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
             None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
+        command: (N, n) as in `Log`.
         beside: (N, n) torque that was subtracted from the measured one and is not part of the
             model; or None.
     """
@@ -78,6 +79,7 @@ class Samples:
     piece: bool = False
     temp: FloatArray | None = None
     qs: FloatArray | None = None
+    command: FloatArray | None = None
     beside: FloatArray | None = None
 
     def cut(self, span: slice) -> Samples:
@@ -133,6 +135,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         LogError: a gap in time, or currents instead of torques.
     """
     t, q, qd, tau, temp, qs = log.t, log.q, log.qd, log.tau, log.temp, log.qs
+    command = log.command
     if tau is None:
         raise LogError(
             f"{log.name}: has currents and no torques; accepted: a log mapped by the torque "
@@ -160,6 +163,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
             grid = np.clip(clock[0] + step * np.arange(first, last + 1), t[0], t[-1])
         q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
         qd = None if qd is None else interpolated(t, qd)(grid)
+        command = None if command is None else read_only(interpolated(t, command)(grid))
         if temp is not None:
             temp = read_only(np.column_stack([np.interp(grid, t, column) for column in temp.T]))
         if qs is not None:
@@ -177,7 +181,10 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
         qd = differentiate(slow, step)
         notes.append(f"{log.name}: qd is missing and is derived from q")
     t, q, qd, tau = map(read_only, (t, q, qd, tau))
-    return Samples(log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs)
+    return Samples(
+        log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs,
+        command=command,
+    )  # fmt: skip
 
 
 def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -449,7 +449,7 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
         for role in ROLES[1:]
         if wanted.beside or role not in BESIDE
     }
-    measured = numbers["tau"] or (numbers["i"] if wanted.currents else [])
+    measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
     time = wanted.reading.poses or "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present and numbers["i"]:
@@ -589,12 +589,12 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     for ours, theirs in columns.items():
         if theirs not in keys:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed(keys))
-    if "tau" not in arrays and "i" not in arrays and "i" in keys:
+    if not arrays.keys() & {"tau", "i", "qr"} and "i" in keys:
         refuse_currents()
     if poses and "q" in arrays:
         arrays = {"t": np.arange((*arrays["q"].shape, 1)[0]), **arrays}
     for role in ("t", "q", "tau"):
-        if role not in arrays and not (role == "tau" and "i" in arrays):
+        if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
             refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)
     require_shapes(arrays)
     used = {names.get(role) for role in arrays}

@@ -96,6 +96,8 @@ _SUFFIXES = [  # rad_s, then rad
 QUANTITIES = {
     "q": ("angle", "length"),
     "qs": ("angle", "length"),
+    "qr": ("angle", "length"),
+    "qdr": ("rate", "speed"),
     "qd": ("rate", "speed"),
     "tau": ("torque", "force"),
     "i": ("current", "current"),
@@ -504,7 +506,7 @@ class _Joints:
         """Return the unit of a column that is no motion."""
         si = self._si(role, j)
         unit = self._given(role, j) or self._header(role, j) or si
-        same = role == "qs" and choice.units["q"] == unit
+        same = role in ("qs", "qr") and choice.units["q"] == unit
         if self._given(role, j) or not unit.foreign or same:
             return unit
         if not (self._beyond(role, j, si) and not self._beyond(role, j, unit)):
@@ -522,7 +524,7 @@ class _Joints:
         limits, drive = self.wanted.limits, self.wanted.drive
         if drive is not None and not np.array_equal(drive.ratio, np.eye(len(drive.ratio))):
             return False  # limits are those of the joint side
-        if limits is not None and role in ("q", "qs") and j < len(limits.position or ()):
+        if limits is not None and role in ("q", "qs", "qr") and j < len(limits.position or ()):
             assert limits.position is not None
             least, most = limits.position[j]
             return max(least - low, high - most) > BEYOND * (most - least)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.data.columns import another_number
-from symgen.data.drive import joint_side
+from symgen.data.drive import joint_side, with_servo_torques
 from symgen.data.log import Log, cut, read_log
 from symgen.data.raw import Reading, refuse
 from symgen.data.signals import Samples
@@ -66,7 +66,9 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         )  # fmt: skip
     with located(log.name):
         _require_within(log, robot)
-        log = cut(log, reading.start, reading.until)
+        log = with_servo_torques(
+            cut(log, reading.start, reading.until), robot.controller, reading.poses
+        )
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")

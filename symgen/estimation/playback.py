@@ -10,7 +10,7 @@ The position is compared with the measured one after 0.2, 0.5 and 1 s.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -22,7 +22,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.files import load_toml
-from symgen.robot.types import Robot
+from symgen.robot.types import Robot, Servo
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.integrator import Law, integrate
 from symgen.runtime.plant import Plant, plant
@@ -134,22 +134,31 @@ class PlantMover:
             return np.concatenate([self.moved(q[p], qd[p], law, clock[p], t) for p in parts])
 
 
-def read_gains(path: str | Path, robot: Robot) -> Gains:
-    """Return the feedback gains kp and kd of a TOML file, (n,) each.
+def gains_of(robot: Robot) -> Gains | None:
+    """Return the feedback gains kp and kd of a robot, (n,) each; None if it has none."""
+    servo = robot.controller
+    return None if servo is None else (np.array(servo.kp), np.array(servo.kd))
+
+
+def with_controller(robot: Robot, path: str | Path | None) -> Robot:
+    """Return a robot with the controller of a TOML file; without a file, with its own.
 
     Raises:
         ParameterError: the file has no [controller] with kp and kd, or they are not the robot's.
     """
+    if path is None:
+        return robot
     accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
     try:
         table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
         kp, kd = (np.array(table[key], dtype=float) for key in ("kp", "kd"))
+        scale = ("known", "unknown")[table.get("scale") == "unknown"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
     for gain in (kp, kd):
         if gain.shape != (robot.n,) or not (np.isfinite(gain) & (gain >= 0)).all():
             raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
-    return kp, kd
+    return replace(robot, controller=Servo(tuple(kp.tolist()), tuple(kd.tolist()), scale))
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
@@ -222,12 +231,12 @@ def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
 
 def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     """Return the torque of a log as a law, with gains towards its measured motion."""
-    n, tau = log.q.shape[1], at_nodes(log, log.tau)
+    n, tau, step = log.q.shape[1], at_nodes(log, log.tau), log.step * log.stride
     if gains is None:
-        torque = _between(log, tau)
+        torque = between(tau, log.t[0], step)
         return lambda t, q, qd: torque(t)  # noqa: ARG005
     kp, kd = gains
-    measured = _between(log, np.concatenate([tau, *log.nodes(log.stride)], axis=1))
+    measured = between(np.concatenate([tau, *log.nodes(log.stride)], axis=1), log.t[0], step)
 
     def law(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
         at = measured(t)
@@ -236,13 +245,13 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     return law
 
 
-def _between(log: FilteredLog, x: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return x (N, c) at the nodes of a log as a function of time, by cubics of Catmull and Rom.
+def between(x: FloatArray, first: float, step: float) -> Callable[[FloatArray], FloatArray]:
+    """Return x (N, c) at times first, first + step, .. as a function of time (T,), s.
 
-    SciPy's splines take longer to import than all windows to simulate.
+    By cubics of Catmull and Rom. SciPy's splines take longer to import than all windows to
+    simulate.
     """
     slope, last = np.gradient(x, axis=0), len(x) - 1
-    first, step = log.t[0], log.step * log.stride
 
     def at(t: FloatArray) -> FloatArray:
         u = np.clip((t - first) / step, 0, last)

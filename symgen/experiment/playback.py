@@ -25,10 +25,11 @@ from symgen.estimation.playback import (
     HORIZONS,
     Horizon,
     Window,
+    gains_of,
     play,
     position_errors,
-    read_gains,
     windows_of,
+    with_controller,
 )
 from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
@@ -142,7 +143,8 @@ def compare_simulations(
         raise ParameterError("compare-sim: nothing to compare; accepted: files and logs")
     source = read_imported(files[0]).robot if robot is None else read_robot(robot)
     names = [joint.name for joint in source.movable]
-    gains = None if controller is None else read_gains(controller, source)
+    source = with_controller(source, controller)
+    gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
     seen, notes = [], list[str]()
     for log in logs:
@@ -173,7 +175,7 @@ def compare_simulations(
         joints=joints_of(source),
         logs=tuple(log.name for log in seen),
         windows=len(windows),
-        feedback=controller is not None,
+        feedback=gains is not None,
         files=tuple(found),
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),

@@ -69,7 +69,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel
+from symgen.identification.model_choice import ChosenModel, Run
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -114,6 +114,10 @@ _UNREAD = "do not use single values"
 _RICHER = "symgen excite plans a motion that determines them better"
 _SEARCH = "symgen diagnose searches for the cause"
 _WEAK = "are weak"
+_SCALED = (
+    "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
+    "inertias and friction alike and which no such log determines: only ratios of parameters hold"
+)
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
 #: Probability from which a residual is called correlated.
@@ -249,6 +253,7 @@ def assess(
             parameters,
             physical,
             (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
+            scaled=_scale_unknown(run),
         ),
         simulation_use(evaluator, (run.train, run.held), X, parameters, limits, trials),
     )
@@ -391,6 +396,13 @@ def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str
         "proportion, as in the training logs"
         for group in together
     )
+
+
+def _scale_unknown(run: Run) -> bool:
+    """Whether gains that are known up to a common factor gave the torques of a training log."""
+    servo = run.evaluator.model.robot.controller
+    torques = any(log.samples.command is not None for log in run.train)
+    return torques and servo is not None and servo.scale == "unknown"
 
 
 def _silent(samples: Samples) -> str:
@@ -642,8 +654,19 @@ def parameters_use(
     parameters: Sequence[ParameterEstimate],
     physical: Consistency,
     doubts: Sequence[str],
+    *,
+    scaled: bool,
 ) -> Use:
-    """Say which parameters are known, and what speaks against them as those of a robot."""
+    """Say which parameters are known, and what speaks against them as those of a robot.
+
+    Args:
+        parameters: of the estimate.
+        physical: whether a robot can have them.
+        doubts: further reasons.
+        scaled: whether they have a common factor that is unknown.
+    """
+    if scaled:
+        return Use("parameters", (_SCALED, *doubts))
     known = tuple(p.name for p in parameters if p.relative_std_percent <= KNOWN)
     reasons = list(doubts)
     hidden = [p.name for p in parameters if math.isnan(p.std)]

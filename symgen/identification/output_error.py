@@ -15,6 +15,9 @@ with W the torque regressor and the emitted derivatives of inverse dynamics. A j
 no S_v, and where a joint reverses, the step of its friction counts as a slope between two samples.
 The delay of the torques and the constants of effects join X: their columns of W are the derivatives
 of the torque by them.
+
+If the gains of a controller gave the torques, tau = kp (qr - q) + kd (qdr - qd), the loop is
+simulated: the robot with kp q + kd qd moves under kp qr + kd qdr, which has no noise of q.
 """
 
 from __future__ import annotations
@@ -30,16 +33,18 @@ from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.playback import (
     HORIZONS,
+    TOLERANCE,
+    Gains,
     Window,
     at_nodes,
+    between,
     consecutive_windows,
 )
 from symgen.estimation.values import FloatArray
-from symgen.faults.undo import shifted
 from symgen.identification.assessment import KNOWN
 from symgen.runtime.effect_constants import EffectConstants
 from symgen.runtime.evaluator import Evaluator
-from symgen.runtime.integrator import integrate
+from symgen.runtime.integrator import Law, integrate
 from symgen.runtime.plant import KERNELS, Mask, Plant, plant, with_torque
 
 #: Of the model that is refined.
@@ -48,7 +53,6 @@ NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
 FOLDS = 5
 #: Probability of keeping the refinement where it is no better.
 _LEVEL = 0.05
-_TOLERANCE = 1e-5  # of a step of the integrator
 _AT_ONCE = 60  # windows
 _ROUNDS = 12
 _WEIGHED = 3  # rounds after which sigma stays
@@ -121,7 +125,12 @@ class Refinement:
 
 
 def refine(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, *, late: bool = False
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    X: FloatArray,
+    *,
+    late: bool = False,
+    gains: Gains | None = None,
 ) -> Refinement:
     """Refine parameters by output error.
 
@@ -135,6 +144,7 @@ def refine(
         logs: the training logs.
         X: (p,) to begin with.
         late: whether the torques of all joints may be late by an unknown time, which is fitted too.
+        gains: of the controller; if they gave the torques of all logs, the loop is simulated.
 
     Raises:
         ParameterError: the robot with X cannot be simulated, or the logs are too short.
@@ -145,8 +155,10 @@ def refine(
             f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
             f"{FOLDS} or more"
         )
-    whole, every = _cut(windows), EffectConstants.of(evaluator.model)
-    unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool))
+    if any(log.samples.command is None for log in logs):
+        gains = None
+    whole, every = _cut(windows, gains is not None), EffectConstants.of(evaluator.model)
+    unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool), gains)
     first, sigma = _begin(unknowns, whole, unknowns.start(X))
     if every.names:
         parts = first.linearized(unknowns, whole, sigma)
@@ -232,7 +244,7 @@ class Windows:
     """Windows of a log as they are fitted.
 
     Attributes:
-        torque: (N, n) torque of the whole log, at its nodes.
+        torque: (N, n) torque of the whole log, at its nodes, without that of a closed loop.
         rows: (W, K) nodes of each window.
         t: (K,) s.
         q: (W, K, n) measured positions, below a quarter of the rate of t.
@@ -250,18 +262,25 @@ class Windows:
         """Time between two nodes, s."""
         return float(self.t[1] - self.t[0])
 
+    @property
+    def clock(self) -> FloatArray:
+        """Time (W,) from the first node of the log to the start of each window, s."""
+        return np.asarray(self.rows[:, 0] * self.step, dtype=np.float64)
+
+    def law(self) -> Law:
+        """Return the torques as a function of the time after the first node of the log."""
+        torque = between(self.torque, 0.0, self.step)
+        return lambda t, q, qd: torque(t)  # noqa: ARG005
+
     def tau(self, delay: float) -> FloatArray:
-        """Return the torques (W, K, n), each the mean up to the next node, if they are late."""
-        x = self._shifted(delay)
-        return np.asarray(np.concatenate([_means(x), x[-1:]])[self.rows])
+        """Return the torques (W, K, n) at the nodes, if they are late by a delay, s."""
+        times = np.asarray(self.rows * self.step + delay, dtype=np.float64)
+        return between(self.torque, 0.0, self.step)(times.ravel()).reshape(self.q.shape)
 
     def rate(self, delay: float) -> FloatArray:
         """Return the derivative of the torques by the delay, (W, K, n)."""
-        x = self._shifted(delay)
-        return np.asarray(np.diff(x, axis=0, append=x[-1:])[self.rows] / self.step)
-
-    def _shifted(self, delay: float) -> FloatArray:
-        return np.stack([shifted(x, delay, self.step) for x in self.torque.T], axis=1)
+        half = self.step / 2
+        return (self.tau(delay + half) - self.tau(delay - half)) / self.step
 
     def where(self, chosen: Mask) -> Windows:
         """Return some of the windows."""
@@ -269,8 +288,13 @@ class Windows:
         return Windows(self.torque, rows, self.t, self.q[chosen], self.start[chosen])
 
 
-def _cut(windows: Sequence[Window]) -> list[Windows]:
-    """Return windows as arrays at the nodes of their logs, some at once."""
+def _cut(windows: Sequence[Window], closed: bool) -> list[Windows]:
+    """Return windows as arrays at the nodes of their logs, some at once.
+
+    Args:
+        windows: of logs.
+        closed: whether the torque is the part that the reference of the controller gives.
+    """
     out = []
     groups = [
         (log, own[k : k + _AT_ONCE])
@@ -282,17 +306,13 @@ def _cut(windows: Sequence[Window]) -> list[Windows]:
         every = log.stride
         at = np.array(starts) // every
         rows = at[:, None] + np.arange(round(HORIZONS[-1] / (every * log.step)) + 1)
-        q, tau = (at_nodes(log, x) for x in (log.samples.q, log.tau))
+        torque = log.samples.command if closed else log.tau
+        assert torque is not None  # a loop is closed where all logs have a reference
+        q, tau = (at_nodes(log, x) for x in (log.samples.q, torque))
         state = np.concatenate([x[at] for x in log.nodes(every)], axis=1)
         t = np.asarray(np.arange(rows.shape[1]) * (every * log.step), dtype=np.float64)
         out.append(Windows(tau, rows, t, q[rows], state))
     return out
-
-
-def _means(x: FloatArray) -> FloatArray:
-    """Return the means of x (N, c) up to the next sample, (N - 1, c), by cubics through four."""
-    wide = np.concatenate([2 * x[:1] - x[1:2], x, 2 * x[-1:] - x[-2:-1]])
-    return np.asarray((13 * (x[:-1] + x[1:]) - wide[:-3] - wide[3:]) / 24)
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,12 +324,14 @@ class _Unknowns:
         late: whether the delay is fitted.
         every: the constants of effects.
         fitted: (c,) which of them are fitted.
+        gains: kp and kd of the loop that is simulated, None where there is none.
     """
 
     evaluator: Evaluator
     late: bool
     every: EffectConstants
     fitted: Mask
+    gains: Gains | None = None
 
     def start(self, X: FloatArray) -> FloatArray:
         """Return z of X, no delay, and the constants of the robot file."""
@@ -325,10 +347,13 @@ class _Unknowns:
     def plant(self, z: FloatArray) -> Plant:
         """Return the robot with unknowns z."""
         X, _, c = self.split(z)
-        if not self.fitted.any():
-            return plant(self.evaluator, X)
-        rest = plant(self.evaluator, self.every.without(X))
-        return with_torque(rest, lambda q, qd: self.every.torque(q, qd, X, c))
+        out = plant(self.evaluator, self.every.without(X) if self.fitted.any() else X)
+        if self.fitted.any():
+            out = with_torque(out, lambda q, qd: self.every.torque(q, qd, X, c))
+        if self.gains is not None:
+            kp, kd = self.gains
+            out = with_torque(out, lambda q, qd: kp * q + kd * qd)
+        return out
 
     def slopes(
         self, z: FloatArray, w: Windows, q: FloatArray, qd: FloatArray, qdd: FloatArray
@@ -345,6 +370,8 @@ class _Unknowns:
             columns[0][..., self.every.places] = more.W[..., self.every.places]
             columns.append(more.by_c[..., self.fitted])
             by_q, by_qd = by_q + more.by_q, by_qd + more.by_qd
+        if self.gains is not None:
+            by_q, by_qd = (x + np.diag(k) for x, k in zip((by_q, by_qd), self.gains, strict=True))
         return np.concatenate(columns, axis=2), by_q, by_qd
 
     def determined(
@@ -385,17 +412,13 @@ class _Unknowns:
         return replace(self, fitted=kept)
 
 
-def _no_torque(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
-    return np.zeros_like(q)
-
-
 def _simulate(
     moved: Plant, w: Windows, start: FloatArray, delay: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return q and qd, (W, K, n)."""
-    n, tau = w.q.shape[2], w.tau(delay)
+    q, qd = np.split(start, 2, axis=1)
     motion = integrate(
-        moved, _no_torque, w.t, start[:, :n], start[:, n:], unseen=tau, tolerance=_TOLERANCE
+        moved, w.law(), w.t, q, qd, smooth=True, clock=w.clock + delay, tolerance=TOLERANCE
     )
     return motion.q, motion.qd
 

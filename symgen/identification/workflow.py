@@ -26,7 +26,7 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.playback import read_gains
+from symgen.estimation.playback import Gains, gains_of, with_controller
 from symgen.estimation.predictive_score import LEAST
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import open_logs
@@ -136,7 +136,8 @@ def identify(
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
-    gains = None if controller is None else read_gains(controller, source)
+    source = with_controller(source, controller)
+    robot = source if controller and isinstance(robot, Evaluator) else robot
     with told_of_angles(source):
         if model == STATIC:
             return identify_poses(source, (sources, given), by, asked, reading, progress)
@@ -165,9 +166,9 @@ def identify(
             by, found = _possible(opened, chosen, by, found)
             if refine:
                 progress("refining by simulation")
-                chosen, by, found = _refined(chosen, by, found)
+                chosen, by, found = _refined(chosen, by, found, gains_of(source))
             progress("judging")
-            trials = Trials(values_of_file(robot, opened.evaluator.model), gains)
+            trials = Trials(values_of_file(robot, opened.evaluator.model), gains_of(source))
             return assess(chosen, by, found, trials)
 
 
@@ -209,7 +210,7 @@ def _possible(
 
 
 def _refined(
-    chosen: ChosenModel, by: Method, found: Outcome
+    chosen: ChosenModel, by: Method, found: Outcome, gains: Gains | None
 ) -> tuple[ChosenModel, Method, Outcome]:
     """Return the run, the method and the parameters of output error.
 
@@ -224,7 +225,9 @@ def _refined(
         return unchanged("the logs do not determine all parameters")
     evaluator = load(derive(run.evaluator.model.robot, (*output_error.NEEDED, *JUDGING)))
     try:
-        refined = output_error.refine(evaluator, run.train, before.X, late=run.delay != 0.0)
+        refined = output_error.refine(
+            evaluator, run.train, before.X, late=run.delay != 0.0, gains=gains
+        )
     except ParameterError as error:
         return unchanged(str(error))
     old, new = refined.residuals

@@ -80,6 +80,7 @@ Finite = Annotated[float, PlainValidator(_number)]
 Range = tuple[Finite, Finite]
 Title = Annotated[str, PlainValidator(_title)]
 Positive = Annotated[float, PlainValidator(_only(lambda x: x > 0, "a number above 0"))]
+Gain = Annotated[float, PlainValidator(_only(lambda x: x >= 0, "a number of 0 or more"))]
 Width = Annotated[
     float,
     PlainValidator(
@@ -199,6 +200,12 @@ class DriveTable(_Table):
     torque_side: Literal["motor", "joint"] | None = None
 
 
+class ControllerTable(_Table):
+    kp: list[Gain]
+    kd: list[Gain]
+    scale: Literal["known", "unknown"] = "known"
+
+
 class RobotFile(_Table):
     robot: RobotTable
     geometry: dict[str, Scalar] = {}
@@ -207,6 +214,7 @@ class RobotFile(_Table):
     payload: PayloadTable | None = None
     limits: LimitsTable | None = None
     drive: DriveTable | None = None
+    controller: ControllerTable | None = None
     effect: list[EffectTable] = []
     loop: list[LoopTable] = []
     frame: list[FrameTable] = []
@@ -219,6 +227,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "payload": PayloadTable,
     "limits": LimitsTable,
     "drive": DriveTable,
+    "controller": ControllerTable,
     "loop": LoopTable,
     "frame": FrameTable,
     "effect": EffectTable,

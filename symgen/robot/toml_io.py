@@ -52,6 +52,7 @@ from symgen.robot.types import (
     Limits,
     Loop,
     Robot,
+    Servo,
     joint_variable,
 )
 
@@ -212,6 +213,7 @@ class _Reader:
             on_logs=tuple(on_logs),
             drive=self.drive(file, len(movable)),
             frames=_frames(file.frame, len(joints)),
+            controller=self.controller(file, len(movable)),
         )
         require_closed(robot)
         return robot
@@ -489,6 +491,12 @@ class _Reader:
                 what = "empty; accepted: [[x, x], [y, y], [z, z]]"
                 raise RobotError(f"limits, key 'boxes', entry {k}: {what}")
         return Limits(**columns, floor=table.floor, tool=table.tool, boxes=tuple(table.boxes))
+
+    def controller(self, file: RobotFile, n: int) -> Servo | None:
+        table = file.controller
+        if table is None:
+            return None
+        return Servo(**self.entries("controller", table, ("kp", "kd"), n), scale=table.scale)
 
     def drive(self, file: RobotFile, n: int) -> Drive | None:
         table = file.drive

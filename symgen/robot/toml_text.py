@@ -53,6 +53,8 @@ def robot_toml(robot: Robot) -> str:
         }
         about = {"ratio": (np.diag(ratio) if diagonal else ratio).tolist()}
         tables.append(("[drive]", vars(robot.drive) | sides | about))
+    if robot.controller is not None:
+        tables.append(("[controller]", vars(robot.controller)))
     return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
 
 

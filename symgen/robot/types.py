@@ -262,6 +262,21 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Servo:
+    """Position control of the joints: tau = kp (qr - q) + kd (qdr - qd), on the joint side.
+
+    Attributes:
+        kp: (n,) N m/rad (N/m).
+        kd: (n,) N m s/rad (N s/m).
+        scale: "known", or "unknown" if the gains are known up to a common factor.
+    """
+
+    kp: tuple[float, ...]
+    kd: tuple[float, ...]
+    scale: str = "known"
+
+
+@dataclass(frozen=True)
 class Robot:
     """A mechanism: joints in file order, gravity in frame 0 [m/s2], named lengths and angles.
 
@@ -272,6 +287,7 @@ class Robot:
         sought: effects that a diagnosis searches. A robot with any has no model.
         on_logs: effects that symgen subtracts from logs; they are not part of the model.
         frames: frames of links in a file of another format.
+        controller: gains of the controller that moved the robot in its logs.
     """
 
     name: str
@@ -287,6 +303,7 @@ class Robot:
     drive: Drive | None = None
     on_logs: tuple[LogEffect, ...] = ()
     frames: tuple[Frame, ...] = ()
+    controller: Servo | None = None
 
     def __repr__(self) -> str:
         """Return the name and the number of movable joints."""
