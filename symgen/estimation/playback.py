@@ -22,6 +22,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.files import load_toml
+from symgen.robot.schema import ControllerTable
 from symgen.robot.types import Robot, Servo
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.integrator import Law, integrate
@@ -151,14 +152,12 @@ def with_controller(robot: Robot, path: str | Path | None) -> Robot:
     accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
     try:
         table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
-        kp, kd = (np.array(table[key], dtype=float) for key in ("kp", "kd"))
-        scale = ("known", "unknown")[table.get("scale") == "unknown"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        found = ControllerTable.model_validate(table)
+    except (OSError, ValueError, KeyError) as error:
         raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
-    for gain in (kp, kd):
-        if gain.shape != (robot.n,) or not (np.isfinite(gain) & (gain >= 0)).all():
-            raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
-    return replace(robot, controller=Servo(tuple(kp.tolist()), tuple(kd.tolist()), scale))
+    if {len(found.kp), len(found.kd)} != {robot.n}:
+        raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
+    return replace(robot, controller=Servo(tuple(found.kp), tuple(found.kd), found.scale))
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:

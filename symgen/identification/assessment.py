@@ -69,7 +69,7 @@ from symgen.identification.estimate import (
     Use,
     joints_of,
 )
-from symgen.identification.model_choice import ChosenModel, Run
+from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.physical import POSITIVE, consistency, implausible
 from symgen.identification.solving import (
@@ -253,7 +253,7 @@ def assess(
             parameters,
             physical,
             (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
-            scaled=_scale_unknown(run),
+            scaled=scale_unknown(evaluator.model.robot, [log.samples for log in run.train]),
         ),
         simulation_use(evaluator, (run.train, run.held), X, parameters, limits, trials),
     )
@@ -398,10 +398,10 @@ def _in_proportion(together: Sequence[Sequence[int]], robot: Robot) -> tuple[str
     )
 
 
-def _scale_unknown(run: Run) -> bool:
-    """Whether gains that are known up to a common factor gave the torques of a training log."""
-    servo = run.evaluator.model.robot.controller
-    torques = any(log.samples.command is not None for log in run.train)
+def scale_unknown(robot: Robot, logs: Sequence[Samples]) -> bool:
+    """Whether gains that are known up to a common factor gave the torques of a log."""
+    servo = robot.controller
+    torques = any(samples.command is not None for samples in logs)
     return torques and servo is not None and servo.scale == "unknown"
 
 

@@ -54,7 +54,8 @@ FOLDS = 5
 #: Probability of keeping the refinement where it is no better.
 _LEVEL = 0.05
 _AT_ONCE = 60  # windows
-_ROUNDS = 12
+_ROUNDS = 12  # of the start states
+_STEPS = 50  # of the parameters
 _WEIGHED = 3  # rounds after which sigma stays
 #: Part of the standard deviation below which a step counts as none.
 _SETTLED = 0.02
@@ -499,10 +500,14 @@ def _begin(
 def _fit(
     unknowns: _Unknowns, windows: Sequence[Windows], state: _State, sigma: FloatArray
 ) -> tuple[_State, FloatArray]:
-    """Return the state of the least cost, and sigma (n,)."""
+    """Return the state of the least cost, and sigma (n,).
+
+    Raises:
+        ParameterError: the steps do not settle.
+    """
     z = state.z
     damping = _DAMPING
-    for done in range(_ROUNDS):
+    for done in range(_STEPS):
         parts = state.linearized(unknowns, windows, sigma)
         H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
         size = np.sqrt(np.maximum(np.diag(H), 1e-300))
@@ -516,13 +521,15 @@ def _fit(
             damping *= 10
         if trial is None:
             break
-        std = np.sqrt(np.maximum(np.diag(np.linalg.pinv(scaled)), 0.0)) / size
+        std = np.sqrt(np.diag(_covariance(parts)))
         settled = np.all(np.abs(trial.z - state.z) <= _SETTLED * std)
         state, damping = trial, max(damping / 100, _LEAST_DAMPED)
         if settled and done >= _WEIGHED:
             break
         if done < _WEIGHED:
             sigma = _deviations(windows, state)
+    else:
+        raise ParameterError(f"output error does not settle in {_STEPS} steps")
     return state, sigma
 
 

@@ -78,7 +78,7 @@ def open_poses(source: Source, robot: Robot, reading: Reading | None = None) -> 
     told = np.zeros_like(log.q) if log.qd is None else np.sign(log.qd)
     t = np.arange(1.0, len(log.q) + 1)
     q, qd, t = map(read_only, (log.q, told, t))
-    return Samples(log.name, t, q, qd, log.tau, 1.0, None, log.notes)
+    return Samples(log.name, t, q, qd, log.tau, 1.0, None, log.notes, command=log.command)
 
 
 def pose_columns(evaluator: Evaluator, q: FloatArray, direction: FloatArray) -> FloatArray:
@@ -281,7 +281,8 @@ def _judged(found: Standstill, label: str) -> Estimate:
     shown = tuple(p for p in parameters if math.isfinite(p.std))
     parts = (("train", found.train), ("validation", found.held))
     own, seen = (_fit(evaluator, tables, X, kind) for kind, tables in parts)
-    use = verdicts.parameters_use(shown, Consistency(None, None, ""), ())
+    scaled = verdicts.scale_unknown(robot, found.train)
+    use = verdicts.parameters_use(shown, Consistency(None, None, ""), (), scaled=scaled)
     left = seen.residual.relative
     hidden = (
         f"the torque error on held-out poses is {100 * left:.3g} %, which is attributed to static "

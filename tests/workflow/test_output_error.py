@@ -150,6 +150,8 @@ def test_constants_of_effects_are_fitted_if_the_log_determines_them(tmp_path) ->
     assert (w.name, w.effect) == ("w", "soft")
     assert w.std < 1e-3
     assert abs(w.value - 0.25) < 1e-3
+    X, std = ordered(found)
+    assert np.all(np.abs(X - TRUE) < 4 * std), (X, std)
     assert any(note.endswith("the logs do not determine it: b") for note in found.notes)
     before, after = (e.uses[2].horizons[-1].position_error for e in (plain, found))
     assert after < 0.8 * before
@@ -189,6 +191,7 @@ def followed(seed: int, seconds: float, noise: float = NOISE) -> symgen.Log:
 
 def test_gains_of_a_controller_replace_torques() -> None:
     robot = symgen.parse_robot(ROBOT + CONTROLLER, "arm")
+    assert symgen.parse_robot(symgen.robot_toml(robot), "arm") == robot
     train, held = [followed(seed, 11.5, 1e-3) for seed in (5, 6)], followed(4, 6, 1e-5)
     found = symgen.identify(robot, train, validation=held, refine="simulation")
     X, std = ordered(found)
@@ -198,7 +201,9 @@ def test_gains_of_a_controller_replace_torques() -> None:
 
 
 def test_the_scale_of_unknown_gains_is_named(tmp_path) -> None:
-    train = followed(5, 11.5, 1e-4)
+    made, train = followed(5, 11.5, 1e-4), tmp_path / "log.csv"
+    columns = np.column_stack([made.t, made.q, made.qr, made.qdr])
+    np.savetxt(train, columns, "%.12g", ",", header="t,q1,q2,qr1,qr2,qdr1,qdr2", comments="")
     with pytest.raises(symgen.LogError, match=r"scale all torques.*scale = \"unknown\""):
         symgen.identify(symgen.parse_robot(ROBOT, "arm"), train)
     gains = tmp_path / "gains.toml"
