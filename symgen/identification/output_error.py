@@ -626,12 +626,19 @@ def _products(parts: Sequence[_Part]) -> list[tuple[FloatArray, FloatArray]]:
 
 
 def _covariance(parts: Sequence[_Part]) -> FloatArray:
-    """Return the jackknife covariance of z: residuals of two windows are independent."""
+    """Return the jackknife covariance of z: residuals of two windows are independent.
+
+    It is wider by the critical value at 5 % of Student's law, with a degree of freedom less than
+    there are windows, over that of the normal law.
+    """
+    from scipy.special import stdtrit
+
     own = _products(parts)
     H, g = (sum(x) for x in zip(*own, strict=True))
     moves = np.array([np.linalg.lstsq(H - h, g - s, rcond=None)[0] for h, s in own])
     spread = moves - moves.mean(axis=0)
-    return np.asarray(spread.T @ spread * (len(own) - 1) / len(own))
+    wider = stdtrit(len(own) - 1, 0.975) / 1.96
+    return np.asarray(wider**2 * spread.T @ spread * (len(own) - 1) / len(own))
 
 
 def _deviations(windows: Sequence[Windows], state: _State) -> FloatArray:
