@@ -158,6 +158,7 @@ def refine(
         )
     if any(log.samples.command is None for log in logs):
         gains = None
+    late = late and gains is None  # in a loop that is late, its gains act late too
     whole, every = _cut(windows, gains is not None), EffectConstants.of(evaluator.model)
     unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool), gains)
     first, sigma = _begin(unknowns, whole, unknowns.start(X))
