@@ -53,6 +53,7 @@ _SAME, _ALIKE = 0.98, 0.8
 _FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
+_TURNED = "the logs ask for a coefficient with a sign that it cannot have"
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +275,8 @@ class Search:
 
     def _reasoned(self, stage: _Stage, s: Score) -> Score:
         """Return an effect that is not named with the reason."""
+        if s.fault:
+            return s
         if s.worth < self.least:
             fault = (
                 f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
@@ -411,7 +414,8 @@ class Search:
         torque = float(np.max(fit.torque))
         worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
         odds, rests = evidence + prior, fit.rests - alone.rests
-        return Score(candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque)
+        own = Score(candidate, columns, odds, 0.0, evidence, rests, fit.left, worth, gain, torque)
+        return own if fit is not alone else replace(own, fault=_TURNED)
 
     def _possible(self, stage: _Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Fit:
         """Return the fit in which a coefficient with a physically impossible sign is 0."""

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
@@ -61,7 +60,6 @@ def attempt(name: str) -> Iterator[dict[str, object]]:
         bare = symgen.diagnose(lacking, logs, validation=held, effects=[]).before.per_joint[j]
         row["lacking"] = bare
         if bare >= GROWTH * whole[j]:
-            began = time.perf_counter()
             answer = symgen.diagnose(lacking, logs, validation=held)
             first = answer.effects[0] if answer.effects else None
             row |= {
@@ -71,7 +69,6 @@ def attempt(name: str) -> Iterator[dict[str, object]]:
                 "found": first is not None
                 and (first.name, first.joints) == (NAMES[term], (j + 1,)),
                 "answered": answer.after.per_joint[j] <= whole[j],
-                "seconds": round(time.perf_counter() - began, 1),
             }
         yield row
 

@@ -40,11 +40,19 @@ def test_an_elasticity_that_noise_makes_is_not_named(seed: int) -> None:
     assert (found.verdict, found.effects) == ("consistent", ())
 
 
-def test_the_page_says_why_noise_is_no_elasticity(tmp_path: Path) -> None:
-    found = diagnosed(5, 1e-3, lambda q, _: 0 * q, ["joint_elasticity"], cutoff=12.0)
-    (why,) = (r.reason for r in found.rejected if "noise of the positions" in r.reason)
+def test_the_page_says_why_noise_is_no_backlash(tmp_path: Path) -> None:
+    found = diagnosed(5, 3e-3, lambda q, _: 0 * q, ["backlash"], cutoff=12.0)
+    assert found.effects == ()
+    why = [r.reason for r in found.rejected if "noise of the positions" in r.reason]
+    assert why
     symgen.write(found, tmp_path / "why")
-    assert why in Page((tmp_path / "why" / "report.html").read_text("utf-8")).text
+    page = Page((tmp_path / "why" / "report.html").read_text("utf-8")).text
+    assert all(reason in page for reason in why)
+
+
+def test_an_elasticity_of_an_impossible_sign_says_so() -> None:
+    found = diagnosed(5, 1e-3, lambda q, _: 0 * q, ["joint_elasticity"], cutoff=12.0)
+    assert any("sign that it cannot have" in r.reason for r in found.rejected)
 
 
 @pytest.mark.parametrize(
