@@ -21,7 +21,6 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
 )
-from symgen.distributed import own_threads
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import MISFIT
 from symgen.faults.causes import ANOTHER, find_cause, unmendable
@@ -98,7 +97,7 @@ def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
         faults = channel_faults(trial.evaluator, logs, held, ("exchange", "units"))
         rows = Rows(trial.evaluator, (*logs, *held), len(logs), MISFIT)
         scene = Scene(rows)
-        cause = find_cause(scene, faults, repairs, undone=True, threads=own_threads())
+        cause = find_cause(scene, faults, repairs, undone=True)
         if cause is not None and cause.fault is not None:
             faults = (cause.fault,)
         elif cause is not None and cause.kind in _UNMENDABLE:

@@ -20,7 +20,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.mask import moving_joints
-from symgen.distributed import in_turn
+from symgen.distributed import in_turn, own_threads
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
@@ -141,7 +141,7 @@ def _fading(scene: Scene) -> Iterator[tuple[str, FloatArray]]:
 
 
 def causes(
-    scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = (), threads: int = 1
+    scene: Scene, faults: Sequence[Fault] = (), repairs: Sequence[Fault] = ()
 ) -> tuple[Scene, list[Cause]]:
     """Return the possible causes beside more probable physics, the most probable first.
 
@@ -149,17 +149,13 @@ def causes(
         scene: the fitted model.
         faults: channel faults that compete as well, each with its undo.
         repairs: repairs of the logs.
-        threads: number of threads.
     """
     # Measured speeds that needed no repair confirm the clock.
     derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
     special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
-    shapes = [
-        *itertools.chain.from_iterable(
-            in_turn(lambda make: [*make(scene)], KINDS.values(), threads)
-        )
-    ]
+    every = in_turn(lambda make: [*make(scene)], KINDS.values(), own_threads())
+    shapes = [*itertools.chain.from_iterable(every)]
     found = _all(scene, shapes, faults, special)
     sized = {c.shape: _sized(scene, c) for c in found[:_NEAR] if c.shape and c.shape.at}
     shapes = [sized.get(s, s) for s in shapes]
@@ -206,7 +202,8 @@ def _all(
     alone = scene.score.alone
     nothing = Cause("", (), "", 0.0, alone.left)
     found = [nothing, *_linear(scene, shapes)]
-    found += [cause for find in special.values() for cause in find(scene)]
+    for own in in_turn(lambda find: [*find(scene)], special.values(), own_threads()):
+        found += own
     for fault in faults:
         if fault.kind != "delay":  # delays are tried for all joints together and for each joint
             found += _undone(scene, fault)
@@ -338,14 +335,14 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
 
     To first order, two faults of one joint may look alike.
     """
-    out = []
-    for c in found:
-        if c.shape and c.fault and found[0].score - c.score < _CLOSE:
-            exact = _undone(scene, *_exact_fault(scene.rows.evaluator, scene.rows.logs, c))
-            out += [replace(e, score=e.score - _RARE, columns=c.columns) for e in exact]
-        else:
-            out.append(c)
-    return _ranked(out)
+
+    def exact(c: Cause) -> list[Cause]:
+        if not (c.shape and c.fault and found[0].score - c.score < _CLOSE):
+            return [c]
+        own = _undone(scene, *_exact_fault(scene.rows.evaluator, scene.rows.logs, c))
+        return [replace(e, score=e.score - _RARE, columns=c.columns) for e in own]
+
+    return _ranked(itertools.chain.from_iterable(in_turn(exact, found, own_threads())))
 
 
 def _upside_down(scene: Scene) -> Iterator[Cause]:
@@ -746,7 +743,6 @@ def find_cause(
     repairs: Sequence[Fault] = (),
     least: float = LEAST,
     undone: bool = False,
-    threads: int = 1,
 ) -> Cause | None:
     """Return the cause that the data name; None if there is none, or none is certain.
 
@@ -764,7 +760,6 @@ def find_cause(
         least: smallest torque that matters, as a part of the joint's torque.
         undone: whether the named cause will be undone. Then the 15 % are not required, because the
             search continues behind it.
-        threads: number of threads.
     """
     rows = scene.rows
     train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
@@ -781,7 +776,7 @@ def find_cause(
         return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
-    beside, found = causes(scene, faults, repairs, threads)
+    beside, found = causes(scene, faults, repairs)
     found = _exactly(beside, found)
     if cause := _sure(beside, found, least, undone):
         return cause
