@@ -28,6 +28,7 @@ from symgen.estimation.values import FloatArray
 
 #: Sizes of the misfit over that to expect.
 _SIZES = np.geomspace(0.03, 3000.0, 201)
+_TURNS = 3  # of the sizes of several joints
 _SWEEPS = 3  # of the variance of the rows, for a misfit of which half is friction
 _EVEN = np.ones((1, 2 * WAVES))
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
@@ -137,7 +138,7 @@ class MisfitEvidence:
             HB, Hh = np.linalg.solve(H, B.T), np.linalg.solve(H, h)
             G = block_diag(*(FF / v[at, None, None])) - B @ HB
             z = (Fy / v[at, None]).ravel() - B @ Hh
-            fits, c = _integrated(G, z, mixtures() if last else _EVEN)
+            fits, c = _integrated(G, z, mixtures() if last else _EVEN, len(at))
             b, c = Hh - HB @ c, c.reshape(len(at), -1)
             if last:
                 break
@@ -150,22 +151,50 @@ class MisfitEvidence:
         return fits - 0.5 * float(flat) + more * _OCCAM
 
 
-def _integrated(G: FloatArray, z: FloatArray, mixed: FloatArray) -> tuple[float, FloatArray]:
-    """Return the log of the mean over s and D of p(z), cov z = G + s^2 G D G, over p(z | s = 0).
+def _integrated(
+    G: FloatArray, z: FloatArray, mixed: FloatArray, n: int
+) -> tuple[float, FloatArray]:
+    """Return the log of the mean over s_1 .. s_n and D of p(z), over p(z | s = 0).
+
+        cov z = G + G T G,    T = blocks of s_j^2 D
+
+    Each size is integrated with the others at their most probable values.
 
     Returns:
         It, and the c of the most probable s and D.
     """
-    found, squares = [], _SIZES[:, None] ** 2
-    prior = np.log(_SIZES / (1 + _SIZES**2))
+    found = []
     for D in mixed:
-        d = np.sqrt(np.tile(D, len(z) // len(D)))
-        shown, ways = np.linalg.eigh(G * np.outer(d, d))
-        shown, along = np.maximum(shown, 0.0), ways.T @ (d * z)
-        taken = squares / (1 + squares * shown)
-        fits = prior + 0.5 * np.sum(taken * along**2 - np.log1p(squares * shown), axis=1)
-        found.append((fits, d * (ways @ (taken[fits.argmax()] * along))))
-    every = np.array([fits for fits, _ in found])
-    return float(np.logaddexp.reduce(every.ravel()) - np.log(every.size)), found[
-        every.max(axis=1).argmax()
-    ][1]
+        d = np.sqrt(np.tile(D, n))
+        value, c = _sized(G * np.outer(d, d), z * d, n)
+        found.append((value, d * c))
+    values = np.array([value for value, _ in found])
+    return float(np.logaddexp.reduce(values) - np.log(len(values))), found[values.argmax()][1]
+
+
+def _sized(G: FloatArray, z: FloatArray, n: int) -> tuple[float, FloatArray]:
+    """Return the log of the mean over the sizes of p(z), and the most probable c, for D = 1."""
+    blocks, squares = np.arange(len(z)).reshape(n, -1), _SIZES[:, None] ** 2
+    prior = np.log(_SIZES / (1 + _SIZES**2))
+    widths = most = rest = 0.0
+    at = np.full(n, int(np.abs(_SIZES - 1).argmin()))
+    for _ in range(_TURNS if n > 1 else 1):
+        widths = 0.0
+        for j, own in enumerate(blocks):
+            others = np.delete(blocks, j, axis=0).ravel()
+            scale = np.repeat(np.delete(_SIZES[at], j), blocks.shape[1])
+            B = np.eye(len(others)) + G[np.ix_(others, others)] * np.outer(scale, scale)
+            own_by, shown_by = G[np.ix_(others, own)] * scale[:, None], z[others] * scale
+            explained = np.linalg.solve(B, np.column_stack([own_by, shown_by]))
+            left = G[np.ix_(own, own)] - own_by.T @ explained[:, :-1]
+            shown, ways = np.linalg.eigh(left)
+            shown, along = np.maximum(shown, 0.0), ways.T @ (z[own] - own_by.T @ explained[:, -1])
+            taken = squares / (1 + squares * shown)
+            fits = prior + 0.5 * np.sum(taken * along**2 - np.log1p(squares * shown), axis=1)
+            at[j], most = int(fits.argmax()), float(fits.max())
+            widths += float(np.logaddexp.reduce(fits)) - most
+            rest = 0.5 * float(shown_by @ explained[:, -1] - np.linalg.slogdet(B)[1])
+    whole = most + widths + rest + float(np.sum(prior[at[:-1]])) - n * np.log(len(_SIZES))
+    scale = np.repeat(_SIZES[at], blocks.shape[1])
+    S = np.eye(len(z)) + G * np.outer(scale, scale)
+    return whole, scale * np.linalg.solve(S, scale * z)

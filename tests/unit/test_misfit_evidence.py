@@ -105,3 +105,21 @@ def test_the_evidence_is_that_of_dense_densities(step: float) -> None:
     ).of({0: column[:, None]}, np.array([unit]))
     expected = dense(np.column_stack([W, unit * column]), r, F, 1) - dense(W, r, F, 0)
     assert own == pytest.approx(expected, abs=0.5)
+
+
+@pytest.mark.parametrize("quiet", [0.0, 0.002])
+def test_a_joint_that_a_column_does_not_move_adds_no_evidence(quiet: float) -> None:
+    """One joint misses much, another little: each has a misfit of its own size."""
+    rng, F, noise = drawn(3)
+    column = np.sign(np.sin(np.arange(ROWS) * 0.9))
+    missed = F @ rng.normal(size=(F.shape[1], 2)) * np.array([0.2, quiet])
+    y = missed + np.column_stack([0.1 * column + noise, NOISE * rng.normal(size=ROWS)])
+    W, none = np.ones((ROWS, 2, 2)), np.zeros((ROWS, 1))
+    W[:, 0, 1] = W[:, 1, 0] = 0.0
+    left = y - y.mean(axis=0)
+    found = MisfitEvidence(
+        W, left, np.ones((ROWS, 2)), left.std(axis=0), np.stack([F, F], axis=1),
+        np.full(2, EXPECTED),
+    )  # fmt: skip
+    alone = found.of({0: column[:, None]}, np.array([0.3]))
+    assert found.of({0: column[:, None], 1: none}, np.array([0.3])) == pytest.approx(alone, abs=0.1)

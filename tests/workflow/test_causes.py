@@ -80,7 +80,7 @@ def test_a_wrong_length_is_named() -> None:
     assert found.uses[0].reasons[0].startswith("the length d of joint 3 is off by about ")
 
 
-@pytest.mark.parametrize(("seed", "wrong"), [(620_036, 0.437), (610_050, 0.342)])
+@pytest.mark.parametrize(("seed", "wrong"), [(620_036, 0.437), (700_041, 0.448)])
 def test_a_wrong_length_competes_with_a_command_and_a_gain_at_its_size(
     seed: int, wrong: float
 ) -> None:
