@@ -41,6 +41,7 @@ from symgen.estimation.predictive_score import (
     Fit,
     Folded,
     PredictiveScore,
+    price_of_size,
 )
 from symgen.estimation.values import FloatArray
 
@@ -50,7 +51,6 @@ Key = tuple[str, tuple[int, ...]]
 _Present = tuple[frozenset[Key], int]
 #: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
-_FREEDOM = 3.0  # degrees of freedom of Student's t for sizes
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
 _TURNED = "the logs ask for a coefficient with a sign that it cannot have"
@@ -401,7 +401,7 @@ class Search:
             part = np.abs(fit.coefficients[: len(scales)]) / scales
         else:
             part = fit.torque / self._sizes(candidate)
-        size = (_FREEDOM + 1) / 2 * float(np.log1p(np.max(part) ** 2 / _FREEDOM))
+        size = price_of_size(float(np.max(part)))
         prior -= size
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)

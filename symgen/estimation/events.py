@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
-from symgen.estimation.predictive_score import MISFIT, TEMPERATURE, Fit, PredictiveScore
+from symgen.estimation.predictive_score import FREEDOM, MISFIT, TEMPERATURE, Fit, PredictiveScore
 from symgen.estimation.values import FloatArray
 
 #: Longest event, as a part of its log; ratio of the lengths that are tried; starts in a length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
 _RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in an event
-_FREEDOM = 3.0  # of Student's t
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +71,10 @@ def _of_its_own(m: FloatArray, variance: FloatArray, usual: FloatArray) -> Float
     """
     from scipy.special import gammaln
 
-    half, c, scale = m / 2, m * variance / 2, _FREEDOM * usual / 2
+    half, c, scale = m / 2, m * variance / 2, FREEDOM * usual / 2
     own = gammaln(half) - half * np.log(c) - math.log(_RANGE)
-    heavy = gammaln(half + _FREEDOM / 2) - gammaln(_FREEDOM / 2) + _FREEDOM / 2 * np.log(scale)
-    return np.asarray(own - heavy + (half + _FREEDOM / 2) * np.log(c + scale))
+    heavy = gammaln(half + FREEDOM / 2) - gammaln(FREEDOM / 2) + FREEDOM / 2 * np.log(scale)
+    return np.asarray(own - heavy + (half + FREEDOM / 2) * np.log(c + scale))
 
 
 def likeliest_event(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Event | None:

@@ -38,6 +38,7 @@ LEAST, MISFIT = 0.008, 0.004
 TEMPERATURE = 4.0
 #: Log-odds above which one of two explanations is certain: nine to one.
 SURE = math.log(9.0)
+FREEDOM = 3.0  # of Student's t, the law of sizes that are expected but not known
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
 _APART = 0.5  # periods of the comparison band between rows of two folds
@@ -45,6 +46,15 @@ _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
+
+
+def price_of_size(part: float) -> float:
+    """Return the log of the density of Student's t at 0 over that at a size, nats.
+
+    Args:
+        part: the size over the expected one.
+    """
+    return (FREEDOM + 1) / 2 * math.log1p(part**2 / FREEDOM)
 
 
 def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:

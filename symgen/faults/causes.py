@@ -34,6 +34,7 @@ from symgen.estimation.predictive_score import (
     Columns,
     dense,
     everywhere,
+    price_of_size,
 )
 from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
@@ -274,9 +275,9 @@ def _tried(scene: Scene, shape: Shape, columns: Columns, when: str, price: float
     x = start + float(fit.coefficients[0])
     if not shape.within[0] < x < shape.within[1]:
         return None
-    if shape.physics:  # Student's t prior of its size, as for effects
+    if shape.physics:  # as for effects
         part = float(np.max(fit.torque / scene.rows.size)) / _SIZE
-        price += 2.0 * math.log1p(part**2 / 3.0)
+        price += price_of_size(part)
     return Cause(
         f"{shape.kind} changes" if when else shape.kind,
         shape.joints,
