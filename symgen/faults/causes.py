@@ -787,10 +787,14 @@ def find_cause(
 def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> Cause | None:
     """Return the first of the causes, most probable first, if it is certain; see `find_cause`."""
     rows, best, alone = scene.rows, _undoable(found), scene.score.alone.left
-    fell = np.sqrt(np.maximum(alone - best.left, 0.0)) / rows.size
+    fell, rose = np.sqrt(np.maximum([alone - best.left, best.left - alone], 0.0)) / rows.size
     part = 1.0 if undone and best.fault is not None and best.fault.undo is not None else _CLEARER
     clear = (fell >= least) & (best.left <= part**2 * alone)
     if best.physics or not clear.any() or not best.says:
+        return None
+    # A torque is in the equation of its joint alone, which no mended torque explains worse.
+    torque = best.fault is not None and best.fault.channel.startswith("tau")
+    if torque and (rose[list(best.joints)] >= least).any():
         return None
     noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
     level, each = unexplained_from(noise)
