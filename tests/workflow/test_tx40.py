@@ -7,6 +7,8 @@ hold fvm6 too.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from support import data_folder
 
@@ -65,3 +67,17 @@ def test_friction_and_coupling_are_the_published_ones(
     assert all(abs(v) < 2 for name, v in apart.items() if name.startswith("FV") and len(name) == 3)
     assert all(abs(v) < 5 for name, v in apart.items() if name.startswith("FS") and len(name) == 3)
     assert all(abs(apart[name]) < 6 for name in COUPLING)
+
+
+def test_friction_that_is_not_declared_is_no_torque_in_another_unit() -> None:
+    """Other joints share parameters with joint 4, whose own torque that unit explains worse."""
+    folder = data_folder() / "tx40"
+    robot = symgen.read_robot(folder / "robot.toml")
+    joints = list(robot.joints)
+    joints[3] = replace(joints[3], friction=tuple(k for k in joints[3].friction if k != "coulomb"))
+    estimate = symgen.identify(
+        replace(robot, joints=tuple(joints)), folder / "train.csv", validation=folder / "test.csv"
+    )
+    reasons = estimate.uses[0].reasons
+    assert reasons
+    assert all(said.endswith("cause unknown") for said in reasons)
