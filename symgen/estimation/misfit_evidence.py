@@ -194,6 +194,7 @@ def _sized(G: FloatArray, z: FloatArray, n: int) -> tuple[float, FloatArray]:
             at[j], most = int(fits.argmax()), float(fits.max())
             widths += float(np.logaddexp.reduce(fits)) - most
             rest = 0.5 * float(shown_by @ explained[:, -1] - np.linalg.slogdet(B)[1])
+    # The highest value, times the width of its peak along the size of each joint.
     whole = most + widths + rest + float(np.sum(prior[at[:-1]])) - n * np.log(len(_SIZES))
     scale = np.repeat(_SIZES[at], blocks.shape[1])
     S = np.eye(len(z)) + G * np.outer(scale, scale)
