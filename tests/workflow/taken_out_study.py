@@ -5,7 +5,8 @@
 Each declared friction term, offset and rotor inertia of a robot of data/ is taken out, one at a
 time. A term counts where its joint's held-out torque error grows at least GROWTH times. It is
 found where the first effect that is named is the term on its joint, and answered where what is
-named leaves no more of the joint's torque than the file's own model does.
+named leaves no more of the joint's torque than the file's own model does. Effects of other joints
+that come before it are counted apart: `first_of_its_joint`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from support import data_folder
@@ -48,7 +50,7 @@ def _with(robot: symgen.Robot, j: int, joint: object) -> symgen.Robot:
     return replace(robot, joints=(*robot.joints[:j], joint, *robot.joints[j + 1 :]))
 
 
-def attempt(name: str) -> Iterator[dict[str, object]]:
+def attempt(name: str) -> Iterator[dict[str, Any]]:
     """One row for each term of one robot."""
     folder = data_folder() / name
     robot = symgen.read_robot(folder / "robot.toml")
@@ -56,7 +58,7 @@ def attempt(name: str) -> Iterator[dict[str, object]]:
     held = [next(p for p in folder.iterdir() if p.stem == "test")]
     whole = symgen.diagnose(robot, logs, validation=held, effects=[]).before.per_joint
     for term, j, lacking in without(robot):
-        row: dict[str, object] = {"robot": name, "term": term, "joint": j + 1, "declared": whole[j]}
+        row: dict[str, Any] = {"robot": name, "term": term, "joint": j + 1, "declared": whole[j]}
         bare = symgen.diagnose(lacking, logs, validation=held, effects=[]).before.per_joint[j]
         row["lacking"] = bare
         if bare >= GROWTH * whole[j]:
@@ -71,6 +73,12 @@ def attempt(name: str) -> Iterator[dict[str, object]]:
                 "answered": answer.after.per_joint[j] <= whole[j],
             }
         yield row
+
+
+def first_of_its_joint(row: dict[str, Any]) -> bool:
+    """Whether the term is the first of the effects that are named on its joint."""
+    own = (name for name, joints, _ in row["named"] if row["joint"] in joints)
+    return next(own, None) == NAMES[row["term"]]
 
 
 def main() -> int:
@@ -91,6 +99,7 @@ def main() -> int:
     right = sum(bool(r["found"] or r["answered"]) for r in counted)
     first = sum(bool(r["found"]) for r in counted)
     print(f"{len(rows)} terms, {len(counted)} matter: {first} named first, {right} right in all")
+    print(f"{sum(map(first_of_its_joint, counted))} are the first of their joint")
     if options.out:
         options.out.write_text(json.dumps({"growth": GROWTH, "cases": rows}, indent=1) + "\n")
     return 0

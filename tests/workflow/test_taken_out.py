@@ -15,11 +15,18 @@ from workflow import taken_out_study
 CASES = json.loads(Path(__file__).with_name("taken_out_figures.json").read_text("utf-8"))["cases"]
 
 
-@pytest.mark.xfail(reason="46 of 54 are right", strict=True)
+@pytest.mark.xfail(reason="48 of 54 are right", strict=True)
 def test_nine_in_ten_are_named_or_answered() -> None:
     counted = [r for r in CASES if "named" in r]
     assert len({r["robot"] for r in counted}) == len(taken_out_study.ROBOTS)
     right = sum(bool(r["found"] or r["answered"]) for r in counted)
+    assert right >= 0.9 * len(counted)
+
+
+def test_nine_in_ten_are_the_first_of_their_joint_or_answered() -> None:
+    """Larger effects of other joints may come before a term, as the coupling of a wrist."""
+    counted = [r for r in CASES if "named" in r]
+    right = sum(taken_out_study.first_of_its_joint(r) or r["answered"] for r in counted)
     assert right >= 0.9 * len(counted)
 
 
