@@ -750,9 +750,9 @@ def find_cause(
     A cause is named if it lowers the error of a joint's torque, on motion that it was not fitted
     on, by what matters and by 15 %. This holds for every joint with an unexplained error
     (`symgen.estimation.floor`). It must also be larger than in every robot, and nine times as
-    probable as physics without a name; and if no error is unexplained, also as no cause beside a
-    misfit of any shape (`symgen.estimation.misfit_evidence`). Up to three causes that the data do
-    not distinguish are named together.
+    probable as physics without a name, and as no cause beside a misfit of any shape
+    (`symgen.estimation.misfit_evidence`). Up to three causes that the data do not distinguish are
+    named together.
 
     Args:
         scene: the model on the logs, in the band of the run.
@@ -797,12 +797,10 @@ def _sure(scene: Scene, found: Sequence[Cause], least: float, undone: bool) -> C
     if torque and (rose[list(best.joints)] >= least).any():
         return None
     noise = noise_fit(rows.evaluator, rows.logs, scene.whole).residual
-    level, each = unexplained_from(noise)
-    lost = np.sqrt(alone) / rows.size > each
+    lost = np.sqrt(alone) / rows.size > unexplained_from(noise)[1]
     if part < 1.0 and not clear[lost].all():
         return None
-    sound = not lost.any() and math.sqrt(alone.sum() / np.sum(rows.size**2)) <= level
-    if sound and best.score - _more_than_shown(scene, best) < SURE:
+    if best.score - _more_than_shown(scene, best) < SURE:
         return None
     if len(rows.logs) > rows.train and not _confirmed(rows, best, part):
         return None
