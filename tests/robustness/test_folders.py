@@ -20,7 +20,6 @@ from support_commands import PARAMETERS
 
 import symgen
 from symgen.files import check_replaceable, write_folder
-from symgen.places import alone, locked
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills by signals")
 
@@ -153,15 +152,6 @@ def test_what_a_living_process_writes_is_left_alone(tmp_path: Path) -> None:
     assert job.returncode == 0
     assert (tmp_path / NAME / "a").read_text() == "2"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["other", NAME]
-
-
-def test_a_folder_is_for_one_at_a_time(tmp_path: Path) -> None:
-    pytest.importorskip("fcntl")
-    with alone(tmp_path):
-        assert locked(tmp_path) == (None, True)
-    lock, others = locked(tmp_path)
-    assert not others
-    os.close(lock)
 
 
 OFTEN = """
