@@ -28,8 +28,9 @@ def plain(text: str) -> str:
 
 def message(text: str) -> str:
     """Return a message as one line of bounded length."""
-    if len(text) > 2 * (_START + _END):
-        text = f"{text[: _START + _END]} ... {text[-_START - _END :]}"
+    ends = 2 * _START  # two characters can be one line break
+    if len(text) > 2 * ends:
+        text = text[:ends] + text[-ends:]
     line = plain(text)
     return line if len(line) <= _START + _END else f"{line[:_START]} ... {line[-_END:]}"
 

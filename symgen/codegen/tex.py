@@ -45,7 +45,6 @@ _PREFIXES = (*names.LINK, names.ROTOR, names.COUPLING_INERTIA, *names.FRICTION.v
 _PARAMETER = re.compile(rf"({'|'.join(sorted(_PREFIXES, key=len, reverse=True))})(\d+|L)(R?)")
 _VARIABLE = {"q": "q", "qd": r"\dot q", "qdd": r"\ddot q", "tau": r"\tau"}
 _FUNCTIONS = {"log": "ln", "sign": "operatorname{sign}"}
-_FRACTION = 12  # largest denominator of a printed fraction
 
 
 def tex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]) -> str:
@@ -206,12 +205,12 @@ def _escaped(name: str) -> str:
 
 
 def _number(value: sp.Expr, decimal: bool) -> str:
-    """Write a positive number: small fractions as fractions, others as in a robot file."""
+    """Write a positive number: parts of eight as fractions, others as in a robot file."""
     written = text(value)
     if (
         value.is_Rational
         and not value.is_Integer
-        and ("/" in written or (not decimal and value.q <= _FRACTION and value.q % 5 != 0))
+        and ("/" in written or (not decimal and 8 % value.q == 0))
     ):
         return rf"\tfrac{{{value.p}}}{{{value.q}}}"
     digits, _, exponent = written.partition("e")

@@ -49,14 +49,10 @@ def place_windows(log: FilteredLog, window: float) -> Windows:
         IdentificationError: the window does not fit the log.
     """
     length = float(log.t[-1] - log.t[0])
-    if not 0 < window < length:
+    if not log.step / 2 < window < length:
         raise IdentificationError(
-            f"{log.name}: a window of {window:g} s does not fit a log of {length:.3g} s"
-        )
-    steps = max(1, round(window / log.step))
-    if abs(steps * log.step - window) > 0.5 * log.step + 1e-12:
-        raise IdentificationError(
-            f"{log.name}: a window of {window:g} s is shorter than half a sample ({log.step:g} s)"
+            f"{log.name}: a window of {window:g} s does not fit a log of {length:.3g} s with a "
+            f"sample every {log.step:g} s"
         )
     return windows(log.step, log.stride, window)
 

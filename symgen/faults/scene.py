@@ -217,11 +217,10 @@ class Scene:
 
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """Return the model's torque, (k, n)."""
-        evaluator, X = self.rows.evaluator, self.X
+        evaluator = self.rows.evaluator
         if evaluator.has("inverse_dynamics"):  # a tenth of the time of the regressor
-            more = len(evaluator.model.base.parameters) - len(X)
-            return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, np.pad(X, (0, more))))
-        return np.asarray(evaluator["torque_regressor"](q, qd, qdd))[:, :, : len(X)] @ X
+            return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, self.whole))
+        return np.asarray(evaluator["torque_regressor"](q, qd, qdd))[:, :, : len(self.X)] @ self.X
 
 
 def mean_friction_power(

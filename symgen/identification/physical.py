@@ -263,8 +263,9 @@ MATRIX = np.array([triangle_vector(pseudo_inertia(unit)) for unit in np.eye(len(
 IDENTITY = triangle_vector(np.eye(4))
 _BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
 _UNIT = np.array([2.0, 0, 0, 2, 0, 2, 0, 0, 0, 1])
-#: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive ...
-_CERTAIN = 1e-8
+#: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive: what half
+#: the digits of a number show ...
+_CERTAIN = math.sqrt(np.finfo(float).eps)
 #: ... that the nearest consistent parameters keep ...
 _NEAREST = 1e-5
 #: ... and above which a robot is not asked for more.

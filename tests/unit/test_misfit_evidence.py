@@ -33,6 +33,13 @@ def drawn(seed: int) -> tuple[np.random.Generator, np.ndarray, np.ndarray]:
     return rng, F / np.sqrt(m), NOISE * rng.normal(size=ROWS)
 
 
+def test_a_misfit_may_be_all_friction_or_none_and_is_one_as_much_as_the_other_beforehand() -> None:
+    each = mixtures()
+    np.testing.assert_allclose(each.mean(axis=0), 1.0)
+    np.testing.assert_allclose(each.mean(axis=1), 1.0)
+    assert (each.min(axis=0) == 0).all()
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_smooth_misfit_is_no_evidence_for_a_column_that_looks_like_it(seed: int) -> None:
     rng, F, noise = drawn(seed)

@@ -1,6 +1,8 @@
-"""What noise leaves of a torque, and what friction takes: on logs whose truth is known."""
+"""What noise leaves of a torque, friction takes, and a recorder omits: on logs of known truth."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,7 +13,11 @@ from symgen.data.signals import sampled
 from symgen.estimation.band import Band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.floor import noise_floor
-from symgen.faults.scene import mean_friction_power
+from symgen.estimation.predictive_score import MISFIT
+from symgen.faults.causes import Cause, unmendable
+from symgen.faults.fault import undo_faults
+from symgen.faults.scene import Rows, Scene, mean_friction_power
+from symgen.faults.shapes import KINDS
 
 ARM = """
 [robot]
@@ -53,3 +59,33 @@ def test_friction_takes_the_power_of_its_torque_times_the_speed() -> None:
         assert taken.pop(f"FV{j + 1}") == pytest.approx(np.mean(QD[:, j] ** 2), rel=2e-2)
         assert not any(taken.values())
     assert speed == pytest.approx(np.sqrt(np.mean(QD**2, axis=0)), rel=2e-2)
+
+
+def _pendulum(fault: Callable[[np.ndarray], np.ndarray]) -> tuple[FilteredLog, Scene, np.ndarray]:
+    """Return a log of a pendulum (0.3 kg m2, 4 N m), its scene, and its true torque."""
+    robot = symgen.parse_robot(ARM[: ARM.rindex("[[joint]]")], "arm")
+    evaluator = symgen.load(symgen.derive(robot, ("torque_regressor", "inverse_dynamics")))
+    q, qd = Q[:, :1], QD[:, :1]
+    whole = -0.3 * q + 4.0 * np.cos(q) + 0.5 * qd + 0.2 * np.sign(qd)
+    samples = sampled(make_log("log", T, q, whole + fault(whole), qd))
+    log = filter_log(samples, Band(1 / STEP, 20.0, 5.0, "measured"))
+    return log, Scene(Rows(evaluator, (log,), 1, MISFIT)), whole
+
+
+def test_a_torque_without_half_of_the_weight_is_completed() -> None:
+    log, scene, whole = _pendulum(lambda _: -2.0 * np.cos(Q[:, :1]))
+    half = Cause("weightless", (), "", 0.0, np.zeros(1), shares=(1.0, 0.5))
+    completed, _ = undo_faults(log, [unmendable(scene, half)])
+    np.testing.assert_allclose(completed.tau, whole, atol=0.02)
+
+
+def test_friction_that_grows_with_load_and_speed_is_physics_that_a_model_may_lack() -> None:
+    _, scene, _ = _pendulum(lambda tau: 0.02 * QD[:, :1] * np.abs(tau))
+    W, y = scene.rows.W[:, 0], scene.rows.y[:, 0]
+
+    def left(columns: np.ndarray) -> float:
+        A = np.hstack([W, columns])
+        return float(np.linalg.norm(y - A @ np.linalg.lstsq(A, y, rcond=None)[0]))
+
+    laws = [s.columns[0] for s in KINDS["physics"](scene) if s.size == np.inf]
+    assert min(map(left, laws)) < 0.05 * left(W[:, :0])

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from symgen.data.signals import Samples
+from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, unfiltered
 from symgen.estimation.predictive_score import (
     FOLDS,
@@ -95,6 +98,35 @@ def moved(seed: int, start: float = 0.0) -> FilteredLog:
     angle = np.multiply.outer(t + start, w)[:, :, None] + phase
     q, qd = np.sum(a * np.sin(angle), axis=1), np.sum(a * w[:, None] * np.cos(angle), axis=1)
     return unfiltered(Samples(f"log{seed}", t, q, qd, 0 * q, 0.01, None, ()))
+
+
+def test_the_fit_without_rows_is_that_in_which_they_weigh_nothing() -> None:
+    score, *_ = scored(0)
+    inside = np.zeros((K, N), dtype=bool)
+    inside[50:90, 1] = inside[120:130] = True
+    _, fit, _ = score.gained_without(inside)
+    anew = replace(score, weight=np.where(inside, 0.0, score.weight)).alone
+    assert fit.score == pytest.approx(anew.score, rel=1e-7)
+    assert fit.left == pytest.approx(anew.left, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1.0, 8.0])
+def test_noise_has_no_event_and_a_span_of_other_size_is_one(size: float) -> None:
+    logs, rng = [moved(1), moved(2)], np.random.default_rng(5)
+    fold = motion_folds(logs)
+    begin = len(logs[0].kept) + 60
+    e = rng.normal(size=(len(fold), N))
+    e[begin : begin + 20, 1] *= size
+    score = PredictiveScore(
+        rng.normal(size=(len(fold), N, 3)), e, np.ones_like(e), np.ones(N), fold, np.full(N, 0.01)
+    )
+    found = likeliest_event(score, logs)
+    if size == 1:
+        assert found is None
+    else:
+        assert found is not None
+        assert (found.log, found.joints) == (1, (1,))
+        assert np.mean(found.rows[begin : begin + 20, 1]) > 0.8
 
 
 def test_folds_are_blocks_of_time_of_like_size_that_do_not_touch() -> None:

@@ -6,7 +6,9 @@ the format's authors, and a grammar of two statements for URScript.
 
 from __future__ import annotations
 
+import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +54,13 @@ def run(n: int, seed: int = 3) -> Trajectory:
 def plan(n: int) -> Plan:
     return Plan("arm", "energy", 0.2, 100.0, (run(n),), {"energy": 5.0}, 0.0, 9.0, (), 4, 100.0,
                 (1, 1), "done", approach=12.5)  # fmt: skip
+
+
+def test_runs_that_are_too_short_say_how_long_they_must_be() -> None:
+    [told] = replace(plan(2), independent=3.0).warnings
+    needed, seconds = re.search(r"from (\d+): .* ask for (\d+) s in all", told).groups()
+    assert int(seconds) == math.ceil(10.0 * int(needed) / 3)
+    assert replace(plan(2), independent=float(needed)).good
 
 
 def test_clearance_is_that_of_plain_transforms() -> None:

@@ -22,6 +22,7 @@ from support import excited, heeds_ctrl_c, sampled
 
 import symgen
 from symgen import Limits, cli
+from symgen.diagnosis.extend import with_effect
 from symgen.experiment.bounds import bounds, space
 from symgen.experiment.excitation import judge
 from symgen.experiment.plan import Plan
@@ -141,6 +142,7 @@ def test_the_search_improves_the_best_of_its_random_starts(model, criterion) -> 
 
 def test_the_csv_holds_the_sampled_references() -> None:
     plan, content = usual()
+    assert (plan.searches, plan.stopped) == ((2, 2), "done")
     files = plan.to_files(Path("folder/t.csv"))
     assert list(files) == [Path("folder/t.csv"), Path("folder/t.json")]
     lines = files[Path("folder/t.csv")].decode().splitlines()
@@ -501,6 +503,13 @@ def test_a_motion_for_effects_shows_them(command, tmp_path) -> None:
     spring = np.column_stack([0 * t, q[:, 1]]).ravel()
     Q = np.linalg.qr(model.reshape(len(spring), -1))[0]
     assert np.linalg.norm(spring - Q @ (Q.T @ spring)) > 0.5 * np.linalg.norm(spring)
+
+
+def test_a_planned_effect_has_a_speed_in_the_middle_of_its_range() -> None:
+    """Of ratios: the range of vs, 0.02 to 1.5 of the usual speed, is searched by them."""
+    robot = replace(symgen.read_robot("planar2r"), limits=Limits(velocity=(2.0, 3.0)))
+    [effect] = with_effect(robot, "stribeck_friction:2").effects
+    assert dict(effect.nonlinear)["vs2"] == pytest.approx(3.0 * np.sqrt(0.02 * 1.5), rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -262,6 +262,8 @@ def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     assert "squared residuals of the logs are weighted by 2, 1" in weighed.notes
     assert np.max(np.abs(plain.X - twice.X) / np.abs(twice.X)) > 1e-6
     np.testing.assert_allclose(weighed.convergence.values[-1], weighed.X, rtol=1e-9)
+    # three logs of one length take half as long again as two
+    assert twice.convergence.t[-1] == pytest.approx(1.5 * weighed.convergence.t[-1], rel=1e-9)
 
 
 def test_wls_takes_the_weights_beside_its_own(robot):

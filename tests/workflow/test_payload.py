@@ -13,7 +13,7 @@ import pytest
 from browser import Page
 
 import symgen
-from symgen.identification.payload import LABELS, read_payload
+from symgen.identification.payload import LABELS, LoadEstimate, read_payload
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
@@ -247,6 +247,21 @@ def _truth(robot) -> np.ndarray:
     tau += FS * np.sign(qd) + FV * qd
     W = symgen.load(model)["torque_regressor"](q, qd, qdd)
     return np.linalg.lstsq(W.reshape(400 * N, -1), tau.ravel(), rcond=None)[0]
+
+
+@pytest.mark.parametrize("k", range(10))
+def test_what_depends_on_a_hidden_parameter_is_not_known(k: int) -> None:
+    true = standard(MASS, COM, INERTIA)
+    found = LoadEstimate(true, np.eye(10), np.eye(10)[:, [k]])
+
+    def read(s: np.ndarray) -> np.ndarray:
+        (xx, xy, xz, yy, yz, zz), com = s[:6], s[6:9] / s[9]
+        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        inertia = about - s[9] * (com @ com * np.eye(3) - np.outer(com, com))
+        return np.array([s[9], *com, *inertia[np.triu_indices(3)]])
+
+    moved = np.abs(read(true + 0.01 * np.eye(10)[k]) - read(true)) > 1e-12
+    assert found.known() == tuple(~moved)
 
 
 def test_what_the_motion_does_not_show_has_no_value() -> None:

@@ -160,8 +160,9 @@ def test_weights_travel_with_the_band() -> None:
     assert from_json(Band, json.loads(json.dumps(content)), file) == band
     older = {k: v for k, v in content.items() if k != "rests"}
     assert from_json(Band, older, file).rests is None
-    with pytest.raises(symgen.ParameterError, match="rests"):
-        from_json(Band, content | {"rests": {"slow": [0.1], "weight": [0.0]}}, file)
+    for weight in (0.0, 1.5):
+        with pytest.raises(symgen.ParameterError, match="rests"):
+            from_json(Band, content | {"rests": {"slow": [0.1], "weight": [weight]}}, file)
 
 
 @pytest.mark.slow

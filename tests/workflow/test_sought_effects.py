@@ -201,6 +201,15 @@ def test_every_point_of_the_grid_is_a_candidate(ranges: str, expected: dict) -> 
     np.testing.assert_allclose(tried, np.transpose(axes))
 
 
+def test_ripple_is_searched_in_periods_of_a_turn_or_of_the_travel_of_a_slide() -> None:
+    robot = symgen.parse_robot('[robot]\nname = "arm"\n[[joint]]\n[[joint]]\nsigma = 1\n')
+    log: Any = SimpleNamespace(q=np.array([[0.0, 0.1], [3.0, 0.6]]), kept=np.arange(2))
+    pool = list(candidates(robot, [log], ["torque_ripple"]))
+    for joint, period in ((0, 2 * np.pi), (1, 0.5)):
+        found = [c.constants["k"] for c in pool if c.joints == (joint,)]
+        np.testing.assert_allclose(found, 2 * np.pi / period * np.arange(2, 61))
+
+
 def test_the_columns_searched_are_those_of_the_kernels_and_of_plain_numpy() -> None:
     torque = "E*sign(qd2)*pow(abs(qd1), p)*L1 + F*tanh(q2/s)*max(q1, h)"
     effect = f"""

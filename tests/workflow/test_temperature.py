@@ -105,8 +105,8 @@ def test_without_temperatures_it_is_no_candidate() -> None:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ("", "values.*FST, FVT, T0"),
-        ("values = { FST = 1, FVT = 1 }", "values.*FST, FVT, T0"),
+        ("", "values.*none; accepted: .*FST, FVT, T0"),
+        ("values = { FST = 1, FVT = 1 }", "values.*FST, FVT; accepted: .*FST, FVT, T0"),
         ("nonlinear = { T0 = 20 }", "values alone"),
         ('values = { FST = 1, FVT = 1, T0 = "x" }', "values"),
     ],
