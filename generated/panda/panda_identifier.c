@@ -43,6 +43,11 @@
 #define RISE 1.15
 #define FALL 0.9846
 
+/* Numbers from 0 to DRAW_RANGE - 1 in no order that a vibration has. */
+#define DRAW_FACTOR 75u
+#define DRAW_TERM 74u
+#define DRAW_RANGE 65537u
+
 /* The arrays behind the head, of `width` values each: [value or rate] of the inertial columns of
  * all equations, then of their friction columns, then of their right-hand sides. */
 enum {
@@ -382,7 +387,7 @@ static panda_real median(panda_real a, panda_real b, panda_real c)
 }
 
 /* Weights of four speeds for their third difference, the sum of whose squares is 1, at the ends of
- * three intervals. */
+ * three spans. */
 static void difference(const panda_real *spans, panda_real *weight)
 {
     const panda_real at[4] = {0, spans[0], spans[0] + spans[1], spans[0] + spans[1] + spans[2]};
@@ -399,8 +404,8 @@ static void difference(const panda_real *spans, panda_real *weight)
     }
 }
 
-/* Estimate the noise of a speed, at the end of an interval: from third differences over intervals,
- * in which motion is small and in which noise counts that is filtered at the interval's length. */
+/* Estimate the noise of a speed: from third differences over three intervals or so, in which motion
+ * is small and in which noise counts that is filtered at the interval's length. */
 static void estimate_noise(panda_identifier_joint *x, panda_real qd, const panda_real *weight)
 {
     const panda_real d = weight[0] * x->past[0] + weight[1] * x->past[1] +
@@ -414,24 +419,46 @@ static void estimate_noise(panda_identifier_joint *x, panda_real qd, const panda
     x->noise = x->noise > (panda_real)FLT_MIN ? x->noise : 0;
 }
 
+/* Look at the speeds of a sample, and at those that were looked at before it. */
+static void look(panda_identifier *s, const panda_real *qd)
+{
+    panda_real weight[4];
+    s->spans[0] = s->spans[1];
+    s->spans[1] = s->spans[2];
+    s->spans[2] = s->since;
+    if (s->looks == 3) {
+        difference(s->spans, weight);
+    }
+    for (int j = 0; j < panda_JOINTS; j++) {
+        panda_identifier_joint *x = s->joint + j;
+        if (s->looks == 3) {
+            estimate_noise(x, qd[j], weight);
+        }
+        x->past[0] = x->past[1];
+        x->past[1] = x->past[2];
+        x->past[2] = qd[j];
+    }
+    s->looks += s->looks < 3;
+    s->looked = 1;
+    s->since = 0;
+}
+
 /* Find which joints rest, at a sample; panda_REST_TIME is the length of an interval. A single sample
- * that is absurd does not end a rest: the median of three samples counts. */
+ * that is absurd does not end a rest: the median of three samples counts.
+ *
+ * Each interval gives one speed to the estimate of the noise, from anywhere in its first half:
+ * speeds at even distances would all be the same where mains hum has that period. */
 static void find_rest(panda_identifier *s, const panda_real *q, const panda_real *qd, panda_real dt)
 {
     const int total = s->mode == panda_WINDOW_START && s->equations > 1;
     int still = 0;
     int left = 0; /* nonzero: a rest has ended that the windows from the start hold */
     s->interval += s->seen != 0 ? dt : 0;
+    s->since += s->seen != 0 ? dt : 0;
     s->within++;
     const int ends = s->within >= LEAST_REST && s->interval >= (panda_real)panda_REST_TIME;
-    panda_real weight[4];
-    if (ends) {
-        s->spans[0] = s->spans[1];
-        s->spans[1] = s->spans[2];
-        s->spans[2] = s->interval;
-        if (s->intervals == 3) {
-            difference(s->spans, weight);
-        }
+    if (s->looked == 0 && (ends || s->interval >= s->look)) {
+        look(s, qd);
     }
     for (int j = 0; j < panda_JOINTS; j++) {
         panda_identifier_joint *x = s->joint + j;
@@ -453,17 +480,13 @@ static void find_rest(panda_identifier *s, const panda_real *q, const panda_real
             left = left || (total && slow == 0 && x->still != 0);
             x->still = slow;
             x->sum = 0;
-            if (s->intervals == 3) {
-                estimate_noise(x, qd[j], weight);
-            }
-            x->past[0] = x->past[1];
-            x->past[1] = x->past[2];
-            x->past[2] = qd[j];
         }
         still += x->still;
     }
     if (ends) {
-        s->intervals += s->intervals < 3;
+        s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
+        s->look = s->interval * (panda_real)s->draw / (panda_real)(2u * DRAW_RANGE);
+        s->looked = 0;
         s->interval = 0;
         s->within = 0;
     }
@@ -679,8 +702,11 @@ void panda_identifier_restart(void *state)
     s->next = 0;
     s->seen = 0;
     s->interval = 0;
-    s->intervals = 0;
     s->within = 0;
+    s->since = 0;
+    s->looks = 0;
+    s->look = 0;
+    s->looked = 0;
     s->resting = 0;
     for (int j = 0; j < panda_JOINTS; j++) {
         s->joint[j].sum = 0;

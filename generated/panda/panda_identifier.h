@@ -58,6 +58,7 @@
 #define panda_IDENTIFIER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "panda_least_squares.h"
 
@@ -98,7 +99,7 @@ enum {
 typedef struct panda_identifier_joint {
     panda_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     panda_real noise;     /* the estimate; 0: there is none yet */
-    panda_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    panda_real past[3];   /* speeds of which the noise is estimated, the newest last */
     panda_real latest[2]; /* speeds of the latest two samples */
     panda_real sum;       /* of the sizes of speeds in the interval */
     panda_real held;      /* position at rest */
@@ -144,9 +145,13 @@ typedef struct panda_identifier {
     size_t refused;  /* equations in a row that were outliers */
     panda_identifier_joint joint[panda_JOINTS];
     panda_real interval;  /* time in it, s */
-    panda_real spans[3];  /* lengths of the latest intervals, the newest last */
-    int intervals;       /* since the first sample, up to 3 */
     int within;          /* samples in it */
+    panda_real look;      /* time in it of the speed that the noise is estimated of */
+    int looked;          /* nonzero: it has passed */
+    panda_real since;     /* time since the last such speed */
+    panda_real spans[3];  /* times between the latest ones, the newest last */
+    int looks;           /* since the first sample, up to 3 */
+    uint32_t draw;       /* a random number */
     int seen;            /* nonzero: there was a sample */
     int resting;         /* nonzero: all joints rest */
     /* Joints that rested in each open window. */

@@ -58,6 +58,7 @@
 #define planar2r_IDENTIFIER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "planar2r_least_squares.h"
 
@@ -98,7 +99,7 @@ enum {
 typedef struct planar2r_identifier_joint {
     planar2r_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     planar2r_real noise;     /* the estimate; 0: there is none yet */
-    planar2r_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    planar2r_real past[3];   /* speeds of which the noise is estimated, the newest last */
     planar2r_real latest[2]; /* speeds of the latest two samples */
     planar2r_real sum;       /* of the sizes of speeds in the interval */
     planar2r_real held;      /* position at rest */
@@ -144,9 +145,13 @@ typedef struct planar2r_identifier {
     size_t refused;  /* equations in a row that were outliers */
     planar2r_identifier_joint joint[planar2r_JOINTS];
     planar2r_real interval;  /* time in it, s */
-    planar2r_real spans[3];  /* lengths of the latest intervals, the newest last */
-    int intervals;       /* since the first sample, up to 3 */
     int within;          /* samples in it */
+    planar2r_real look;      /* time in it of the speed that the noise is estimated of */
+    int looked;          /* nonzero: it has passed */
+    planar2r_real since;     /* time since the last such speed */
+    planar2r_real spans[3];  /* times between the latest ones, the newest last */
+    int looks;           /* since the first sample, up to 3 */
+    uint32_t draw;       /* a random number */
     int seen;            /* nonzero: there was a sample */
     int resting;         /* nonzero: all joints rest */
     /* Joints that rested in each open window. */

@@ -58,6 +58,7 @@
 #define puma560_IDENTIFIER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "puma560_least_squares.h"
 
@@ -98,7 +99,7 @@ enum {
 typedef struct puma560_identifier_joint {
     puma560_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     puma560_real noise;     /* the estimate; 0: there is none yet */
-    puma560_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    puma560_real past[3];   /* speeds of which the noise is estimated, the newest last */
     puma560_real latest[2]; /* speeds of the latest two samples */
     puma560_real sum;       /* of the sizes of speeds in the interval */
     puma560_real held;      /* position at rest */
@@ -144,9 +145,13 @@ typedef struct puma560_identifier {
     size_t refused;  /* equations in a row that were outliers */
     puma560_identifier_joint joint[puma560_JOINTS];
     puma560_real interval;  /* time in it, s */
-    puma560_real spans[3];  /* lengths of the latest intervals, the newest last */
-    int intervals;       /* since the first sample, up to 3 */
     int within;          /* samples in it */
+    puma560_real look;      /* time in it of the speed that the noise is estimated of */
+    int looked;          /* nonzero: it has passed */
+    puma560_real since;     /* time since the last such speed */
+    puma560_real spans[3];  /* times between the latest ones, the newest last */
+    int looks;           /* since the first sample, up to 3 */
+    uint32_t draw;       /* a random number */
     int seen;            /* nonzero: there was a sample */
     int resting;         /* nonzero: all joints rest */
     /* Joints that rested in each open window. */

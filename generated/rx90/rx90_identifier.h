@@ -58,6 +58,7 @@
 #define rx90_IDENTIFIER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "rx90_least_squares.h"
 
@@ -98,7 +99,7 @@ enum {
 typedef struct rx90_identifier_joint {
     rx90_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     rx90_real noise;     /* the estimate; 0: there is none yet */
-    rx90_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    rx90_real past[3];   /* speeds of which the noise is estimated, the newest last */
     rx90_real latest[2]; /* speeds of the latest two samples */
     rx90_real sum;       /* of the sizes of speeds in the interval */
     rx90_real held;      /* position at rest */
@@ -144,9 +145,13 @@ typedef struct rx90_identifier {
     size_t refused;  /* equations in a row that were outliers */
     rx90_identifier_joint joint[rx90_JOINTS];
     rx90_real interval;  /* time in it, s */
-    rx90_real spans[3];  /* lengths of the latest intervals, the newest last */
-    int intervals;       /* since the first sample, up to 3 */
     int within;          /* samples in it */
+    rx90_real look;      /* time in it of the speed that the noise is estimated of */
+    int looked;          /* nonzero: it has passed */
+    rx90_real since;     /* time since the last such speed */
+    rx90_real spans[3];  /* times between the latest ones, the newest last */
+    int looks;           /* since the first sample, up to 3 */
+    uint32_t draw;       /* a random number */
     int seen;            /* nonzero: there was a sample */
     int resting;         /* nonzero: all joints rest */
     /* Joints that rested in each open window. */

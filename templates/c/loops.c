@@ -1,3 +1,10 @@
+{% macro table(type, name, size, lines) %}
+    static const {{ type }} {{ name }}[{{ size }}] = {
+{% for line in lines %}
+        {{ line }}
+{% endfor %}
+    };
+{%- endmacro %}
 /* {{ name }}: {{ k.doc | join("\n * ") }}
  * {{ k.operations }} for one sample.
  *
@@ -59,58 +66,30 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
 {
 {% if k.loops.joints != k.loops.n %}
     /* Place of each joint in all tables and arrays, antecedents first. Fixed joints are last. */
-    static const unsigned char order[{{ k.loops.joints }}] = {
-{% for line in k.loops.order %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "order", k.loops.joints, k.loops.order) }}
 {% endif %}
     /* The joint before each joint, counted from 1; 0 is the base. Arrays of the state have a row for
      * the base and each joint.
      */
-    static const unsigned char antecedent[{{ k.loops.joints }}] = {
-{% for line in k.loops.antecedents %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "antecedent", k.loops.joints, k.loops.antecedents) }}
 {% if k.loops.several %}
     /* Kind of each joint: {{ k.loops.called }}. */
-    static const unsigned char kind[{{ k.loops.joints }}] = {
-{% for line in k.loops.kinds %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "kind", k.loops.joints, k.loops.kinds) }}
 {% endif %}
 {% if not k.loops.revolute %}
     /* 1 where q is an angle. */
-    static const {{ k.dtype }} turns[{{ k.loops.n }}] = {
-{% for line in k.loops.turns %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table(k.dtype, "turns", k.loops.n, k.loops.turns) }}
 {% endif %}
 {% if k.loops.paired %}
 {% if k.loops.joints != k.loops.n %}
     /* The same among the joints with a variable. */
-    static const unsigned char way[{{ k.loops.n }}] = {
-{% for line in k.loops.way %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "way", k.loops.n, k.loops.way) }}
 {% endif %}
     /* Row of the first of the neighbours on the way from the base that end at each joint. */
-    static const unsigned char first[{{ k.loops.n }}] = {
-{% for line in k.loops.first %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "first", k.loops.n, k.loops.first) }}
 {% endif %}
     /* Angle of each joint about z, to which q of a revolute joint is added; up to a multiple of four. */
-    static const {{ k.dtype }} theta[{{ k.loops.angles }}] = {
-{% for line in k.loops.theta %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table(k.dtype, "theta", k.loops.angles, k.loops.theta) }}
 {% if k.loops.columns %}
     /* Constants of each joint: {{ k.loops.columns | join(", ") }}. */
     static const {{ k.dtype }} geometry[{{ k.loops.joints }}][{{ k.loops.columns | length }}] = {
@@ -122,16 +101,8 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
     /* Row and column of each entry of X among the parameters of the bodies, which are
      * {{ k.loops.parameters | join(", ") }}.
      */
-    static const unsigned char row[{{ k.loops.given }}] = {
-{% for line in k.loops.rows %}
-        {{ line }}
-{% endfor %}
-    };
-    static const unsigned char column[{{ k.loops.given }}] = {
-{% for line in k.loops.places %}
-        {{ line }}
-{% endfor %}
-    };
+{{ table("unsigned char", "row", k.loops.given, k.loops.rows) }}
+{{ table("unsigned char", "column", k.loops.given, k.loops.places) }}
     {{ k.dtype }} angle[{{ k.loops.angles }}];
     {{ k.dtype }} c[{{ k.loops.angles }}];
     {{ k.dtype }} s[{{ k.loops.angles }}];

@@ -953,6 +953,26 @@ class TestGuard:
         np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.03)
         assert np.all(c.excited(memory) > 0.3)
 
+    def test_hum_in_the_speeds_is_rest(self, package):
+        """Of 100 Hz: speeds every 10 ms, a period of it, would all be the same."""
+        c, t = package("rub"), stamps(30_000, True)
+        memory = c.identifier("sliding", 20, 0.9999, model="momentum")
+
+        def hum(samples, seed):
+            noise = 3e-5 * np.random.default_rng(seed).standard_normal((samples, 2))
+            return noise + 2e-4 * np.sin(0.2 * np.pi * np.arange(samples))[:, None]
+
+        q, qd, tau = motion(t, X_RUB, 1e-3)
+        assert c.run(memory, t, q, qd + hum(len(t), 6), tau) == 0
+        for samples in (1000, 20_000):
+            _, X, std = c.read(memory)
+            q, _, tau = self.resting(samples, 0.0, samples)
+            for sample in zip(q, hum(samples, samples), tau, strict=True):
+                assert c.step(memory, *sample, 1e-3) == 0
+        _, after, deviation = c.read(memory)
+        assert np.abs(after / X - 1).max() <= 1e-6
+        assert np.abs(deviation / std - 1).max() <= 1e-6
+
     @pytest.mark.parametrize("model", MODELS)
     def test_a_joint_that_moves_alone_teaches_its_own(self, package, model):
         """Joint 2 rests for ten memories: its friction stays, and X is right within its std."""

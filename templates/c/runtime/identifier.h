@@ -58,6 +58,7 @@
 #define NAME_IDENTIFIER_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 #include "NAME_least_squares.h"
 
@@ -98,7 +99,7 @@ enum {
 typedef struct NAME_identifier_joint {
     NAME_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     NAME_real noise;     /* the estimate; 0: there is none yet */
-    NAME_real past[3];   /* speeds at the ends of the latest intervals, the newest last */
+    NAME_real past[3];   /* speeds of which the noise is estimated, the newest last */
     NAME_real latest[2]; /* speeds of the latest two samples */
     NAME_real sum;       /* of the sizes of speeds in the interval */
     NAME_real held;      /* position at rest */
@@ -145,9 +146,13 @@ typedef struct NAME_identifier {
     size_t refused;  /* equations in a row that were outliers */
     NAME_identifier_joint joint[NAME_JOINTS];
     NAME_real interval;  /* time in it, s */
-    NAME_real spans[3];  /* lengths of the latest intervals, the newest last */
-    int intervals;       /* since the first sample, up to 3 */
     int within;          /* samples in it */
+    NAME_real look;      /* time in it of the speed that the noise is estimated of */
+    int looked;          /* nonzero: it has passed */
+    NAME_real since;     /* time since the last such speed */
+    NAME_real spans[3];  /* times between the latest ones, the newest last */
+    int looks;           /* since the first sample, up to 3 */
+    uint32_t draw;       /* a random number */
     int seen;            /* nonzero: there was a sample */
     int resting;         /* nonzero: all joints rest */
     /* Joints that rested in each open window. */
