@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles import planar2r
 from oracles.hidden import cases, machines
-from oracles.planar2r import harmonic_motion
 from oracles.random_arms import to_toml
 from support import sampled
 
@@ -156,7 +156,7 @@ def test_a_planar_arm_feels_its_base_turn_about_its_axes_alone() -> None:
 def hung(seed: int, share: float) -> symgen.Log:
     """A planar arm in a vertical plane; its motors carry a share of the weight of link 2."""
     rng = np.random.default_rng(seed)
-    t, q, qd, qdd = harmonic_motion(rng, seed)
+    t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
     (q1, q2), (v1, v2), (a1, a2) = q.T, qd.T, qdd.T
     c, s, both = np.cos(q2), np.sin(q2), 0.8 * (a1 + a2)
     weight = 9.81 * 1.2 * share * np.cos(q1 + q2)
@@ -182,3 +182,21 @@ def test_a_carried_weight_is_no_slow_clock() -> None:
     told = " ".join(estimate.reasons)
     assert "of the weight of the links" in told
     assert "times too fast" in told
+
+
+def test_a_rotor_of_one_joint_is_no_drive_of_two() -> None:
+    """On a planar arm a drive of both joints, of half the inertia, is the same torque."""
+    text = planar2r.robot_toml("rotor")
+    head, last = text.rsplit("friction", 1)
+    robot = symgen.parse_robot(f"{head}rotor_inertia = false\nfriction{last}", "rotor.toml")
+
+    def log(seed: int) -> symgen.Log:
+        rng, X = np.random.default_rng(seed), np.array([3.7, 0.8, 1.2, 0.3])
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        tau = [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
+        tau = np.array(tau) + np.sign(qd) + 0.5 * qd + 0.02 * rng.normal(size=q.shape)
+        tau[:, 1] += 0.3 * qdd[:, 1]
+        return symgen.make_log(f"log {seed}", t, q, tau, qd)
+
+    found = diagnose(robot, log(2), validation=log(3))
+    assert [(e.name, e.joints) for e in found.effects] == [("rotor_inertia", (2,))]
