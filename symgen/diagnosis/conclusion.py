@@ -31,7 +31,7 @@ from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_tog
 from symgen.diagnosis.extend import extended, with_values
 from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import CHAIN
-from symgen.diagnosis.messages import held_at_rest, noisy, shape, tie
+from symgen.diagnosis.messages import held_at_rest, noisy, on_joints, shape, tie
 from symgen.diagnosis.noise_of_positions import shown_by_instruments
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
@@ -110,16 +110,10 @@ def confirmed(baseline: Baseline, selection: Selection, least: float) -> Selecti
             for s in selection.accepted
         )
         return replace(selection, accepted=tuple(rest))
-    held = baseline.of_held
-
-    def errors(effects: Sequence[Score]) -> FloatArray:
-        left = _left(baseline, held, effects)
-        weight = held.moves**2
-        count = np.maximum(weight.sum(axis=0), 1.0)
-        return np.asarray(np.sum(weight * left**2, axis=0) / count / held.size**2)
-
+    errors = partial(_errors, baseline)
     kept, out = list(selection.accepted), selection
-    there = [bool(np.any(x)) for x in _torques(baseline, held, kept, baseline.beside(kept))]
+    torques = _torques(baseline, baseline.of_held, kept, baseline.beside(kept))
+    there = [bool(np.any(x)) for x in torques]
     pairs = zip(kept, there, strict=True)
     asked = {s.candidate for s, x in pairs if x and not s.candidate.measured}
     while kept:
@@ -156,6 +150,35 @@ def _left(baseline: Baseline, held: WhitenedSystem, effects: Sequence[Score]) ->
     system = baseline.beside(effects)
     more = _torques(baseline, held, effects, system)
     return np.asarray(held.y - np.concatenate([held.W, *more], axis=2) @ system.X)
+
+
+def _errors(baseline: Baseline, effects: Sequence[Score]) -> FloatArray:
+    """Return the squared error (n,) of the validation torque in motion, as a part of its square."""
+    held = baseline.of_held
+    weight = held.moves**2
+    left = np.sum(weight * _left(baseline, held, effects) ** 2, axis=0)
+    return np.asarray(left / np.maximum(weight.sum(axis=0), 1.0) / held.size**2)
+
+
+def _larger_there(
+    baseline: Baseline, selection: Selection, least: float
+) -> tuple[Score, FloatArray, FloatArray] | None:
+    """Return the most probable effect that is too small to be named, but not in other motion.
+
+    It is probable on the training logs, and lowers the validation error of a joint by at least
+    `least`.
+
+    Returns:
+        The effect, and the validation errors (n,) of the joints without and with it; None if there
+        is none, or if the validation data only repeat the motion of the training logs.
+    """
+    small = [s for s in selection.rejected if s.odds > 0 and s.worth < least]
+    if not small or repeats_motion(baseline.base.logs, baseline.held):
+        return None
+    was = _errors(baseline, selection.accepted)
+    tried = ((s, _errors(baseline, [*selection.accepted, s])) for s in small)
+    larger = ((s, np.sqrt(was), np.sqrt(now)) for s, now in tried if max(was - now) >= least**2)
+    return next(larger, None)
 
 
 def _touched(
@@ -307,6 +330,8 @@ def conclude(
         if not quiet([x], [0.0], least)
     ]
     holding = (held_at_rest(stuck, robot),) if stuck else ()
+    asked = misfit is not None and verdict in _MISSING and not nothing
+    larger = _larger_there(baseline, selection, least) if asked else None
     shapes: tuple[FreeFunction, ...] = ()
     if misfit is not None and not baseline.given:
         known = (*accepted, *suspected)
@@ -331,7 +356,7 @@ def conclude(
             *holding,
             *(fault.fault for fault in faults),
             *(shape(f, robot) for f in shapes),
-            *_advice(found, robot, verdict, moving.after, nothing),
+            *_advice(found, robot, verdict, moving.after, nothing, larger),
         ),
         notes=notes,
         extended=with_values(model.robot, found),
@@ -758,7 +783,12 @@ def _verdict(accepted: Sequence[Score | Contact], quiet: bool) -> str:
 
 
 def _advice(
-    found: Sequence[FoundEffect], robot: Robot, verdict: str, after: Gap, quiet: bool
+    found: Sequence[FoundEffect],
+    robot: Robot,
+    verdict: str,
+    after: Gap,
+    quiet: bool,
+    larger: tuple[Score, FloatArray, FloatArray] | None,
 ) -> tuple[str, ...]:
     out = [noisy(e, robot) for e in found if e.note]
     out += [tie(e, robot) for e in found if e.indistinguishable_from and e.separate]
@@ -766,6 +796,17 @@ def _advice(
         return tuple(out)
     if quiet:
         return (*out, "the remaining torque error is noise and static friction at rest")
+    if larger is not None:
+        own, was, now = larger
+        j = int(np.argmax(was**2 - now**2))
+        where = on_joints(numbers(robot, own.candidate), robot)
+        return (
+            *out,
+            f"{own.candidate.name} on {where} is probable, but too small on the training logs to "
+            f"be named ({100 * own.worth:.2g} % of the torque). It is larger on the validation "
+            f"data: there it reduces the torque error of {robot.label(robot.movable[j].number)} "
+            f"from {percent(was[j])} to {percent(now[j])}. Train on logs with both motions",
+        )
     return (
         *out,
         f"no known effect explains the remaining torque error of {percent(after.total)} in motion: "

@@ -179,7 +179,8 @@ def mended(
         repairs: repairs of the logs.
         logs: the repaired logs, in the band of the run.
         robot: the robot of the logs.
-        raw, now: the declared model on the logs as recorded, and on the repaired logs.
+        raw, now: the declared model on the logs as recorded, and on the repaired logs, both with
+            measured speeds.
         least: smallest torque that matters, as a part of the joint's torque.
     """
     share, told = closed(raw.before, now.before), matters(raw.moving[0], now.moving[0], least)

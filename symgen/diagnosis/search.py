@@ -468,9 +468,15 @@ class Search:
                         best, left = [own, more], own.odds + more.odds
         return left, best
 
-    def _doubted(self, stage: _Stage, s: Score) -> Score:
-        """Return an effect with the odds that a misfit of any shape leaves it."""
-        shown = stage.beside_misfit.of(s.columns, self._units(stage, s))
+    def _doubted(self, stage: _Stage, s: Score, among: Iterable[int] | None = None) -> Score:
+        """Return an effect with the odds that a misfit of any shape leaves it.
+
+        Args:
+            stage: the model and the accepted effects.
+            s: the effect beside them.
+            among: joints that have a misfit; None for those of the effect.
+        """
+        shown = stage.beside_misfit.of(s.columns, self._units(stage, s), among)
         lost = max(s.evidence - s.rests - shown, 0.0)
         return replace(s, odds=s.odds - lost, evidence=s.evidence - lost)
 
@@ -514,8 +520,8 @@ class Search:
     def _exchanged(self, told: Sequence[Score]) -> list[Score] | None:
         """Return effects with one replaced by another that is like it and more probable."""
         for own in sorted(told, key=lambda s: s.probability):
-            other = max(own.alike, key=lambda s: s.probability, default=own)
-            if other.probability > own.probability:
+            other = max(own.alike, key=_odds, default=own)
+            if other.odds > odds_together(own, told):  # the probability is that of the class
                 return self._backward([*(s for s in told if s is not own), other])
         return None
 
@@ -529,7 +535,8 @@ class Search:
             joints = frozenset(own.columns)
             taken = {s.candidate.key for s in accepted}
             options = [s for s in self._options(stage, joints) if s.candidate.key not in taken]
-            again = self._again(stage, own)
+            alone = self._scored(stage, own)
+            again = self._doubted(stage, alone)
             e = explained(stage.system, again.columns)
             rivals = []
             for s in options:
@@ -538,7 +545,11 @@ class Search:
                 other = explained(stage.system, s.columns)
                 alike = _correlation(e, other)
                 if alike > _ALIKE:
-                    rivals.append((alike, self._doubted(stage, s)))
+                    rivals.append((alike, s))
+            # The same torque may be written on other joints: all compare beside the same misfit.
+            among = sorted({*own.columns, *(j for _, s in rivals for j in s.columns)})
+            again = self._doubted(stage, alone, among)
+            rivals = [(alike, self._doubted(stage, s, among)) for alike, s in rivals]
             weight = softmax([odds_together(again, accepted), *(s.odds for _, s in rivals), 0.0])
             same = weight[0] + sum(
                 w for w, (alike, _) in zip(weight[1:], rivals, strict=False) if alike > _SAME

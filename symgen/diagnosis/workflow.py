@@ -314,6 +314,18 @@ class _Question:
             return None
 
     @cached_property
+    def repaired(self) -> Diagnosis:
+        """The declared model on the repaired logs, with measured speeds as in `raw`.
+
+        Derived speeds may be better without any repair.
+        """
+        if self.band.velocity == "measured":
+            return self.declared
+        opened = self.opened.train, self.opened.held
+        logs = _in_band(opened, replace(self.band, velocity="measured"))
+        return plain(self.fitted(logs), self.notes)
+
+    @cached_property
     def rests(self) -> tuple[str, ...]:
         """Notes on joints at rest."""
         return rests_in_words([*self.opened.train, *self.opened.held], self.robot)
@@ -402,7 +414,7 @@ class _Question:
         if self.raw is not None:
             repairs = self.opened.repairs
             logs = [*chain(*self.logs)]
-            named += mended(repairs, logs, self.robot, self.raw, self.declared, self.least)
+            named += mended(repairs, logs, self.robot, self.raw, self.repaired, self.least)
         if named or says:
             first = whole if self.given is not None else self.raw or self.declared
             whole = with_chain(whole, named, first.before, closes, says, lasting)

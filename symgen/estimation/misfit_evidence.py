@@ -17,6 +17,7 @@ the predictive score.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -96,14 +97,16 @@ class MisfitEvidence:
         largest = np.sqrt(np.max([none, *squares], axis=0))
         return np.asarray(1 / np.where(largest > 0, largest, 1.0))
 
-    def of(self, columns: Columns, units: FloatArray) -> float:
+    def of(self, columns: Columns, units: FloatArray, among: Iterable[int] | None = None) -> float:
         """Return the evidence of columns (K, m) on some joints, nats.
 
         Args:
             columns: by position of the joint.
             units: (m,) coefficients to expect.
+            among: joints that have a misfit; None for those of the columns. Columns of different
+                joints compare only among the same.
         """
-        joints = tuple(columns)
+        joints = tuple(columns if among is None else among)
         if joints not in self._alone:
             self._alone[joints] = self._likelihood(joints, self._products)
         m, p = len(units), self.W.shape[2]

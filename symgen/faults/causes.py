@@ -378,9 +378,10 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
         tau = W0 X + s (W - W0) X,    W0 the regressor at rest
 
     A controller that compensates gravity, and feeds forward a share of the rest, commands this
-    torque. A clock that is c times too fast gives it from any torque, s = 1/c^2. No log
-    distinguishes the two, except by measured speeds that confirm the clock. Friction is free, hence
-    the same for both.
+    torque. A clock that is c times too fast gives it from any torque, s = 1/c^2. So do springs and
+    counterweights that carry a share 1 - 1/s of the weight of the links. No log distinguishes the
+    three, except by measured speeds that confirm the clock. Friction is free, hence the same for
+    all.
 
     Args:
         scene: the fitted model.
@@ -417,7 +418,14 @@ def _scaled(scene: Scene, clock: bool) -> Iterator[Cause]:
         f"{100 * share:.2g} % of the torque of the motion: log the measured torque or the motor "
         "current"
     )
+    carried = (
+        f"the motors carry about {100 / share:.2g} % of the weight of the links: springs or "
+        "counterweights carry the rest, or gravity in the robot file is too large"
+    )
     better = fit.score - scene.score.alone.score
+    if share > 1:
+        says = carried if 1 - 1 / share > FACTOR else ""
+        yield Cause("carried", (), says, better, fit.left, regressor=W, shares=(share, 1.0))
     if clock:
         says = fast if abs(slow - 1) > FACTOR else ""
         yield Cause("clock", (), says, better, fit.left, regressor=W, shares=(share, 1.0))

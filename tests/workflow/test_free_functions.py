@@ -106,3 +106,23 @@ def test_a_spring_that_carries_much_of_the_weight_has_its_law() -> None:
     done = demonstrate(lambda _: None)
     assert [(e.name, e.joints) for e in done.why.effects] == [("gravity_spring", (2,))]
     assert not done.why.free_functions
+
+
+def test_an_effect_that_is_small_in_the_training_motion_alone_is_told() -> None:
+    robot = symgen.parse_robot(ROBOT, "odd.toml")
+
+    def motion(seed: int, slower: float) -> symgen.Log:
+        """Friction that grows with the square of the speed of joint 1."""
+        t, q, qd, qdd = planar2r.harmonic_motion(np.random.default_rng(seed), seed)
+        qd, qdd = qd / slower, qdd / slower**2
+        tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
+        tau += np.sign(qd) + 0.5 * qd
+        tau += 0.005 * np.random.default_rng(seed + 9).normal(size=tau.shape)
+        tau[:, 0] += 0.25 * qd[:, 0] * np.abs(qd[:, 0])
+        return symgen.make_log(f"log {seed}", t * slower, q, tau, qd)
+
+    found = symgen.diagnose(robot, motion(2, 3.0), validation=motion(3, 1.0))
+    assert (found.verdict, found.effects) == ("unexplained", ())
+    (told,) = found.advice
+    assert "nonlinear_viscous_friction on joint 1 is probable, but too small on the train" in told
+    assert "larger on the validation data: there it reduces the torque error of joint 1" in told

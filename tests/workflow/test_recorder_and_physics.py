@@ -8,6 +8,7 @@ from support import sampled
 
 pytest.importorskip("pinocchio")
 
+from oracles import planar2r
 from oracles.hidden.engines import PinocchioEngine
 from support_diagnose import log_of
 from workflow.test_diagnose_kinds import (
@@ -163,3 +164,23 @@ def test_identify_does_not_trust_a_late_or_cut_torque(edit: Edit, says: str) -> 
     estimate = identified(edit)
     assert estimate.verdict == "doubtful"
     assert says in estimate.reasons[0]
+
+
+def with_late_speeds(seed: int) -> symgen.Log:
+    """A planar arm with much friction, whose measured speeds have noise and are 0.5 ms late."""
+    rng, X = np.random.default_rng(seed), np.array([3.7, 0.8, 1.2, 0.3])
+    t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+    tau = np.array([planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)])
+    tau += np.array([25.0, 8.0]) * np.sign(qd) + 0.5 * qd + 0.005 * rng.normal(size=tau.shape)
+    noise = 0.003 * np.std(qd, axis=0) * rng.normal(size=q.shape)
+    return symgen.make_log(f"log {seed}", t, q, tau, qd - 5e-4 * qdd + noise)
+
+
+def test_a_repair_is_not_credited_with_what_derived_speeds_do() -> None:
+    """The torque error falls where the band has derived speeds, with the repair or without it."""
+    robot = symgen.parse_robot(planar2r.robot_toml("late"), "late.toml")
+    found = symgen.diagnose(
+        robot, with_late_speeds(2), validation=with_late_speeds(3), effects=["viscous_friction"]
+    )
+    assert any("0.51 ms late" in r.fault for r in found.repairs)
+    assert (found.verdict, found.effects) == ("consistent", ())

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles import planar2r
 from oracles.hidden import cases, machines
 from oracles.random_arms import to_toml
 from support import sampled
@@ -150,3 +151,52 @@ def test_a_planar_arm_feels_its_base_turn_about_its_axes_alone() -> None:
     robot = symgen.parse_robot(machines.MACHINES["planar2r"].robot_toml())
     (tilt,) = special_candidates(robot, None, ["base_tilt"])  # type: ignore[arg-type]
     assert [name for name, _ in tilt.coefficients] == ["TZ"]
+
+
+def hung(seed: int, share: float) -> symgen.Log:
+    """A planar arm in a vertical plane; its motors carry a share of the weight of link 2."""
+    rng = np.random.default_rng(seed)
+    t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+    (q1, q2), (v1, v2), (a1, a2) = q.T, qd.T, qdd.T
+    c, s, both = np.cos(q2), np.sin(q2), 0.8 * (a1 + a2)
+    weight = 9.81 * 1.2 * share * np.cos(q1 + q2)
+    first = 3.0 * a1 + both + 0.6 * (c * (2 * a1 + a2) - s * v2 * (2 * v1 + v2))
+    second = both + 0.6 * (c * a1 + s * v1**2)
+    tau = np.stack([first + 9.81 * 4.0 * np.cos(q1) + weight, second + weight], axis=1)
+    tau += np.sign(qd) + 0.5 * qd + 0.02 * rng.normal(size=q.shape)
+    return symgen.make_log(f"log {seed}", t, q, tau)
+
+
+def test_a_carried_weight_is_no_slow_clock() -> None:
+    """Half the weight of link 2 beside its whole inertia is what a clock gives that is too slow."""
+    text = (
+        '[robot]\nname = "hung"\nconvention = "modified-dh"\ngravity = [0.0, -9.81, 0.0]\n'
+        "[[joint]]\n[[joint]]\nd = 0.5\n"
+    )
+    robot = symgen.parse_robot(text, "hung.toml")
+    found = diagnose(robot, hung(2, 0.5), validation=hung(3, 0.5))
+    assert found.verdict == "explained"
+    assert {e.name for e in found.effects} == {"gravity_compensation"}
+    assert found.after.total < 0.1 * found.before.total
+    estimate = symgen.identify(robot, hung(2, 0.5), validation=hung(3, 0.5))
+    told = " ".join(estimate.reasons)
+    assert "of the weight of the links" in told
+    assert "times too fast" in told
+
+
+def test_a_rotor_of_one_joint_is_no_drive_of_two() -> None:
+    """On a planar arm a drive of both joints, of half the inertia, is the same torque."""
+    text = planar2r.robot_toml("rotor")
+    head, last = text.rsplit("friction", 1)
+    robot = symgen.parse_robot(f"{head}rotor_inertia = false\nfriction{last}", "rotor.toml")
+
+    def log(seed: int) -> symgen.Log:
+        rng, X = np.random.default_rng(seed), np.array([3.7, 0.8, 1.2, 0.3])
+        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
+        tau = [planar2r.inverse_dynamics(*s, X, 0.5) for s in zip(q, qd, qdd, strict=True)]
+        tau = np.array(tau) + np.sign(qd) + 0.5 * qd + 0.02 * rng.normal(size=q.shape)
+        tau[:, 1] += 0.3 * qdd[:, 1]
+        return symgen.make_log(f"log {seed}", t, q, tau, qd)
+
+    found = diagnose(robot, log(2), validation=log(3))
+    assert [(e.name, e.joints) for e in found.effects] == [("rotor_inertia", (2,))]
