@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define panda_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct panda_identifier_joint {
     panda_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     panda_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct panda_identifier_joint {
     panda_real sum;       /* of the sizes of speeds in the interval */
     panda_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    panda_real rss;       /* its share of the sum of squares, with forgetting */
+    panda_real count;     /* and of the number of equations */
 } panda_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,

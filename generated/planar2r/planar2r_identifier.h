@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define planar2r_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct planar2r_identifier_joint {
     planar2r_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     planar2r_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct planar2r_identifier_joint {
     planar2r_real sum;       /* of the sizes of speeds in the interval */
     planar2r_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    planar2r_real rss;       /* its share of the sum of squares, with forgetting */
+    planar2r_real count;     /* and of the number of equations */
 } planar2r_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,

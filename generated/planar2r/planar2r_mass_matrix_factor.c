@@ -24,7 +24,7 @@ int planar2r_mass_matrix_factor(const double q[2], const double X[4], double L_o
     L_out[1] = l2_1;
     const double m2_1_1 = J33s1_2 - Nbm23d2 * l2_1;
     D_out[0] = m2_1_1;
-    const double guard[2] = { m2_1_1, X[1] };
+    const double guard[2] = { X[1], m2_1_1 };
     int status = planar2r_OK;
     for (size_t i = 0u; (i < 2u) && (status == 0); ++i) {
         if (!(guard[i] > 0.0)) {

@@ -27,8 +27,8 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *L_out, apart *D_out, con
     lanes_put(&L_out[1], l2_1, stream);
     const lanes m2_1_1 = J33s1_2 - Nbm23d2 * l2_1;
     lanes_put(&D_out[0], m2_1_1, stream);
-    const mask singular = (mask)(m2_1_1 <= 0.0) | (mask)(X[1] <= 0.0);
-    const mask odd = (~(mask)(m2_1_1 > 0.0) & ~(mask)(m2_1_1 <= 0.0)) | (~(mask)(X[1] > 0.0) & ~(mask)(X[1] <= 0.0)) | (~(mask)(lanes_all(1.0) - lanes_all(1.0) == 0.0)) | (~(mask)(l2_1 - l2_1 == 0.0)) | (~(mask)(lanes_all(0.0) - lanes_all(0.0) == 0.0)) | (~(mask)(lanes_all(1.0) - lanes_all(1.0) == 0.0)) | (~(mask)(m2_1_1 - m2_1_1 == 0.0)) | (~(mask)(X[1] - X[1] == 0.0));
+    const mask singular = (mask)(X[1] <= 0.0) | (mask)(m2_1_1 <= 0.0);
+    const mask odd = (~(mask)(X[1] > 0.0) & ~(mask)(X[1] <= 0.0)) | (~(mask)(m2_1_1 > 0.0) & ~(mask)(m2_1_1 <= 0.0)) | (~(mask)(lanes_all(1.0) - lanes_all(1.0) == 0.0)) | (~(mask)(l2_1 - l2_1 == 0.0)) | (~(mask)(lanes_all(0.0) - lanes_all(0.0) == 0.0)) | (~(mask)(lanes_all(1.0) - lanes_all(1.0) == 0.0)) | (~(mask)(m2_1_1 - m2_1_1 == 0.0)) | (~(mask)(X[1] - X[1] == 0.0));
     const int status = (lanes_any(singular) ? (int)planar2r_NOT_POSITIVE_DEFINITE : 0)
         | (lanes_any(odd & ~singular) ? (int)planar2r_NOT_FINITE : 0);
     return status;

@@ -311,6 +311,38 @@ static void age(puma560_identifier *s)
     }
 }
 
+/* Share what the latest equation leaves among the joints that moved in its window: only these
+ * forget what they had. The variance of equations is the mean of those of all joints, so that a
+ * joint which moves alone, with less noise than the others, does not change the std of what they
+ * have taught. */
+static void share_residual(puma560_identifier *s)
+{
+    puma560_least_squares *past = &s->least_squares;
+    const unsigned char *rested = s->rested[s->last];
+    puma560_real variance = 0;
+    puma560_real count = 0;
+    int moved = 0;
+    int known = 0;
+    for (int j = 0; j < puma560_JOINTS; j++) {
+        moved += rested[j] == 0;
+    }
+    const puma560_real part = 1 / (puma560_real)(moved > 0 ? moved : puma560_JOINTS);
+    for (int j = 0; j < puma560_JOINTS; j++) {
+        puma560_identifier_joint *x = s->joint + j;
+        if (moved == 0 || rested[j] == 0) {
+            x->rss = past->forgetting * x->rss + part * past->rss;
+            x->count = past->forgetting * x->count + part;
+        }
+        if (x->count > 0) {
+            variance += x->rss / x->count;
+            known++;
+        }
+        count += x->count;
+    }
+    past->rss = variance / (puma560_real)known * count;
+    past->count = count;
+}
+
 /* Learn an equation: it takes g_i^2 / (1 + leverage) from each variance, g = (R'R)^-1 row. */
 static void learn(puma560_identifier *s, const puma560_real *row, puma560_real y, puma560_real *u,
                   puma560_real leverage)
@@ -322,7 +354,13 @@ static void learn(puma560_identifier *s, const puma560_real *row, puma560_real y
             s->gained[i] += u[i] * u[i] / (1 + leverage);
         }
     }
-    (void)puma560_least_squares_update(past, row, y);
+    if (past->forgetting < 1) {
+        past->rss = 0;
+        (void)puma560_least_squares_update(past, row, y);
+        share_residual(s);
+    } else {
+        (void)puma560_least_squares_update(past, row, y);
+    }
 }
 
 /* Take in the next equation of the window that has closed. */

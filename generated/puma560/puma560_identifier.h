@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define puma560_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct puma560_identifier_joint {
     puma560_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     puma560_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct puma560_identifier_joint {
     puma560_real sum;       /* of the sizes of speeds in the interval */
     puma560_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    puma560_real rss;       /* its share of the sum of squares, with forgetting */
+    puma560_real count;     /* and of the number of equations */
 } puma560_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,

@@ -273,7 +273,7 @@ int puma560_mass_matrix_factor(const double q[6], const double X[40], double L_o
     L_out[1] = l2_1;
     const double m2_1_1 = m3_1_1 - m3_2_1 * l2_1;
     D_out[0] = m2_1_1;
-    const double guard[6] = { m2_1_1, m3_2_2, m4_3_3, m5_4_4, m6_5_5, M6_6 };
+    const double guard[6] = { M6_6, m6_5_5, m5_4_4, m4_3_3, m3_2_2, m2_1_1 };
     int status = puma560_OK;
     for (size_t i = 0u; (i < 6u) && (status == 0); ++i) {
         if (!(guard[i] > 0.0)) {

@@ -311,6 +311,38 @@ static void age(rx90_identifier *s)
     }
 }
 
+/* Share what the latest equation leaves among the joints that moved in its window: only these
+ * forget what they had. The variance of equations is the mean of those of all joints, so that a
+ * joint which moves alone, with less noise than the others, does not change the std of what they
+ * have taught. */
+static void share_residual(rx90_identifier *s)
+{
+    rx90_least_squares *past = &s->least_squares;
+    const unsigned char *rested = s->rested[s->last];
+    rx90_real variance = 0;
+    rx90_real count = 0;
+    int moved = 0;
+    int known = 0;
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        moved += rested[j] == 0;
+    }
+    const rx90_real part = 1 / (rx90_real)(moved > 0 ? moved : rx90_JOINTS);
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        rx90_identifier_joint *x = s->joint + j;
+        if (moved == 0 || rested[j] == 0) {
+            x->rss = past->forgetting * x->rss + part * past->rss;
+            x->count = past->forgetting * x->count + part;
+        }
+        if (x->count > 0) {
+            variance += x->rss / x->count;
+            known++;
+        }
+        count += x->count;
+    }
+    past->rss = variance / (rx90_real)known * count;
+    past->count = count;
+}
+
 /* Learn an equation: it takes g_i^2 / (1 + leverage) from each variance, g = (R'R)^-1 row. */
 static void learn(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_real *u,
                   rx90_real leverage)
@@ -322,7 +354,13 @@ static void learn(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_re
             s->gained[i] += u[i] * u[i] / (1 + leverage);
         }
     }
-    (void)rx90_least_squares_update(past, row, y);
+    if (past->forgetting < 1) {
+        past->rss = 0;
+        (void)rx90_least_squares_update(past, row, y);
+        share_residual(s);
+    } else {
+        (void)rx90_least_squares_update(past, row, y);
+    }
 }
 
 /* Take in the next equation of the window that has closed. */

@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define rx90_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct rx90_identifier_joint {
     rx90_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     rx90_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct rx90_identifier_joint {
     rx90_real sum;       /* of the sizes of speeds in the interval */
     rx90_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    rx90_real rss;       /* its share of the sum of squares, with forgetting */
+    rx90_real count;     /* and of the number of equations */
 } rx90_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,

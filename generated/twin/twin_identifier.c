@@ -311,6 +311,38 @@ static void age(twin_identifier *s)
     }
 }
 
+/* Share what the latest equation leaves among the joints that moved in its window: only these
+ * forget what they had. The variance of equations is the mean of those of all joints, so that a
+ * joint which moves alone, with less noise than the others, does not change the std of what they
+ * have taught. */
+static void share_residual(twin_identifier *s)
+{
+    twin_least_squares *past = &s->least_squares;
+    const unsigned char *rested = s->rested[s->last];
+    twin_real variance = 0;
+    twin_real count = 0;
+    int moved = 0;
+    int known = 0;
+    for (int j = 0; j < twin_JOINTS; j++) {
+        moved += rested[j] == 0;
+    }
+    const twin_real part = 1 / (twin_real)(moved > 0 ? moved : twin_JOINTS);
+    for (int j = 0; j < twin_JOINTS; j++) {
+        twin_identifier_joint *x = s->joint + j;
+        if (moved == 0 || rested[j] == 0) {
+            x->rss = past->forgetting * x->rss + part * past->rss;
+            x->count = past->forgetting * x->count + part;
+        }
+        if (x->count > 0) {
+            variance += x->rss / x->count;
+            known++;
+        }
+        count += x->count;
+    }
+    past->rss = variance / (twin_real)known * count;
+    past->count = count;
+}
+
 /* Learn an equation: it takes g_i^2 / (1 + leverage) from each variance, g = (R'R)^-1 row. */
 static void learn(twin_identifier *s, const twin_real *row, twin_real y, twin_real *u,
                   twin_real leverage)
@@ -322,7 +354,13 @@ static void learn(twin_identifier *s, const twin_real *row, twin_real y, twin_re
             s->gained[i] += u[i] * u[i] / (1 + leverage);
         }
     }
-    (void)twin_least_squares_update(past, row, y);
+    if (past->forgetting < 1) {
+        past->rss = 0;
+        (void)twin_least_squares_update(past, row, y);
+        share_residual(s);
+    } else {
+        (void)twin_least_squares_update(past, row, y);
+    }
 }
 
 /* Take in the next equation of the window that has closed. */

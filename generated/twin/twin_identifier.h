@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define twin_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct twin_identifier_joint {
     twin_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     twin_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct twin_identifier_joint {
     twin_real sum;       /* of the sizes of speeds in the interval */
     twin_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    twin_real rss;       /* its share of the sum of squares, with forgetting */
+    twin_real count;     /* and of the number of equations */
 } twin_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,

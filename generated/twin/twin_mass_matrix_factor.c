@@ -216,7 +216,7 @@ int twin_mass_matrix_factor(const double q[7], const double X[44], double L_out[
     L_out[1] = l2_1;
     const double m2_1_1 = m3_1_1 - m3_2_1 * l2_1;
     D_out[0] = m2_1_1;
-    const double guard[7] = { m2_1_1, m3_2_2, m4_3_3, M4_4, m6_5_5, m7_6_6, M7_7 };
+    const double guard[7] = { M7_7, m7_6_6, m6_5_5, M4_4, m4_3_3, m3_2_2, m2_1_1 };
     int status = twin_OK;
     for (size_t i = 0u; (i < 7u) && (status == 0); ++i) {
         if (!(guard[i] > 0.0)) {

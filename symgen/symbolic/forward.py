@@ -80,13 +80,12 @@ def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 
 
 def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr], list[sp.Expr]]:
-    """Return L and D of M = L D L^T, entries of L that are not zero by rows; D must be positive."""
+    """Return L (entries by rows, without zeros) and D of M = L D L^T, and D as the pivots."""
     factor = factored(p, mass_matrix(p))
     rows: Rows = {j: {j: sp.S.One} for j in p.numbers}
     for (k, i), value in factor.low.items():
         rows[i][k] = value
-    pivots = list(reversed(factor.pivots))
-    return rows, pivots, pivots
+    return rows, list(reversed(factor.pivots)), list(factor.pivots)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,13 @@
 
 for the rows of J that a task chooses. With S = diag(select), Lambda = S A^-1 S of
 A = S J M^-1 J' S + (I - S)^2, which is positive definite if the chosen rows are independent.
+
+Of rows that depend on each other, rounding leaves pivots of either sign. A guard is
+
+    (c A_jj + pivot_j) - c A_jj
+
+which is 0 where the pivot is lost in the rounding of the numbers that it is a difference of, in
+double and in float.
 """
 
 from __future__ import annotations
@@ -19,6 +26,8 @@ from symgen.symbolic.placement import link_jacobian_tape
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Rows = list[list[sp.Expr]]
+#: A pivot is lost where it is less than so many roundings of its diagonal entry.
+_ROUNDING = 1024
 
 
 def operational_space_tape(robot: Robot, base: BaseParameters) -> Tape:
@@ -105,14 +114,17 @@ def _down(tape: TapeBuilder, upper: Rows, b: list[sp.Expr], name: str) -> list[s
 
 
 def _inverse(tape: TapeBuilder, A: Rows) -> tuple[Rows, list[sp.Expr]]:
-    """Return the inverse of a symmetric matrix by U D U', and its pivots."""
+    """Return the inverse of a symmetric matrix by U D U', and a guard of each pivot."""
     n = len(A)
+    guards: list[sp.Expr] = []
     upper: Rows = [[sp.S.Zero] * n for _ in range(n)]
     pivots, inverse = [sp.S.Zero] * n, [sp.S.Zero] * n
     for j in range(n - 1, -1, -1):
         held = [tape.name(f"h{j}{k}", upper[j][k] * pivots[k]) for k in range(j + 1, n)]
         above = sp.Add(*(upper[j][k] * h for k, h in zip(range(j + 1, n), held, strict=True)))
         pivots[j] = tape.name(f"p{j}", A[j][j] - above)
+        large = tape.name(f"b{j}", _ROUNDING * A[j][j])
+        guards.append(tape.name(f"g{j}", tape.name(f"e{j}", large + pivots[j]) - large))
         upper[j][j] = sp.S.One
         inverse[j] = tape.name(f"ip{j}", 1 / pivots[j])
         for i in range(j):
@@ -124,4 +136,4 @@ def _inverse(tape: TapeBuilder, A: Rows) -> tuple[Rows, list[sp.Expr]]:
         y = _up(tape, upper, unit, f"s{k}_")
         z = [tape.name(f"t{k}_{i}", v * inverse[i]) for i, v in enumerate(y)]
         columns.append(_down(tape, upper, z, f"r{k}_"))
-    return columns, pivots
+    return columns, guards

@@ -1003,6 +1003,25 @@ class TestGuard:
         if model == "momentum":  # the energy model knows the sum of what friction takes better now
             np.testing.assert_allclose(std[6:], before[1][6:], rtol=0.5)
 
+    @pytest.mark.parametrize("model", MODELS)
+    def test_a_quiet_joint_that_moves_alone_leaves_the_std_of_the_others(self, package, model):
+        """The torque of joint 1 has a hundred times the noise of that of joint 2."""
+        c, t = package("rub"), stamps(30_000, True)
+        memory = c.identifier("sliding", 100, 0.9998, model=model)
+        draw, noise = np.random.default_rng(4), [0.1, 1e-3]
+        q, qd, tau = motion(t, X_RUB)
+        assert c.run(memory, t, q, qd, tau + noise * draw.standard_normal(tau.shape)) == 0
+        std = c.read(memory)[2]
+        slope = np.gradient(qd[:, 1], t)
+        q[:, 0], qd[:, 0] = 0.4, 0.0
+        tau = noise * draw.standard_normal(tau.shape)
+        tau[:, 1] += X_RUB[1] * slope + X_RUB[6] * np.sign(qd[:, 1]) + X_RUB[7] * qd[:, 1]
+        for _ in range(2):
+            assert c.run(memory, t, q, qd, tau) == 0
+        _, X, after = c.read(memory)
+        assert np.all(np.abs(X - X_RUB) < 4 * after)
+        assert np.all(after[[0, 4, 5]] > 0.5 * std[[0, 4, 5]])
+
     def test_the_noise_of_speeds_may_be_stated(self, package):
         """Where it is stated too small the joints seem to move; a negative one is refused."""
         c, t = package("rub"), stamps(3000, True)

@@ -507,13 +507,23 @@ def test_operational_space_is_that_of_khatib(name, link, backend) -> None:
 
 
 def test_operational_space_of_rows_that_depend_on_each_other_says_so() -> None:
-    model = symgen.derive("planar2r", ("operational_space",))
+    """More rows than joints move the link: rounding leaves pivots of either sign."""
+    model = symgen.derive("panda", ("operational_space",))
     evaluator = symgen.load(model, backend="c")
     X = np.array(physical_parameters(model, random.Random(1)))
-    q, tau = np.array([0.1, 0.7]), np.ones(2)
-    evaluator["operational_space"](q, 2, np.zeros(3), np.array([1.0, 0, 0, 0, 0, 0]), tau, X)
-    with pytest.raises(symgen.SymgenError):  # z never moves
-        evaluator["operational_space"](q, 2, np.zeros(3), np.array([1.0, 0, 1, 0, 0, 0]), tau, X)
+    rng = np.random.default_rng(2)
+    for link in 40 * [2, 3, 4]:
+        q, point, tau = rng.uniform(-2, 2, 7), rng.uniform(-0.2, 0.2, 3), np.ones(7)
+        select = np.zeros(6)
+        select[rng.permutation(6)[: link + 1]] = 1.0
+        with pytest.raises(symgen.SymgenError, match="not positive definite"):
+            evaluator["operational_space"](q, link, point, select, tau, X)
+
+
+def test_factors_of_a_mass_matrix_of_zero_say_that_it_is_not_positive_definite() -> None:
+    evaluator = symgen.load(symgen.derive("planar2r", ("mass_matrix_factor",)), backend="c")
+    with pytest.raises(symgen.SymgenError, match="not positive definite"):
+        evaluator["mass_matrix_factor"](np.array([0.1, 0.7]), np.zeros(4))
 
 
 @pytest.mark.parametrize("backend", ["c", "casadi"])

@@ -312,6 +312,38 @@ static void age(NAME_identifier *s)
     }
 }
 
+/* Share what the latest equation leaves among the joints that moved in its window: only these
+ * forget what they had. The variance of equations is the mean of those of all joints, so that a
+ * joint which moves alone, with less noise than the others, does not change the std of what they
+ * have taught. */
+static void share_residual(NAME_identifier *s)
+{
+    NAME_least_squares *past = &s->least_squares;
+    const unsigned char *rested = s->rested[s->last];
+    NAME_real variance = 0;
+    NAME_real count = 0;
+    int moved = 0;
+    int known = 0;
+    for (int j = 0; j < NAME_JOINTS; j++) {
+        moved += rested[j] == 0;
+    }
+    const NAME_real part = 1 / (NAME_real)(moved > 0 ? moved : NAME_JOINTS);
+    for (int j = 0; j < NAME_JOINTS; j++) {
+        NAME_identifier_joint *x = s->joint + j;
+        if (moved == 0 || rested[j] == 0) {
+            x->rss = past->forgetting * x->rss + part * past->rss;
+            x->count = past->forgetting * x->count + part;
+        }
+        if (x->count > 0) {
+            variance += x->rss / x->count;
+            known++;
+        }
+        count += x->count;
+    }
+    past->rss = variance / (NAME_real)known * count;
+    past->count = count;
+}
+
 /* Learn an equation: it takes g_i^2 / (1 + leverage) from each variance, g = (R'R)^-1 row. */
 static void learn(NAME_identifier *s, const NAME_real *row, NAME_real y, NAME_real *u,
                   NAME_real leverage)
@@ -323,7 +355,16 @@ static void learn(NAME_identifier *s, const NAME_real *row, NAME_real y, NAME_re
             s->gained[i] += u[i] * u[i] / (1 + leverage);
         }
     }
-    (void)NAME_least_squares_update(past, row, y);
+    if (past->forgetting < 1) {
+        past->rss = 0;
+{% if dtype == "float" %}
+        past->rss_carry = 0;
+{% endif %}
+        (void)NAME_least_squares_update(past, row, y);
+        share_residual(s);
+    } else {
+        (void)NAME_least_squares_update(past, row, y);
+    }
 }
 
 /* Take in the next equation of the window that has closed. */

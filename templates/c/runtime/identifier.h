@@ -95,7 +95,7 @@ enum {
 /* Length of the intervals in which joints rest or move, s; they have three samples at least. */
 #define NAME_REST_TIME 0.01
 
-/* What is known of the rest of a joint. */
+/* What is known of a joint: its rest, and what is left of the equations in which it moved. */
 typedef struct NAME_identifier_joint {
     NAME_real stated;    /* standard deviation of the noise of qd; 0: it is estimated */
     NAME_real noise;     /* the estimate; 0: there is none yet */
@@ -104,6 +104,8 @@ typedef struct NAME_identifier_joint {
     NAME_real sum;       /* of the sizes of speeds in the interval */
     NAME_real held;      /* position at rest */
     int still;           /* nonzero: at rest */
+    NAME_real rss;       /* its share of the sum of squares, with forgetting */
+    NAME_real count;     /* and of the number of equations */
 } NAME_identifier_joint;
 
 /* What a model is to the identifier. For each equation of a window,
