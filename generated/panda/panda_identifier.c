@@ -326,7 +326,8 @@ static void share_residual(panda_identifier *s)
     for (int j = 0; j < panda_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const panda_real part = 1 / (panda_real)(moved > 0 ? moved : panda_JOINTS);
+    const int sharing = moved > 0 ? moved : panda_JOINTS;
+    const panda_real part = 1 / (panda_real)sharing;
     for (int j = 0; j < panda_JOINTS; j++) {
         panda_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -523,7 +524,7 @@ static void find_rest(panda_identifier *s, const panda_real *q, const panda_real
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (panda_real)s->draw / (panda_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (panda_real)s->draw / (panda_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;

@@ -326,7 +326,8 @@ static void share_residual(planar2r_identifier *s)
     for (int j = 0; j < planar2r_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const planar2r_real part = 1 / (planar2r_real)(moved > 0 ? moved : planar2r_JOINTS);
+    const int sharing = moved > 0 ? moved : planar2r_JOINTS;
+    const planar2r_real part = 1 / (planar2r_real)sharing;
     for (int j = 0; j < planar2r_JOINTS; j++) {
         planar2r_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -523,7 +524,7 @@ static void find_rest(planar2r_identifier *s, const planar2r_real *q, const plan
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (planar2r_real)s->draw / (planar2r_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (planar2r_real)s->draw / (planar2r_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;

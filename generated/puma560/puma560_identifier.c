@@ -326,7 +326,8 @@ static void share_residual(puma560_identifier *s)
     for (int j = 0; j < puma560_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const puma560_real part = 1 / (puma560_real)(moved > 0 ? moved : puma560_JOINTS);
+    const int sharing = moved > 0 ? moved : puma560_JOINTS;
+    const puma560_real part = 1 / (puma560_real)sharing;
     for (int j = 0; j < puma560_JOINTS; j++) {
         puma560_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -523,7 +524,7 @@ static void find_rest(puma560_identifier *s, const puma560_real *q, const puma56
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (puma560_real)s->draw / (puma560_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (puma560_real)s->draw / (puma560_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;

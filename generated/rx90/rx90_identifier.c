@@ -326,7 +326,8 @@ static void share_residual(rx90_identifier *s)
     for (int j = 0; j < rx90_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const rx90_real part = 1 / (rx90_real)(moved > 0 ? moved : rx90_JOINTS);
+    const int sharing = moved > 0 ? moved : rx90_JOINTS;
+    const rx90_real part = 1 / (rx90_real)sharing;
     for (int j = 0; j < rx90_JOINTS; j++) {
         rx90_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -523,7 +524,7 @@ static void find_rest(rx90_identifier *s, const rx90_real *q, const rx90_real *q
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (rx90_real)s->draw / (rx90_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (rx90_real)s->draw / (rx90_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;

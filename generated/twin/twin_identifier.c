@@ -326,7 +326,8 @@ static void share_residual(twin_identifier *s)
     for (int j = 0; j < twin_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const twin_real part = 1 / (twin_real)(moved > 0 ? moved : twin_JOINTS);
+    const int sharing = moved > 0 ? moved : twin_JOINTS;
+    const twin_real part = 1 / (twin_real)sharing;
     for (int j = 0; j < twin_JOINTS; j++) {
         twin_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -523,7 +524,7 @@ static void find_rest(twin_identifier *s, const twin_real *q, const twin_real *q
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (twin_real)s->draw / (twin_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (twin_real)s->draw / (twin_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;

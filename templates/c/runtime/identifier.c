@@ -327,7 +327,8 @@ static void share_residual(NAME_identifier *s)
     for (int j = 0; j < NAME_JOINTS; j++) {
         moved += rested[j] == 0;
     }
-    const NAME_real part = 1 / (NAME_real)(moved > 0 ? moved : NAME_JOINTS);
+    const int sharing = moved > 0 ? moved : NAME_JOINTS;
+    const NAME_real part = 1 / (NAME_real)sharing;
     for (int j = 0; j < NAME_JOINTS; j++) {
         NAME_identifier_joint *x = s->joint + j;
         if (moved == 0 || rested[j] == 0) {
@@ -527,7 +528,7 @@ static void find_rest(NAME_identifier *s, const NAME_real *q, const NAME_real *q
     }
     if (ends) {
         s->draw = (DRAW_FACTOR * s->draw + DRAW_TERM) % DRAW_RANGE;
-        s->look = s->interval * (NAME_real)s->draw / (NAME_real)(2u * DRAW_RANGE);
+        s->look = s->interval / 2 * (NAME_real)s->draw / (NAME_real)DRAW_RANGE;
         s->looked = 0;
         s->interval = 0;
         s->within = 0;
