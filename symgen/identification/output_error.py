@@ -22,9 +22,10 @@ simulated: the robot with kp q + kd qd moves under kp qr + kd qdr, which has no 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,7 @@ from symgen.estimation.values import FloatArray
 from symgen.identification.assessment import KNOWN
 from symgen.runtime.effect_constants import EffectConstants
 from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.integrator import TOLERANCE as FINEST
 from symgen.runtime.integrator import Law, integrate
 from symgen.runtime.plant import KERNELS, Mask, Plant, plant, with_torque
 
@@ -59,6 +61,9 @@ _STEPS = 50  # of the parameters
 _WEIGHED = 3  # rounds after which sigma stays
 #: Part of the standard deviation below which a step counts as none.
 _SETTLED = 0.02
+#: Part of sigma that the errors of all steps of the integrator in a window may add up to. Errors
+#: are not smooth in z: larger ones hide the slope of the sum of squares.
+_EXACT = 0.1
 #: Part of the squares of a window, and of a step of its start state, at which the search ends.
 _GAIN, _SHORT = 1e-3, 1e-2
 _DAMPING, _LEAST_DAMPED, _MOST_DAMPED = 1e-4, 1e-8, 1e4
@@ -92,8 +97,8 @@ class Refinement:
         delay: by which the torques of the logs are late, s.
         constants: of effects.
         before: (windows,) mean square of measured minus simulated positions, over sigma^2, of the
-            parameters to begin with, which have seen the windows.
-        after: the same of output error on the other folds of windows.
+            linear estimate of the other folds of windows.
+        after: the same of output error on the other folds.
     """
 
     X: FloatArray
@@ -130,20 +135,22 @@ def refine(
     logs: Sequence[FilteredLog],
     X: FloatArray,
     *,
+    without: Callable[[Sequence[Window]], FloatArray],
     late: bool = False,
     gains: Gains | None = None,
 ) -> Refinement:
     """Refine parameters by output error.
 
-    Each fold of windows is simulated with the given parameters, and with those that output error
-    finds on the other folds: the step of Gauss and Newton that leaves the fold out. The start state
-    of a window is unknown to both. Each gets the best one, so that noise of a measured start has no
-    say.
+    Each fold of windows, a fifth of the logs' time, is simulated with two sets of parameters that
+    have not seen it: the linear estimate of the other folds, and the output error of the other
+    folds, by the step of Gauss and Newton that leaves the fold out. The start state of a window is
+    unknown to both. Each gets the best one, so that noise of a measured start has no say.
 
     Args:
         evaluator: with the kernels of NEEDED.
         logs: the training logs.
-        X: (p,) to begin with.
+        X: (p,) to begin with, the linear estimate.
+        without: the linear estimate of the logs without some windows.
         late: whether the torques of all joints may be late by an unknown time, which is fitted too.
         gains: of the controller; if they gave the torques of all logs, the loop is simulated.
 
@@ -161,7 +168,7 @@ def refine(
     late = late and gains is None  # in a loop that is late, its gains act late too
     whole, every = _cut(windows, gains is not None), EffectConstants.of(evaluator.model)
     unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool), gains)
-    first, sigma = _begin(unknowns, whole, unknowns.start(X))
+    unknowns, first, sigma = _begin(unknowns, whole, unknowns.start(X))
     if every.names:
         parts = first.linearized(unknowns, whole, sigma)
         unknowns = unknowns.determined(first, parts)
@@ -175,34 +182,39 @@ def refine(
             break
         unknowns = known
     sigma = weights
-    # A stop or a reversal in a window makes more than one minimum: searched from two begins.
-    before = np.minimum(
-        _squares(first, whole, sigma), _best(unknowns, whole, given, sigma, state.starts)
-    )
     H, g = (np.array(x) for x in zip(*_products(parts), strict=True))
-    after = np.empty_like(before)
+    folds = np.arange(len(windows)) * FOLDS // len(windows)
+    before, after = np.empty(len(windows)), np.empty(len(windows))
     for fold in range(FOLDS):
-        left = np.arange(len(before)) % FOLDS == fold
+        left = folds == fold
+        rows = _by_log(left, whole)
+        own = [k for k, r in enumerate(rows) if r.any()]
+        cut = [whole[k].where(rows[k]) for k in own]
+        begins = [[x.starts[k][rows[k]] for k in own] for x in (first, state)]
+        linear = unknowns.start(without([w for w, out in zip(windows, left, strict=True) if out]))
         step = np.linalg.lstsq(H[~left].sum(axis=0), g[~left].sum(axis=0), rcond=None)[0]
-        rows = [np.asarray(x, dtype=bool) for x in _by_log(left, whole)]
-        cut = [w.where(r) for w, r in zip(whole, rows, strict=True)]
-        begun = [s[r] for s, r in zip(state.starts, rows, strict=True)]
-        after[left] = _best(unknowns, cut, state.z + step, sigma, begun)
+        before[left], after[left] = (
+            _squares(_settled(unknowns, cut, _nearest(unknowns, cut, z, begins, sigma), sigma),
+                     cut, sigma)
+            for z in (linear, state.z + step)
+        )  # fmt: skip
     each = whole[0].q[0].size
     found, delay, c = unknowns.split(state.z)
     constants = RefinedConstants(every, c, unknowns.fitted)
     return Refinement(found, covariance, delay, constants, before / each, after / each)
 
 
-def _best(
+def _nearest(
     unknowns: _Unknowns,
     windows: Sequence[Windows],
     z: FloatArray,
+    begins: Sequence[list[FloatArray]],
     sigma: FloatArray,
-    starts: list[FloatArray],
-) -> FloatArray:
-    """Return the squares of weighted residuals of windows with their best start states."""
-    return _squares(_settled(unknowns, windows, z, sigma, starts), windows, sigma)
+) -> _State:
+    """Return the state at z in which each window has the better of two start states."""
+    one, other = (_State.of(unknowns, windows, z, starts) for starts in begins)
+    better = _squares(other, windows, sigma) < _squares(one, windows, sigma)
+    return one.with_windows(other, _by_log(better, windows))
 
 
 def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> FloatArray:
@@ -211,21 +223,16 @@ def _squares(state: _State, windows: Sequence[Windows], sigma: FloatArray) -> Fl
 
 
 def _settled(
-    unknowns: _Unknowns,
-    windows: Sequence[Windows],
-    z: FloatArray,
-    sigma: FloatArray,
-    starts: list[FloatArray],
+    unknowns: _Unknowns, windows: Sequence[Windows], state: _State, sigma: FloatArray
 ) -> _State:
     """Return the state with z fixed after steps of the start states, each window on its own."""
-    state = _State.of(unknowns, windows, z, starts)
-    part = [np.ones(len(s)) for s in starts]
-    none = np.zeros(len(z))
+    part = [np.ones(len(s)) for s in state.starts]
+    none = np.zeros(len(state.z))
     for _ in range(_ROUNDS):
         steps = [p.start_step(none) for p in state.linearized(unknowns, windows, sigma)]
         before = _by_log(_squares(state, windows, sigma), windows)
         tried = [s + a[:, None] * d for s, a, d in zip(state.starts, part, steps, strict=True)]
-        trial = _State.of(unknowns, windows, z, tried)
+        trial = _State.of(unknowns, windows, state.z, tried)
         after = _by_log(_squares(trial, windows, sigma), windows)
         good = [a < b for a, b in zip(after, before, strict=True)]
         part = [np.where(g, np.minimum(1.0, 2 * a), a / 4) for g, a in zip(good, part, strict=True)]
@@ -237,7 +244,7 @@ def _settled(
     return state
 
 
-def _by_log(x: FloatArray, windows: Sequence[Windows]) -> list[FloatArray]:
+def _by_log(x: NDArray[Any], windows: Sequence[Windows]) -> list[NDArray[Any]]:
     return np.split(x, np.cumsum([len(w.start) for w in windows])[:-1])
 
 
@@ -327,6 +334,7 @@ class _Unknowns:
         every: the constants of effects.
         fitted: (c,) which of them are fitted.
         gains: kp and kd of the loop that is simulated, None where there is none.
+        tolerance: of a step of the integrator.
     """
 
     evaluator: Evaluator
@@ -334,6 +342,7 @@ class _Unknowns:
     every: EffectConstants
     fitted: Mask
     gains: Gains | None = None
+    tolerance: float = TOLERANCE
 
     def start(self, X: FloatArray) -> FloatArray:
         """Return z of X, no delay, and the constants of the robot file."""
@@ -415,12 +424,12 @@ class _Unknowns:
 
 
 def _simulate(
-    moved: Plant, w: Windows, start: FloatArray, delay: float
+    moved: Plant, w: Windows, start: FloatArray, delay: float, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return q and qd, (W, K, n)."""
     q, qd = np.split(start, 2, axis=1)
     motion = integrate(
-        moved, w.law(), w.t, q, qd, smooth=True, clock=w.clock + delay, tolerance=TOLERANCE
+        moved, w.law(), w.t, q, qd, smooth=True, clock=w.clock + delay, tolerance=tolerance
     )
     return motion.q, motion.qd
 
@@ -491,11 +500,14 @@ def sensitivities(
 
 def _begin(
     unknowns: _Unknowns, windows: Sequence[Windows], z: FloatArray
-) -> tuple[_State, FloatArray]:
-    """Return the state at z with the best start states, and sigma (n,)."""
+) -> tuple[_Unknowns, _State, FloatArray]:
+    """Return the unknowns with the tolerance for these windows, the best state at z, and sigma."""
     starts = [w.start for w in windows]
-    sigma = _deviations(windows, _State.of(unknowns, windows, z, starts))
-    return _settled(unknowns, windows, z, sigma, starts), sigma
+    state = _State.of(unknowns, windows, z, starts)
+    sigma = _deviations(windows, state)
+    summed = _EXACT * float(sigma.min()) / len(windows[0].t)
+    unknowns = replace(unknowns, tolerance=float(np.clip(summed, FINEST, TOLERANCE)))
+    return unknowns, _settled(unknowns, windows, state, sigma), sigma
 
 
 def _fit(
@@ -515,9 +527,8 @@ def _fit(
         scaled, cost, trial = H / np.outer(size, size), state.cost(windows, sigma), None
         while trial is None and damping <= _MOST_DAMPED:
             step = np.linalg.solve(scaled + damping * np.eye(len(z)), g / size) / size
-            starts = [s + p.start_step(step) for s, p in zip(state.starts, parts, strict=True)]
             with suppress(ParameterError):  # a step to a robot that cannot move is too long
-                trial = _State.of(unknowns, windows, state.z + step, starts)
+                trial = _stepped(unknowns, windows, state, parts, step, sigma)
                 trial = trial if trial.cost(windows, sigma) < cost else None
             damping *= 10
         if trial is None:
@@ -532,6 +543,26 @@ def _fit(
     else:
         raise ParameterError(f"output error does not settle in {_STEPS} steps")
     return state, sigma
+
+
+def _stepped(
+    unknowns: _Unknowns,
+    windows: Sequence[Windows],
+    state: _State,
+    parts: Sequence[_Part],
+    step: FloatArray,
+    sigma: FloatArray,
+) -> _State:
+    """Return the state after a step of z.
+
+    Each window takes the better of two start states: the best one of the linear equations, and the
+    one that only follows the step. At a stop or a reversal the first can be worse for any step.
+    """
+    begins = [
+        [s + p.start_step(step, own) for s, p in zip(state.starts, parts, strict=True)]
+        for own in (1.0, 0.0)
+    ]
+    return _nearest(unknowns, windows, state.z + step, begins, sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -550,7 +581,10 @@ class _State:
     ) -> _State:  # fmt: skip
         _, delay, _ = unknowns.split(z)
         moved = unknowns.plant(z)
-        motions = [_simulate(moved, w, s, delay) for w, s in zip(windows, starts, strict=True)]
+        motions = [
+            _simulate(moved, w, s, delay, unknowns.tolerance)
+            for w, s in zip(windows, starts, strict=True)
+        ]
         return cls(z, starts, moved, motions)
 
     def with_windows(self, other: _State, which: Sequence[Mask]) -> _State:
@@ -615,10 +649,15 @@ class _Part:
         J = self.J.reshape(-1, self.J.shape[2])
         return J.T @ J, J.T @ self.r.ravel()
 
-    def start_step(self, step: FloatArray) -> FloatArray:
-        """Return the best step of the start states (W, 2 n) after a step of X."""
+    def start_step(self, step: FloatArray, own: float = 1.0) -> FloatArray:
+        """Return the best step of the start states (W, 2 n) after a step of X.
+
+        Args:
+            step: (p,).
+            own: part of the residuals that the start states take away beside those of the step.
+        """
         r, J = self.full
-        return np.asarray((self.back @ (r - J @ step)[:, :, None])[:, :, 0])
+        return np.asarray((self.back @ (own * r - J @ step)[:, :, None])[:, :, 0])
 
 
 def _products(parts: Sequence[_Part]) -> list[tuple[FloatArray, FloatArray]]:

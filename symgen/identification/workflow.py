@@ -26,8 +26,10 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.playback import Gains, gains_of, with_controller
+from symgen.estimation.playback import Gains, Window, gains_of, with_controller
 from symgen.estimation.predictive_score import LEAST
+from symgen.estimation.system import Equations
+from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import open_logs
 from symgen.faults.recorder import late_fault
@@ -54,7 +56,7 @@ from symgen.identification.model_choice import (
 from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
-from symgen.identification.solving import FOLDED, Fit, Method, equate, solve, system_of
+from symgen.identification.solving import FOLDED, EquatedLog, Fit, Method, equate, solve, system_of
 from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import parse_robot, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -224,11 +226,19 @@ def _refined(
     if chosen.columns is not None:
         return unchanged("the logs do not determine all parameters")
     evaluator = load(derive(run.evaluator.model.robot, (*output_error.NEEDED, *JUDGING)))
+
+    def without(windows: Sequence[Window]) -> FloatArray:
+        parts = [
+            _without(part, [w.log.t[w.rows] for w in windows if w.log is log], chosen.model.gap)
+            for log, part in zip(run.train, chosen.train, strict=True)
+        ]
+        return solve(run.evaluator, parts, by, chosen.model).X
+
     try:
         refined = output_error.refine(
-            evaluator, run.train, before.X, late=run.delay != 0.0, gains=gains
+            evaluator, run.train, before.X, without=without, late=run.delay != 0.0, gains=gains
         )
-    except ParameterError as error:
+    except (ParameterError, IdentificationError) as error:
         return unchanged(str(error))
     old, new = refined.residuals
     told = (
@@ -252,6 +262,22 @@ def _refined(
     by = replace(by, refined=True)
     better = replace(better, notes=notes, provenance=found.provenance, constants=constants)
     return chosen, by, better
+
+
+def _without(part: EquatedLog, times: Sequence[FloatArray], gap: float) -> EquatedLog:
+    """Return a log without the equations that share time with some stretches of it.
+
+    Args:
+        part: the log with its equations.
+        times: (K,) of each stretch, s.
+        gap: time that an equation reaches back, s.
+    """
+
+    def apart(e: Equations) -> Equations:
+        shared = [(e.t > t[0]) & (e.t - gap < t[-1]) for t in times]
+        return e.where(~np.any(shared, axis=0), e.name)
+
+    return replace(part, equations=tuple(apart(e) for e in part.equations)) if times else part
 
 
 def _refined_constants(

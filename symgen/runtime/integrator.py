@@ -53,6 +53,8 @@ _P = np.array(
         [0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
     ]
 )
+#: Largest error of a step that callers get by default, absolute and relative.
+TOLERANCE = 1e-9
 #: Speed at which a friction that slows down has come to rest, rad/s or m/s.
 _STOPPED = 1e-8
 #: Below this step, s, what remains of a search for an event is rounding; as an accuracy it is
@@ -101,7 +103,7 @@ def integrate(
     unseen: FloatArray | None = None,
     smooth: bool = False,
     clock: FloatArray | None = None,
-    tolerance: float = 1e-9,
+    tolerance: float = TOLERANCE,
     progress: Callable[[int], None] = silent,
 ) -> Motion:
     """Move a plant from stamp to stamp.
