@@ -5,9 +5,9 @@
 Simulated arms with noise of 4 mrad in q, no tachometers, and 0.3 % of noise in the torque. 15 s are
 identified; 10 s of another motion without noise are the held-out log.
 
-The arm "stribeck" is "upright" with a Stribeck friction, whose speed in the robot file is wrong by a
-factor from 0.6 to 1.6, noise of 0.4 mrad in q, and torques that are early by up to 4 ms. The logs of
-the arm "loop" have no torques: they have the reference and the gains of a controller.
+The arm "stribeck" is "upright" with a Stribeck friction, whose speed in the robot file is wrong by
+a factor from 0.6 to 1.6, noise of 0.4 mrad in q, and torques that are early by up to 4 ms. The logs
+of the arm "loop" have no torques: they have the reference and the gains of a controller.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ ARMS = {
     "upright": (UPRIGHT, {**LINKS, **FRICTION}),
     "stribeck": (UPRIGHT, {**LINKS, **FRICTION, "FST1": 1.2}),
     "loop": (planar2r.robot_toml("loop", 'friction = ["viscous"]\nrotor_inertia = false') + GAINS,
-             dict(zip((*planar2r.NAMES, "FV1", "FV2"), (3.7, 0.8, 1.2, 0.3, 2.0, 0.5)))),
+             {"ZZ1R": 3.7, "ZZ2": 0.8, "MX2": 1.2, "MY2": 0.3, "FV1": 2.0, "FV2": 0.5}),
     "elbow": (ELBOW, {"ZZ1R": 1.2, "XX2R": -0.3, "XY2": 0.02, "XZ2": 0.01, "YZ2": -0.02,
                       "ZZ2": 0.4, "MX2": 1.0, "MY2": 0.1, "FV1": 2.0, "FS2": 0.6, "FV2": 0.5}),
 }  # fmt: skip
