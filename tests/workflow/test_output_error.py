@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from support import sampled
 from workflow import output_error_study
+from workflow.output_error_study import GAINS, KD, KP, followed
 
 import symgen
 
@@ -166,31 +167,8 @@ def test_constants_of_effects_are_fitted_if_the_log_determines_them(tmp_path) ->
         symgen.predict(robot, held, into)
 
 
-KP, KD = np.array([400.0, 150.0]), np.array([40.0, 12.0])
-CONTROLLER = f"[controller]\nkp = {KP.tolist()}\nkd = {KD.tolist()}\n"
-
-
-def followed(seed: int, seconds: float, noise: float = NOISE) -> symgen.Log:
-    """The log of an arm that a controller moves: encoders and reference, no torques."""
-    t, qr, qdr, _ = (
-        x[: int(200 * seconds) + 2]
-        for x in planar2r.harmonic_motion(np.random.default_rng(seed), seed)
-    )
-    reference = CubicSpline(t, np.concatenate([qr, qdr], axis=1))
-
-    def slope(at: float, x: np.ndarray) -> np.ndarray:
-        (q, qd), (aim, speed) = np.split(x, 2), np.split(reference(at), 2)
-        tau = KP * (aim - q) + KD * (speed - qd) - TRUE[4:] * qd
-        return np.concatenate([qd, planar2r.forward_dynamics(q, qd, tau, TRUE[:4], L1)])
-
-    begin = np.concatenate([qr[0], qdr[0]])
-    moved = solve_ivp(slope, (0, t[-1]), begin, "DOP853", t, rtol=1e-8, atol=1e-9).y
-    q = moved[:2].T + noise * np.random.default_rng([seed, 1]).normal(size=qr.shape)
-    return symgen.make_log(f"log {seed}", t, q, None, qr=qr, qdr=qdr)
-
-
 def test_gains_of_a_controller_replace_torques() -> None:
-    robot = symgen.parse_robot(ROBOT + CONTROLLER, "arm")
+    robot = symgen.parse_robot(ROBOT + GAINS, "arm")
     assert symgen.parse_robot(symgen.robot_toml(robot), "arm") == robot
     train, held = [followed(seed, 11.5, 1e-3) for seed in (5, 6)], followed(4, 6, 1e-5)
     found = symgen.identify(robot, train, validation=held, refine="simulation")
@@ -206,6 +184,8 @@ def test_the_scale_of_unknown_gains_is_named(tmp_path) -> None:
     np.savetxt(train, columns, "%.12g", ",", header="t,q1,q2,qr1,qr2,qdr1,qdr2", comments="")
     with pytest.raises(symgen.LogError, match=r"scale all torques.*scale = \"unknown\""):
         symgen.identify(symgen.parse_robot(ROBOT, "arm"), train)
+    with pytest.raises(symgen.LogError, match=r"a data set has a reference and no torques"):
+        symgen.identify(symgen.parse_robot(ROBOT + GAINS, "arm"), train, workers=1)
     gains = tmp_path / "gains.toml"
     gains.write_text(f"[controller]\nkp = {(2 * KP).tolist()}\nkd = {(2 * KD).tolist()}\n"
                      'scale = "unknown"')  # fmt: skip
