@@ -34,8 +34,8 @@ from symgen.identification.physical import (
 )
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_links, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf, urdf_links
+from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_boxes, mjcf_links, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf, urdf_boxes, urdf_links
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -140,6 +140,37 @@ class Known:
             yield box_fact(f"link {name}", places[name], low, high)
 
 
+class GeometryBoxes(NamedTuple):
+    """Boxes of the links or bodies of a robot file around their geometry.
+
+    Attributes:
+        boxes: by name, as `export` takes them.
+        unread: by name, why one with mass has no box.
+    """
+
+    boxes: dict[str, Box]
+    unread: dict[str, str]
+
+
+def geometry_boxes(source: str | Path) -> GeometryBoxes:
+    """Return a box around the geometry of each link with mass, along the axes of its frame.
+
+    The geometry of links without mass that are fixed to a link is part of it. A URDF is read
+    without MuJoCo: box, cylinder, capsule, sphere, and meshes in STL or OBJ. Where only the
+    collision or only the visual elements of a link can be read, the box is theirs.
+
+    Args:
+        source: path of a URDF or MJCF.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    path = Path(source)
+    found = (mjcf_boxes if path.suffix.lower() == ".xml" else urdf_boxes)(path)
+    boxes = {name: (low.tolist(), high.tolist()) for name, (low, high) in found.boxes.items()}
+    return GeometryBoxes(boxes, found.unread)
+
+
 @dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
@@ -196,7 +227,7 @@ def identified_file(
         )
     facts = tuple((known or Known()).facts(path, model.robot))
     if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
-        raise ParameterError(f"{path}: {wrong}")
+        raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
@@ -208,9 +239,10 @@ def identified_file(
     dynamics = _dynamics(model.robot, links, apart=mjcf)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
+        beside = " with the known masses and boxes" if facts else ""
         notes.append(
-            "the identified X is not physically possible: the file contains the nearest possible "
-            f"values, {links.sigmas:.3g} standard deviations away in all"
+            f"the identified X is not physically possible{beside}: the file contains the nearest "
+            f"possible values, {links.sigmas:.3g} standard deviations away in all"
         )
     if mjcf:
         text, pushed, changes = updated_mjcf(path, dynamics, actuators)
@@ -323,7 +355,8 @@ def export(
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
         masses: known masses of links of the file by name, kg.
-        boxes: two opposite corners of a box that contains a link, in its frame in the file, m.
+        boxes: two opposite corners of a box that contains a link, in its frame in the file, m; for
+            example `geometry_boxes(source).boxes`.
 
     Raises:
         RobotError: a robot cannot be read.

@@ -318,6 +318,33 @@ def test_a_file_has_the_masses_and_boxes_that_are_known(arm, tmp_path, command) 
     assert room_inside(free.body("wrist"), low, high).min() < -1e-4
 
 
+def test_boxes_come_from_the_geometry_of_the_file(arm, tmp_path, command) -> None:
+    folder, *_ = arm
+    source, to = tmp_path / "arm.xml", tmp_path / "out.xml"
+    ball = '<geom type="sphere" size="0.05" pos="0 0 0.1"/>'
+    block = '<geom type="box" size="0.09 0.1 0.06" pos="0.01 0.02 0.05"/>'
+    box = "wrist=-0.08,-0.08,-0.01,0.1,0.12,0.11"
+    export = ["export", folder / "result", "--from", source, "--to", to]
+    source.write_text(ARM.replace(ball, block))
+    code, out, err = command(*export, "--box", "geometry")
+    assert code == 0, err
+    assert "note: links in the boxes of their geometry: wrist" in out
+    assert "note: links without a box: upper (no geometry), lower (no geometry)" in out
+    made = mujoco.MjModel.from_xml_path(str(to))
+    low, high = np.array([-0.08, -0.08, -0.01]), np.array([0.1, 0.12, 0.11])
+    assert (room_inside(made.body("wrist"), low, high) > -1e-8).all()
+    own = symgen.export(folder / "result", source, boxes=symgen.geometry_boxes(source).boxes)
+    assert own.text == to.read_text()
+    # No body in the ball has the torques of the wrist; a box by hand replaces it.
+    source.write_text(ARM.replace(ball, ball.replace("0 0 0.1", "0 0 -0.2")))
+    code, _, err = command(*export, "--box", "geometry")
+    assert code == 2
+    assert "cannot be: link wrist: a box from (-0.05, -0.05, -0.25) to" in " ".join(err.split())
+    code, out, err = command(*export, "--box", "geometry", "--box", box)
+    assert code == 0, err
+    assert "boxes of their geometry: none" in out
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [
