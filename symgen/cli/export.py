@@ -80,6 +80,7 @@ def export(
                 actuators=actuators,
                 masses=weighed,
                 boxes=boxed,
+                folder=to,
                 seed=seed,
             )
         ]
@@ -91,7 +92,13 @@ def export(
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
         first = exports.export(
-            estimate, copied, robot, actuators=actuators, masses=weighed, boxes=boxed
+            estimate,
+            copied,
+            robot,
+            actuators=actuators,
+            masses=weighed,
+            boxes=boxed,
+            folder=to.parent,
         )
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")

@@ -36,6 +36,7 @@ from symgen.identification.prediction import torque_errors
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_boxes, mjcf_links, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf, urdf_boxes, urdf_links
+from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -195,6 +196,7 @@ def identified_file(
     actuators: bool = False,
     X: FloatArray | None = None,
     known: Known | None = None,
+    folder: Path | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
@@ -209,6 +211,7 @@ def identified_file(
         actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
         known: masses and boxes of links. X moves for them as far as its noise may have moved it.
+        folder: where the text is to be, for relative paths in it; by default where the file is.
 
     Raises:
         RobotError: the file cannot be read.
@@ -264,6 +267,7 @@ def identified_file(
                 "ignore"
             )
     left_out = tuple(_left_out(model, links, held))
+    text = relocated(text, path, folder or path.parent)
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
@@ -344,6 +348,7 @@ def export(
     actuators: bool = False,
     masses: Mapping[str, float] | None = None,
     boxes: Mapping[str, Box] | None = None,
+    folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
@@ -357,6 +362,8 @@ def export(
         masses: known masses of links of the file by name, kg.
         boxes: two opposite corners of a box that contains a link, in its frame in the file, m; for
             example `geometry_boxes(source).boxes`.
+        folder: where the text is to be; paths to meshes are relative to it. By default that of
+            `source`.
 
     Raises:
         RobotError: a robot cannot be read.
@@ -365,7 +372,8 @@ def export(
     """
     found, robot = read_identified(estimate, robot)
     known = Known(masses or {}, boxes or {})
-    return identified_file(source, found, robot, actuators, known=known)
+    there = None if folder is None else Path(folder)
+    return identified_file(source, found, robot, actuators, known=known, folder=there)
 
 
 def export_samples(
@@ -377,6 +385,7 @@ def export_samples(
     actuators: bool = False,
     masses: Mapping[str, float] | None = None,
     boxes: Mapping[str, Box] | None = None,
+    folder: str | Path | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
@@ -386,7 +395,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, masses, boxes: as for `export`.
+        estimate, source, robot, actuators, masses, boxes, folder: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -406,7 +415,8 @@ def export_samples(
     rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, actuators, X, known)
+        there = None if folder is None else Path(folder)
+        yield identified_file(source, found, robot, actuators, X, known, there)
 
 
 def read_identified(

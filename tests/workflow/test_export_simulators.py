@@ -345,6 +345,41 @@ def test_boxes_come_from_the_geometry_of_the_file(arm, tmp_path, command) -> Non
     assert "boxes of their geometry: none" in out
 
 
+ROCK = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize(
+    ("settings", "mesh"),
+    [
+        ('<compiler angle="degree"/>', "parts/rock.obj"),
+        ("", "parts/rock.obj"),
+        ('<compiler angle="degree" meshdir="parts"/>', "rock.obj"),
+        ('<compiler assetdir="parts"/>', "rock.obj"),
+    ],
+)
+def test_meshes_are_found_from_another_folder(arm, tmp_path, command, settings, mesh) -> None:
+    folder, *_ = arm
+    ball = '<geom type="sphere" size="0.05" pos="0 0 0.1"/>'
+    text = ARM.replace('<compiler angle="degree"/>', f'{settings}<include file="more/rocks.xml"/>')
+    text = text.replace(ball, '<geom type="mesh" mesh="rock" contype="0"/>')
+    text = text.replace(
+        "<worldbody>", f'<asset><mesh name="rock" file="{mesh}"/></asset><worldbody>'
+    )
+    again = f'<mujoco><asset><mesh name="again" file="{mesh}"/></asset></mujoco>'
+    source = tmp_path / "arm.xml"
+    for name, content in (("arm.xml", text), ("parts/rock.obj", ROCK), ("more/rocks.xml", again)):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(content)
+    export = ["export", folder / "result", "--from", source]
+    for to, made in (("a & b/c/out.xml", "a & b/c/out.xml"), ("many", "many/arm_0.xml")):
+        more = ["--samples", "2"] if to == "many" else []
+        code, _, err = command(*export, "--to", tmp_path / to, *more)
+        assert code == 0, err
+        assert mujoco.MjModel.from_xml_path(str(tmp_path / made)).nmesh == 2
+    assert command(*export, "--to", tmp_path / "out.xml")[0] == 0
+    assert settings in (tmp_path / "out.xml").read_text()
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [
