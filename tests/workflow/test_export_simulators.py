@@ -566,6 +566,25 @@ def test_a_simulation_that_runs_away_counts_no_less_than_one_that_runs_far(
     assert turn == pytest.approx(10 * np.ptp(q), rel=0.01)  # ten times the motion in the log
 
 
+@pytest.mark.parametrize("rotor", [0.02, 0.0])
+def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: float) -> None:
+    t = np.arange(0, 4, 4e-3)
+    rows = [t, 0.3 * np.sin(4 * t), 1.2 * np.cos(4 * t), -2.4 * np.sin(4 * t)]
+    log, path = tmp_path / "log.csv", tmp_path / "turn.urdf"
+    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header="t,q1,qd1,tau1")
+    path.write_text(f"""<robot name="turn" xmlns:drake="http://drake.mit.edu">
+  <link name="base"/><link name="table"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="table"/>
+    <axis xyz="0 0 1"/></joint>
+  <transmission name="t"><joint name="turn"/><actuator name="m">
+    <drake:rotor_inertia value="{rotor}"/></actuator></transmission>
+</robot>""")
+    code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
+    assert code == 0, err
+    assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
+
+
 def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
     """But for Coulomb friction, which Drake does not read."""
     drake = pytest.importorskip("pydrake.all", reason="Drake (drake) is not installed")
