@@ -109,5 +109,6 @@ def _points(content: bytes, kind: str) -> FloatArray:
     count = int.from_bytes(content[_HEAD:_FIRST], "little")
     if kind == ".stl" and 0 < count <= (len(content) - _FIRST) // _TRIANGLE.itemsize:
         triangles = np.frombuffer(content, _TRIANGLE, count, _FIRST)
-        return triangles["points"].reshape(-1, 3).astype(float)
+        with np.errstate(invalid="ignore"):  # the caller refuses NaN
+            return triangles["points"].reshape(-1, 3).astype(float)
     return np.array(_VERTEX[kind].findall(content)).astype(float)
