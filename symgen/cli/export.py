@@ -10,6 +10,8 @@ from symgen.cli.options import PATH
 from symgen.cli.progress import say
 from symgen.errors import PackageError, SymgenError
 
+_GEOMETRY = "geometry"
+
 
 @click.command()
 @click.argument("estimate", type=PATH)
@@ -27,7 +29,8 @@ from symgen.errors import PackageError, SymgenError
     "boxes",
     multiple=True,
     metavar="LINK=X,Y,Z,X,Y,Z",
-    help="Opposite corners of a box that contains a link, m, in its frame in the file; repeatable.",
+    help="Opposite corners of a box that contains a link, m, in its frame in the file; repeatable. "
+    f"--box {_GEOMETRY}: the boxes of all links, from their meshes and shapes in the file.",
 )
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
@@ -60,7 +63,10 @@ def export(
         if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
     weighed = {name: mass for name, (mass,) in _of_links("--mass", masses, 1).items()}
-    boxed = {name: (v[:3], v[3:]) for name, v in _of_links("--box", boxes, 6).items()}
+    given = tuple(text for text in boxes if text != _GEOMETRY)
+    chosen = {name: (v[:3], v[3:]) for name, v in _of_links("--box", given, 6).items()}
+    read = exports.geometry_boxes(copied) if len(given) < len(boxes) else None
+    boxed = {**(read.boxes if read else {}), **chosen}
     say("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
     encoding = "utf-8-sig" if marked else "utf-8"
@@ -74,6 +80,7 @@ def export(
                 actuators=actuators,
                 masses=weighed,
                 boxes=boxed,
+                folder=to,
                 seed=seed,
             )
         ]
@@ -85,7 +92,13 @@ def export(
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
         first = exports.export(
-            estimate, copied, robot, actuators=actuators, masses=weighed, boxes=boxed
+            estimate,
+            copied,
+            robot,
+            actuators=actuators,
+            masses=weighed,
+            boxes=boxed,
+            folder=to.parent,
         )
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
@@ -93,6 +106,12 @@ def export(
         paths = [to]
     for note in first.notes:
         click.echo(f"note: {note}")
+    if read is not None:
+        inside = [link for link in read.boxes if link not in chosen]
+        without = [f"{link} ({why})" for link, why in read.unread.items() if link not in chosen]
+        click.echo(f"note: links in the boxes of their geometry: {', '.join(inside) or 'none'}")
+        if without:
+            click.echo(f"note: links without a box: {', '.join(without)}")
     if first.left_out:
         listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
         click.echo(f"note: the format cannot hold {listed}")

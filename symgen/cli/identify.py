@@ -135,7 +135,7 @@ def identify(
         said, urdf = "", {}
         if robot.endswith(".urdf"):
             try:
-                file = identified_file(robot, estimate)
+                file = identified_file(robot, estimate, folder=into)
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:

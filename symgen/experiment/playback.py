@@ -7,7 +7,7 @@ limits and controlled actuators of the file have no say: what moves the robot is
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -35,6 +35,7 @@ from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
 from symgen.faults.logs import open_samples
 from symgen.identification.estimate import Joint, joints_of
+from symgen.names import ROTOR
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, read_result, result_file, to_json
@@ -146,7 +147,7 @@ def compare_simulations(
     source = with_controller(source, controller)
     gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
-    seen, notes = [], list[str]()
+    seen, notes = [], [*_without_rotors(files)]
     for log in logs:
         progress(f"reading {getattr(log, 'name', log)}")
         samples, repairs = open_samples(log, source, reading)
@@ -181,6 +182,14 @@ def compare_simulations(
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),
     )
+
+
+def _without_rotors(files: Sequence[str | Path]) -> Iterator[str]:
+    """Yield a note for each URDF with rotor inertia."""
+    for path in map(Path, files):
+        values = read_imported(path).parameters if path.suffix.lower() == ".urdf" else ()
+        if any(name.startswith(ROTOR) and value for name, value in values):
+            yield f"MuJoCo ignores the rotor inertia of {path.name}: compare an MJCF instead"
 
 
 def read_comparison(path: str | Path) -> SimulationComparison:

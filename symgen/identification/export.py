@@ -34,8 +34,9 @@ from symgen.identification.physical import (
 )
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_links, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf, urdf_links
+from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_boxes, mjcf_links, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf, urdf_boxes, urdf_links
+from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.toml_text import robot_toml
@@ -140,6 +141,37 @@ class Known:
             yield box_fact(f"link {name}", places[name], low, high)
 
 
+class GeometryBoxes(NamedTuple):
+    """Boxes of the links or bodies of a robot file around their geometry.
+
+    Attributes:
+        boxes: by name, as `export` takes them.
+        unread: by name, why one with mass has no box.
+    """
+
+    boxes: dict[str, Box]
+    unread: dict[str, str]
+
+
+def geometry_boxes(source: str | Path) -> GeometryBoxes:
+    """Return a box around the geometry of each link with mass, along the axes of its frame.
+
+    The geometry of links without mass that are fixed to a link is part of it. A URDF is read
+    without MuJoCo: box, cylinder, capsule, sphere, and meshes in STL or OBJ. Where only the
+    collision or only the visual elements of a link can be read, the box is theirs.
+
+    Args:
+        source: path of a URDF or MJCF.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    path = Path(source)
+    found = (mjcf_boxes if path.suffix.lower() == ".xml" else urdf_boxes)(path)
+    boxes = {name: (low.tolist(), high.tolist()) for name, (low, high) in found.boxes.items()}
+    return GeometryBoxes(boxes, found.unread)
+
+
 @dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
@@ -164,6 +196,7 @@ def identified_file(
     actuators: bool = False,
     X: FloatArray | None = None,
     known: Known | None = None,
+    folder: Path | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
@@ -178,6 +211,7 @@ def identified_file(
         actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
         known: masses and boxes of links. X moves for them as far as its noise may have moved it.
+        folder: where the text is to be, for relative paths in it; by default where the file is.
 
     Raises:
         RobotError: the file cannot be read.
@@ -196,7 +230,7 @@ def identified_file(
         )
     facts = tuple((known or Known()).facts(path, model.robot))
     if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
-        raise ParameterError(f"{path}: {wrong}")
+        raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
@@ -208,9 +242,10 @@ def identified_file(
     dynamics = _dynamics(model.robot, links, apart=mjcf)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
+        beside = " with the known masses and boxes" if facts else ""
         notes.append(
-            "the identified X is not physically possible: the file contains the nearest possible "
-            f"values, {links.sigmas:.3g} standard deviations away in all"
+            f"the identified X is not physically possible{beside}: the file contains the nearest "
+            f"possible values, {links.sigmas:.3g} standard deviations away in all"
         )
     if mjcf:
         text, pushed, changes = updated_mjcf(path, dynamics, actuators)
@@ -232,6 +267,7 @@ def identified_file(
                 "ignore"
             )
     left_out = tuple(_left_out(model, links, held))
+    text = relocated(text, path, folder or path.parent)
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
@@ -312,6 +348,7 @@ def export(
     actuators: bool = False,
     masses: Mapping[str, float] | None = None,
     boxes: Mapping[str, Box] | None = None,
+    folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
 
@@ -323,7 +360,10 @@ def export(
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
         masses: known masses of links of the file by name, kg.
-        boxes: two opposite corners of a box that contains a link, in its frame in the file, m.
+        boxes: two opposite corners of a box that contains a link, in its frame in the file, m; for
+            example `geometry_boxes(source).boxes`.
+        folder: where the text is to be; paths to meshes are relative to it. By default that of
+            `source`.
 
     Raises:
         RobotError: a robot cannot be read.
@@ -332,7 +372,8 @@ def export(
     """
     found, robot = read_identified(estimate, robot)
     known = Known(masses or {}, boxes or {})
-    return identified_file(source, found, robot, actuators, known=known)
+    there = None if folder is None else Path(folder)
+    return identified_file(source, found, robot, actuators, known=known, folder=there)
 
 
 def export_samples(
@@ -344,6 +385,7 @@ def export_samples(
     actuators: bool = False,
     masses: Mapping[str, float] | None = None,
     boxes: Mapping[str, Box] | None = None,
+    folder: str | Path | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
@@ -353,7 +395,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, masses, boxes: as for `export`.
+        estimate, source, robot, actuators, masses, boxes, folder: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -373,7 +415,8 @@ def export_samples(
     rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, actuators, X, known)
+        there = None if folder is None else Path(folder)
+        yield identified_file(source, found, robot, actuators, X, known, there)
 
 
 def read_identified(

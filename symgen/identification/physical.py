@@ -433,7 +433,12 @@ class Feasibility:
                  if not own.margin[0] > _CERTAIN]  # fmt: skip
         if wrong:
             return f"cannot be: {'; '.join(wrong)}"
-        return f"cannot be together: {'; '.join(fact.says for fact in self.facts)}"
+        left = list(self.facts)
+        for fact in self.facts:  # without those that contradict nothing
+            others = [other for other in left if other is not fact]
+            if not Feasibility(self._model, self.X, others).margin[0] > _CERTAIN:
+                left = others
+        return f"cannot be together: {'; '.join(fact.says for fact in left)}"
 
     def _masses(self) -> str:
         """Return a text: the masses that X leaves to the link of the only fact, a mass."""

@@ -117,6 +117,28 @@ def test_the_written_file_moves_as_the_estimate_and_is_else_the_same(
     assert to.read_bytes() == first
 
 
+def test_meshes_are_found_from_another_folder(identified, tmp_path, command) -> None:
+    parts, source = tmp_path / "a & b", tmp_path / "arms" / "arm.urdf"
+    kept = '<mesh filename="package://arm/mesh.stl"/>'
+    for folder in (parts, source.parent):
+        folder.mkdir()
+    (parts / "rock.obj").write_text("v 0 0 0\nv 1 2 3\n")
+    source.write_text(
+        URDF.replace('<sphere radius="0.1"/>', '<mesh filename="../a &amp; b/rock.obj"/>').replace(
+            '<link name="flange"/>',
+            f'<link name="flange"><visual><geometry>{kept}</geometry></visual></link>',
+        )
+    )
+    to = tmp_path / "deep" / "er" / "out.urdf"
+    code, _, err = command("export", identified, "--from", source, "--to", to)
+    assert code == 0, err
+    assert 'filename="../../a &amp; b/rock.obj"' in to.read_text()
+    assert kept in to.read_text()
+    assert symgen.geometry_boxes(to).boxes == {"upper": ([0, 0, 0], [1, 2, 3])}
+    assert command("export", identified, "--from", source, "--to", source)[0] == 0
+    assert 'filename="../a &amp; b/rock.obj"' in source.read_text()
+
+
 def test_link_parameters_go_into_a_urdf_as_they_are(identified) -> None:
     robot = symgen.read_robot(identified / "robot.toml")
     model = symgen.derive(robot)

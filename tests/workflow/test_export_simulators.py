@@ -318,6 +318,68 @@ def test_a_file_has_the_masses_and_boxes_that_are_known(arm, tmp_path, command) 
     assert room_inside(free.body("wrist"), low, high).min() < -1e-4
 
 
+def test_boxes_come_from_the_geometry_of_the_file(arm, tmp_path, command) -> None:
+    folder, *_ = arm
+    source, to = tmp_path / "arm.xml", tmp_path / "out.xml"
+    ball = '<geom type="sphere" size="0.05" pos="0 0 0.1"/>'
+    block = '<geom type="box" size="0.09 0.1 0.06" pos="0.01 0.02 0.05"/>'
+    box = "wrist=-0.08,-0.08,-0.01,0.1,0.12,0.11"
+    export = ["export", folder / "result", "--from", source, "--to", to]
+    source.write_text(ARM.replace(ball, block))
+    code, out, err = command(*export, "--box", "geometry")
+    assert code == 0, err
+    assert "note: links in the boxes of their geometry: wrist" in out
+    assert "note: links without a box: upper (no geometry), lower (no geometry)" in out
+    made = mujoco.MjModel.from_xml_path(str(to))
+    low, high = np.array([-0.08, -0.08, -0.01]), np.array([0.1, 0.12, 0.11])
+    assert (room_inside(made.body("wrist"), low, high) > -1e-8).all()
+    own = symgen.export(folder / "result", source, boxes=symgen.geometry_boxes(source).boxes)
+    assert own.text == to.read_text()
+    # No body in the ball has the torques of the wrist; a box by hand replaces it.
+    source.write_text(ARM.replace(ball, ball.replace("0 0 0.1", "0 0 -0.2")))
+    code, _, err = command(*export, "--box", "geometry")
+    assert code == 2
+    assert "cannot be: link wrist: a box from (-0.05, -0.05, -0.25) to" in " ".join(err.split())
+    code, out, err = command(*export, "--box", "geometry", "--box", box)
+    assert code == 0, err
+    assert "boxes of their geometry: none" in out
+
+
+ROCK = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.mark.parametrize(
+    ("settings", "mesh"),
+    [
+        ('<compiler angle="degree"/>', "parts/rock.obj"),
+        ("", "parts/rock.obj"),
+        ('<compiler angle="degree" meshdir="parts"/>', "rock.obj"),
+        ('<compiler assetdir="parts"/>', "rock.obj"),
+    ],
+)
+def test_meshes_are_found_from_another_folder(arm, tmp_path, command, settings, mesh) -> None:
+    folder, *_ = arm
+    ball = '<geom type="sphere" size="0.05" pos="0 0 0.1"/>'
+    text = ARM.replace('<compiler angle="degree"/>', f'{settings}<include file="more/rocks.xml"/>')
+    text = text.replace(ball, '<geom type="mesh" mesh="rock" contype="0"/>')
+    text = text.replace(
+        "<worldbody>", f'<asset><mesh name="rock" file="{mesh}"/></asset><worldbody>'
+    )
+    again = f'<mujoco><asset><mesh name="again" file="{mesh}"/></asset></mujoco>'
+    source = tmp_path / "arm.xml"
+    for name, content in (("arm.xml", text), ("parts/rock.obj", ROCK), ("more/rocks.xml", again)):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(content)
+    export = ["export", folder / "result", "--from", source]
+    for to, made in (("a & b/c/out.xml", "a & b/c/out.xml"), ("many", "many/arm_0.xml")):
+        more = ["--samples", "2"] if to == "many" else []
+        code, _, err = command(*export, "--to", tmp_path / to, *more)
+        assert code == 0, err
+        assert mujoco.MjModel.from_xml_path(str(tmp_path / made)).nmesh == 2
+    assert command(*export, "--to", tmp_path / "out.xml")[0] == 0
+    assert settings in (tmp_path / "out.xml").read_text()
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [
@@ -502,6 +564,25 @@ def test_a_simulation_that_runs_away_counts_no_less_than_one_that_runs_far(
     assert diverged[-1] == found["windows"]
     (turn,) = found["files"][-1]["horizons"][-1]["per_joint"]
     assert turn == pytest.approx(10 * np.ptp(q), rel=0.01)  # ten times the motion in the log
+
+
+@pytest.mark.parametrize("rotor", [0.02, 0.0])
+def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: float) -> None:
+    t = np.arange(0, 4, 4e-3)
+    rows = [t, 0.3 * np.sin(4 * t), 1.2 * np.cos(4 * t), -2.4 * np.sin(4 * t)]
+    log, path = tmp_path / "log.csv", tmp_path / "turn.urdf"
+    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header="t,q1,qd1,tau1")
+    path.write_text(f"""<robot name="turn" xmlns:drake="http://drake.mit.edu">
+  <link name="base"/><link name="table"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="table"/>
+    <axis xyz="0 0 1"/></joint>
+  <transmission name="t"><joint name="turn"/><actuator name="m">
+    <drake:rotor_inertia value="{rotor}"/></actuator></transmission>
+</robot>""")
+    code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
+    assert code == 0, err
+    assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
 
 
 def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:

@@ -29,11 +29,15 @@ from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions, of_library
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
+from symgen.robot.formats.geometry import mesh, primitive
 from symgen.robot.formats.urdf import (
     CAVEAT,
+    LinkBoxes,
     LinkFrames,
+    Placed,
     inertial_edit,
     joint_name,
+    link_boxes,
     links_with_mass,
     moved,
     require_finite_joints,
@@ -210,6 +214,21 @@ def mjcf_links(path: Path) -> LinkFrames:
     for link, poses in found.items():
         for pose in poses.values():
             pose[:3, 3] += tree.shift[link]
+    return found
+
+
+def mjcf_boxes(path: Path) -> LinkBoxes:
+    """Return the boxes of the bodies with mass, from their geoms as MuJoCo compiles them.
+
+    Raises:
+        RobotError: the file cannot be read.
+    """
+    text, _ = read_text(path, _ACCEPTED)
+    with located(path):
+        tree = _Tree(path, text)
+        found = link_boxes(Chain(tree.urdf), tree.shapes())
+    for link, ends in found.boxes.items():
+        ends += tree.shift[link]
     return found
 
 
@@ -440,6 +459,27 @@ class _Tree:
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
             damping, friction, float(m.dof_armature[dof]),
         )  # fmt: skip
+
+    def shapes(self) -> dict[str, list[Placed]]:
+        """Return the geoms of each body, in its link frame; planes and height fields bound none."""
+        import mujoco
+
+        m, out = self.model, dict[str, list[Placed]]()
+        for g in range(m.ngeom):
+            kind = mujoco.mjtGeom(int(m.geom_type[g])).name.removeprefix("mjGEOM_").lower()
+            if kind in ("plane", "hfield"):
+                continue
+            link = self._body_names[m.geom_bodyid[g]]
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = _matrix(m.geom_quat[g]), m.geom_pos[g]
+            if kind in ("mesh", "sdf"):
+                first, count = (int(a[m.geom_dataid[g]]) for a in (m.mesh_vertadr, m.mesh_vertnum))
+                shape = mesh(np.array(m.mesh_vert[first : first + count], dtype=float))
+            else:
+                shape = primitive(kind, m.geom_size[g])
+            pose[:3, 3] -= self.shift.get(link, 0.0)
+            out.setdefault(link, []).append((shape, pose))
+        return out
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints, the first with a coefficient of 1."""

@@ -6,10 +6,13 @@ fetched.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from xml.parsers import expat
+from xml.sax.saxutils import escape
 
 from symgen.errors import RobotError
 
@@ -19,6 +22,13 @@ _TAG = re.compile(rb"""[^>"']*(?:(?:"[^"]*"|'[^']*')[^>"']*)*>""")
 
 #: An attribute of a tag.
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=>/]+)\s*=\s*("[^"]*"|'[^']*')""")
+#: Attributes with paths relative to the file: of a URDF in `filename`, of an MJCF in the others.
+_PATHS = {
+    "mesh": ("filename",),
+    "texture": ("filename",),
+    "include": ("file",),
+    "compiler": ("assetdir", "meshdir", "texturedir"),
+}
 #: Bytes of a text to replace: first, end, and what stands there then.
 Edit = tuple[int, int, bytes]
 
@@ -155,6 +165,45 @@ def inserted(content: bytes, element: Element, lines: Iterable[str]) -> Edit:
     tag = content[element.start : element.inside].removesuffix(b"/>").rstrip()
     closed = f">{new}\n{indent}</{element.tag}>"
     return element.start, element.inside, tag + closed.encode()
+
+
+def relocated(text: str, source: Path, folder: Path) -> str:
+    """Return a URDF or MJCF with relative paths that lead from another folder to the same files.
+
+    Args:
+        text: of the file.
+        source: path where the file is.
+        folder: where the text is to be. If the file is there, the text stays.
+    """
+    here, there = source.parent.resolve(), folder.resolve()
+    if here == there:
+        return text
+
+    def moved(path: str) -> str:
+        if "://" in path or os.path.isabs(path):
+            return escape(path, {'"': "&quot;"})
+        return escape(Path(os.path.relpath(here / path, there)).as_posix(), {'"': "&quot;"})
+
+    root, content, edits = parse_xml(text), text.encode("utf-8"), list[Edit]()
+    compilers = list(root.walk("compiler"))
+    named = {key for element in compilers for key in element.attributes}
+    kinds = ("include", "mesh", "texture", "hfield", "skin")
+    read = any("file" in element.attributes for kind in kinds for element in root.walk(kind))
+    added = {
+        key: moved("") for key in ("meshdir", "texturedir")
+        if root.tag == "mujoco" and read and not named & {key, "assetdir"}
+    }  # fmt: skip
+    if added and not compilers:
+        words = " ".join(f'{key}="{value}"' for key, value in added.items())
+        edits.append(inserted(content, root, [f"<compiler {words}/>"]))
+    for tag, keys in _PATHS.items():
+        for element in root.walk(tag):
+            values = {k: moved(element.attributes[k]) for k in keys if k in element.attributes}
+            if compilers and element is compilers[0]:
+                values |= added
+            if values:
+                edits.append(with_attributes(content, element, values))
+    return edited(text, edits)
 
 
 def _tag_end(content: bytes, at: int) -> int:
