@@ -53,8 +53,9 @@ from symgen.runtime.plant import KERNELS, Mask, Plant, plant, with_torque
 NEEDED = (*KERNELS, "inverse_dynamics_derivatives", "torque_regressor")
 #: Folds of windows, each compared with parameters of the others.
 FOLDS = 5
-#: Probability of keeping the refinement where it is no better.
-_LEVEL = 0.05
+#: Probability of keeping the refinement where it is no better, and the standard deviations beyond
+#: which a normal number is so improbable.
+_LEVEL, _BEYOND = 0.05, 1.96
 _AT_ONCE = 60  # windows
 _ROUNDS = 12  # of the start states
 _STEPS = 50  # of the parameters
@@ -152,7 +153,8 @@ def refine(
         logs: the training logs.
         X: (p,) to begin with, the linear estimate.
         without: the linear estimate of the logs without some windows.
-        late: whether the torques of all joints may be late by an unknown time, which is fitted too.
+        late: whether the torques of all joints are known to be late by a time, which is fitted
+            too. Otherwise it is fitted if the windows show it.
         gains: of the controller; if they gave the torques of all logs, the loop is simulated.
 
     Raises:
@@ -166,13 +168,16 @@ def refine(
         )
     if any(log.samples.command is None for log in logs):
         gains = None
-    late = late and gains is None  # in a loop that is late, its gains act late too
     whole, every = _cut(windows, gains is not None), EffectConstants.of(evaluator.model)
-    unknowns = _Unknowns(evaluator, late, every, np.ones(len(every.names), dtype=bool), gains)
+    # In a loop that is late, its gains act late too: no delay of the torques alone.
+    unknowns = _Unknowns(
+        evaluator, gains is None, every, np.ones(len(every.names), dtype=bool), gains
+    )
     unknowns, first, sigma = _begin(unknowns, whole, unknowns.start(X))
-    if every.names:
-        parts = first.linearized(unknowns, whole, sigma)
-        unknowns = unknowns.determined(first, parts)
+    parts = first.linearized(unknowns, whole, sigma)
+    unknowns = unknowns.determined(first, parts)
+    if unknowns.late and not (late or _delayed(parts, len(X))):
+        unknowns = replace(unknowns, late=False)
     while True:
         given = unknowns.start(X)
         state, weights = _fit(unknowns, whole, replace(first, z=given), sigma)
@@ -203,6 +208,13 @@ def refine(
     found, delay, c = unknowns.split(state.z)
     constants = RefinedConstants(every, c, unknowns.fitted)
     return Refinement(found, covariance, delay, constants, before / each, after / each)
+
+
+def _delayed(parts: Sequence[_Part], place: int) -> bool:
+    """Return whether the equations at no delay show one, whose place in z is given."""
+    H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
+    delay = np.linalg.lstsq(H, g, rcond=None)[0][place]
+    return bool(abs(delay) > _BEYOND * np.sqrt(_covariance(parts)[place, place]))
 
 
 def _nearest(
@@ -678,7 +690,7 @@ def _covariance(parts: Sequence[_Part]) -> FloatArray:
     H, g = (sum(x) for x in zip(*own, strict=True))
     moves = np.array([np.linalg.lstsq(H - h, g - s, rcond=None)[0] for h, s in own])
     spread = moves - moves.mean(axis=0)
-    wider = stdtrit(len(own) - 1, 0.975) / 1.96
+    wider = stdtrit(len(own) - 1, 1 - _LEVEL / 2) / _BEYOND
     return np.asarray(wider**2 * spread.T @ spread * (len(own) - 1) / len(own))
 
 

@@ -99,7 +99,7 @@ def followed(seed: int, seconds: float, noise: float) -> symgen.Log:
     values = np.array([*ARMS["loop"][1].values()])
     t, qr, qdr, _ = (
         x[: int(RATE * seconds) + 2]
-        for x in planar2r.harmonic_motion(np.random.default_rng(seed), seed)
+        for x in planar2r.harmonic_motion(np.random.default_rng(seed), seed % 8)
     )
     reference = CubicSpline(t, np.concatenate([qr, qdr], axis=1))
 
