@@ -166,12 +166,19 @@ def identify(
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
             by, found = _possible(opened, chosen, by, found)
-            if refine:
-                progress("refining by simulation")
-                chosen, by, found = _refined(chosen, by, found, gains_of(source))
-            progress("judging")
             trials = Trials(values_of_file(robot, opened.evaluator.model), gains_of(source))
-            return assess(chosen, by, found, trials)
+            if not refine:
+                progress("judging")
+                return assess(chosen, by, found, trials)
+            progress("refining by simulation")
+            refined = _refined(chosen, by, found, trials.gains)
+            progress("judging")
+            after = assess(*refined, trials)
+            if not refined[1].refined:
+                return after
+            before = assess(chosen, by, found, trials)
+            farther = _farther(before, after)
+            return replace(before, notes=(*before.notes, farther)) if farther else after
 
 
 def _possible(
@@ -262,6 +269,20 @@ def _refined(
     by = replace(by, refined=True)
     better = replace(better, notes=notes, provenance=found.provenance, constants=constants)
     return chosen, by, better
+
+
+def _farther(before: Estimate, after: Estimate) -> str:
+    """Return why the refined estimate is not kept on held-out motion; "" if it is kept."""
+    (linear,), (refined,) = (
+        [use.horizons[-1:] for use in e.uses if use.name == "simulation"] for e in (before, after)
+    )
+    if not linear or (refined and refined[0].position_error <= linear[0].position_error):
+        return ""
+    told = f"{100 * refined[0].position_error:.3g} %" if refined else "unknown"
+    return (
+        f"{_NOT_REFINED}: on held-out motion, the position error after {linear[0].seconds:g} s is "
+        f"{100 * linear[0].position_error:.3g} % with {before.method} and {told} refined"
+    )
 
 
 def _without(part: EquatedLog, times: Sequence[FloatArray], gap: float) -> EquatedLog:

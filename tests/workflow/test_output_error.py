@@ -25,11 +25,11 @@ NAMES = (*planar2r.NAMES, "FV1", "FV2")
 NOISE, ROWS = 4e-3, 200  # rad, and samples of a second
 
 
-def log(seed: int, seconds: float, noise: float = NOISE) -> symgen.Log:
+def log(seed: int, seconds: float, noise: float = NOISE, X: np.ndarray = TRUE) -> symgen.Log:
     rng = np.random.default_rng(seed)
     t, q, qd, qdd = (x[: int(200 * seconds) + 2] for x in planar2r.harmonic_motion(rng, seed))
     rows = zip(q, qd, qdd, strict=True)
-    tau = np.array([planar2r.inverse_dynamics(*r, TRUE[:4], L1) for r in rows]) + TRUE[4:] * qd
+    tau = np.array([planar2r.inverse_dynamics(*r, X[:4], L1) for r in rows]) + X[4:] * qd
     return symgen.make_log(f"log {seed}", t, q + noise * rng.normal(size=q.shape), tau)
 
 
@@ -78,6 +78,16 @@ def test_the_parameters_are_those_of_scipy() -> None:
     X, std = ordered(found)
     expected = fit(train, X * [1.05, 0.95, 1.05, 0.95, 0.9, 1.1], 10)
     assert np.all(np.abs(X - expected) < 0.3 * std), (X, expected, std)
+
+
+def test_a_refinement_that_is_farther_on_held_out_motion_is_not_kept() -> None:
+    """The held-out log is that of a robot with the values of least squares."""
+    robot, train = symgen.parse_robot(ROBOT, "arm"), log(5, 10)
+    X, _ = ordered(symgen.identify(robot, train, validation=log(4, 5, 0.0)))
+    held = log(4, 5, 0.0, X)
+    found = symgen.identify(robot, train, validation=held, refine="simulation")
+    assert found.method == "wls"
+    assert any("on held-out motion, the position error" in note for note in found.notes)
 
 
 def test_the_study_reaches_what_the_page_says() -> None:
