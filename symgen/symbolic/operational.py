@@ -33,6 +33,7 @@ from symgen.symbolic.forward import mass_matrix_factor
 from symgen.symbolic.joined import merged
 from symgen.symbolic.placement import link_jacobian_tape
 from symgen.symbolic.rounding import jacobian_rounding, unit_roundoff
+from symgen.symbolic.spatial import Vector, dot, named, plus, scaled, transposed
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Rows = list[list[sp.Expr]]
@@ -52,53 +53,38 @@ def operational_space_tape(robot: Robot, base: BaseParameters) -> Tape:
     select = tuple(real_symbol(f"select{i}") for i in range(6))
     tau = tuple(real_symbol(f"tau{j}") for j in numbers)
     tape, inputs, outputs = merged(robot, [jacobian, factor], (*select, *tau))
-    J = [[tape.name(f"j{i}_{k}", select[i] * outputs[n * i + k]) for k in range(n)]
-         for i in range(6)]  # fmt: skip
+    J = [named(scaled(s, outputs[n * i : n * (i + 1)]), f"j{i}_", tape)
+         for i, s in enumerate(select)]  # fmt: skip
     rest = outputs[6 * n :]
     upper = [rest[n * i : n * (i + 1)] for i in range(n)]
     diagonal, guards = rest[n * n : n * n + n], rest[n * n + n :]
     inverse = [tape.name(f"iD{j}", 1 / d) for j, d in enumerate(diagonal)]
     left = [tape.name(f"o{i}", 1 - x) for i, x in enumerate(select)]
     rows = _orthogonal(tape, J, [sp.S.One] * n, left, "k")
-    independent = _independent(robot, tape, rows)
-    # L y = J', column by column; then M^-1 J' from L' x = y / D.
+    # L y = J', column by column; then L^-T D^-1 Q from L' x = z.
     Y = [_up(tape, upper, row, f"y{i}_") for i, row in enumerate(J)]
     task = _orthogonal(tape, Y, inverse, left, "t")
-    share = [
-        tape.name(f"e{k}", x * i) for k, (x, i) in enumerate(zip(select, task.inverse, strict=True))
-    ]
-    Z = [[tape.name(f"z{i}_{k}", x * share[i]) for k, x in enumerate(row)]
-         for i, row in enumerate(task.weighted)]  # fmt: skip
-    MJ = [_down(tape, upper, row, f"w{i}_") for i, row in enumerate(Z)]
     T = task.combinations
-    held = [[tape.name(f"h{i}_{k}", T[i][k] * share[k]) for k in range(6)] for i in range(6)]
-    Lambda = [[sp.S.Zero] * 6 for _ in range(6)]
-    for i in range(6):
-        for j in range(i, 6):
-            entry = sp.Add(*(held[i][k] * T[j][k] for k in range(j, 6)))
-            Lambda[i][j] = Lambda[j][i] = tape.name(f"La{i}{j}", entry)
-    consistent = [
-        [
-            tape.name(f"c{k}_{i}", sp.Add(*(MJ[j][k] * T[i][j] for j in range(i, 6))))
-            for i in range(6)
-        ]
-        for k in range(n)
-    ]
-    force = [
-        tape.name(f"f{i}", sp.Add(*(consistent[k][i] * tau[k] for k in range(n)))) for i in range(6)
-    ]
-    null = [
-        tape.name(f"N{k}", tau[k] - sp.Add(*(J[i][k] * force[i] for i in range(6))))
-        for k in range(n)
-    ]
+    share = named([s * x for s, x in zip(select, task.inverse, strict=True)], "e", tape)
+    Z = [named(scaled(x, row), f"z{i}_", tape)
+         for i, (x, row) in enumerate(zip(share, task.weighted, strict=True))]  # fmt: skip
+    back = transposed([_down(tape, upper, row, f"w{i}_") for i, row in enumerate(Z)])
+    held = [named([x * s for x, s in zip(row, share, strict=True)], f"h{i}_", tape)
+            for i, row in enumerate(T)]  # fmt: skip
+    Lambda = [[tape.name(f"La{min(i, k)}{max(i, k)}", dot(held[min(i, k)], T[max(i, k)]))
+               for k in range(6)] for i in range(6)]  # fmt: skip
+    consistent = [named([dot(row, x) for row in T], f"c{k}_", tape) for k, x in enumerate(back)]
+    force = named([dot(column, tau) for column in transposed(consistent)], "f", tape)
+    null = [tape.name(f"N{k}", x - dot(column, force))
+            for k, (x, column) in enumerate(zip(tau, transposed(J), strict=True))]  # fmt: skip
     arrays: list[tuple[str, Symbols]] = [
         *((name, inputs[name]) for name in inputs if name != "X"),
         ("select", select),
         ("tau", tau),
         ("X", inputs["X"]),
     ]
-    entries = [x for row in Lambda for x in row] + [x for row in consistent for x in row] + null
-    return tape.tape(arrays, [*entries, *guards, *independent])
+    entries = [x for matrix in (Lambda, consistent, [null]) for row in matrix for x in row]
+    return tape.tape(arrays, [*entries, *guards, *_independent(robot, tape, rows)])
 
 
 @dataclass(frozen=True)
@@ -112,57 +98,48 @@ class _Orthogonal:
         combinations: R^-1; row i of Q' is the sum of rows j of A with its entries (j, i).
     """
 
-    weighted: Rows
+    weighted: list[Vector]
     squares: list[sp.Expr]
     inverse: list[sp.Expr]
-    combinations: Rows
+    combinations: list[list[sp.Expr]]
 
 
 def _orthogonal(
-    tape: TapeBuilder, rows: Rows, weights: Sequence[sp.Expr], left: Sequence[sp.Expr], name: str
+    tape: TapeBuilder,
+    rows: Sequence[Vector],
+    weights: Sequence[sp.Expr],
+    left: Sequence[sp.Expr],
+    name: str,
 ) -> _Orthogonal:
     """Factor rows by modified Gram-Schmidt in a metric; rows that are not chosen are 0."""
-    weighted: Rows = []
-    squares: list[sp.Expr] = []
-    inverse: list[sp.Expr] = []
-    found: Rows = []
-    T: Rows = [[sp.Integer(int(i == j)) for j in range(6)] for i in range(6)]
+    done: list[Vector] = []
+    found = _Orthogonal([], [], [], [[sp.Integer(i == j) for j in range(6)] for i in range(6)])
+    T = found.combinations
     for j, row in enumerate(rows):
         shares = []
+        for i, other in enumerate(done):
+            along = tape.name(f"{name}d{i}{j}", dot(found.weighted[i], row))
+            shares.append(tape.name(f"{name}r{i}{j}", along * found.inverse[i]))
+            row = named(plus(row, scaled(-shares[i], other)), f"{name}q{i}{j}_", tape)
+        done.append(row)
+        weighted = tuple(w * x for w, x in zip(weights, row, strict=True))
+        found.weighted.append(named(weighted, f"{name}w{j}_", tape))
+        square = left[j] * left[j] + dot(found.weighted[j], row)
+        found.squares.append(tape.name(f"{name}s{j}", square))
+        found.inverse.append(tape.name(f"{name}i{j}", 1 / found.squares[j]))
         for i in range(j):
-            along = tape.name(
-                f"{name}d{i}{j}", sp.Add(*(a * b for a, b in zip(weighted[i], row, strict=True)))
-            )
-            shares.append(tape.name(f"{name}r{i}{j}", along * inverse[i]))
-            row = [
-                tape.name(f"{name}q{i}{j}_{k}", a - shares[i] * b)
-                for k, (a, b) in enumerate(zip(row, found[i], strict=True))
-            ]
-        found.append(row)
-        weighted.append(
-            [
-                tape.name(f"{name}w{j}_{k}", w * a)
-                for k, (w, a) in enumerate(zip(weights, row, strict=True))
-            ]
-        )
-        square = sp.Add(left[j] * left[j], *(a * b for a, b in zip(weighted[j], row, strict=True)))
-        squares.append(tape.name(f"{name}s{j}", square))
-        inverse.append(tape.name(f"{name}i{j}", 1 / squares[j]))
-        for i in range(j):
-            T[i][j] = tape.name(
-                f"{name}T{i}{j}", -sp.Add(*(T[i][k] * shares[k] for k in range(i, j)))
-            )
-    return _Orthogonal(weighted, squares, inverse, T)
+            T[i][j] = tape.name(f"{name}T{i}{j}", -dot(T[i][:j], shares))
+    return found
 
 
 def _independent(robot: Robot, tape: TapeBuilder, rows: _Orthogonal) -> list[sp.Expr]:
-    """Return for each row of the Jacobian whether it is independent of those before it.
+    """Return a guard for each row of the Jacobian: it does not depend on the rows before it.
 
     Each of five projections of a row is off by two scalar products and four operations.
     """
     bounds = jacobian_rounding(robot, tape, more=5 * (2 * robot.n + 4))
-    u = unit_roundoff(tape)
-    off = [tape.name(f"off{i}", bound * u) for i, bound in enumerate(bounds)]
+    roundoff = unit_roundoff(tape)
+    off = [tape.name(f"off{i}", bound * roundoff) for i, bound in enumerate(bounds)]
     guards = []
     for j, square in enumerate(rows.squares):
         sizes = [tape.name(f"a{i}{j}", sp.Abs(rows.combinations[i][j])) for i in range(j + 1)]
@@ -171,19 +148,17 @@ def _independent(robot: Robot, tape: TapeBuilder, rows: _Orthogonal) -> list[sp.
     return guards
 
 
-def _up(tape: TapeBuilder, upper: Rows, b: list[sp.Expr], name: str) -> list[sp.Expr]:
+def _up(tape: TapeBuilder, upper: Rows, b: Vector, name: str) -> Vector:
     """Solve L y = b for unit upper L."""
     n, y = len(b), list(b)
     for i in range(n - 1, -1, -1):
-        known = sp.Add(*(upper[i][k] * y[k] for k in range(i + 1, n)))
-        y[i] = tape.name(f"{name}{i}", b[i] - known)
-    return y
+        y[i] = tape.name(f"{name}{i}", b[i] - dot(upper[i][i + 1 :], y[i + 1 :]))
+    return tuple(y)
 
 
-def _down(tape: TapeBuilder, upper: Rows, b: list[sp.Expr], name: str) -> list[sp.Expr]:
+def _down(tape: TapeBuilder, upper: Rows, b: Vector, name: str) -> Vector:
     """Solve L' x = b for unit upper L."""
     x = list(b)
     for i in range(len(b)):
-        known = sp.Add(*(upper[k][i] * x[k] for k in range(i)))
-        x[i] = tape.name(f"{name}{i}", b[i] - known)
-    return x
+        x[i] = tape.name(f"{name}{i}", b[i] - dot([row[i] for row in upper[:i]], x[:i]))
+    return tuple(x)
