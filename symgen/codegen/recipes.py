@@ -98,8 +98,8 @@ Recipe = Callable[[str, Subject], Kernel | None]
 
 #: What guards say that are not pivots of the mass matrix, and what to do.
 _NO_LOAD = (
-    "an effect of the load leaves no unique acceleration; accepted: coefficients for which it "
-    "carries less than the load"
+    "an effect of the load leaves no unique acceleration; accepted: coefficients for which its "
+    "torque stays below that of the load"
 )
 _DEPENDENT = tuple(
     f"at this q, the chosen row of {motion} {axis} depends on the chosen rows before it; accepted: "

@@ -155,7 +155,7 @@ def test_every_task_with_dependent_rows_is_refused_and_no_other(seed: int, tmp_p
 
 
 def singular(machine: Machine, rng: np.random.Generator) -> tuple | None:
-    """Return a singular q, a direction from it, and a task of as many rows as joints move its link."""
+    """Return a singular q, a direction from it, and a task: link, point and rows."""
     arm = machine.arm
     links = [k for k in range(1, arm.links + 1) if 2 <= len(moving(arm, k)) <= 6]
     if not links:
