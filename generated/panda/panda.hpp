@@ -546,7 +546,7 @@ public:
         return a;
     }
 
-    /* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J' J#') tau of a torque that does not accelerate these rows; nonzero, or empty: there is no such link or it has none
+    /* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J' J#') tau of a torque that does not accelerate these rows; not 0 where these rows depend on each other, or M is not positive definite; nonzero, or empty: there is no such link or it has none
      * Lambda_out: 6, 6
      * inverse_out: 7, 6
      * null_out: 7

@@ -34,8 +34,8 @@ extern "C" {
  *     |R (G s - Y)|^2 / 2 + mu (log-determinant divergence of s from X0),    X = G s,
  *
  * where mu is halved after every full step. Each step ends on the segment from the parameters
- * before it, where these are possible: X always is. It is at most a share of about 1e-3 (in double)
- * farther from Y than the nearest X.
+ * before it, where these are possible: X always is. It is not always the nearest: with noisy logs of
+ * six robots it was farther from Y by a median of 2 %, and by 54 % at most.
  *
  * Each step takes some panda_PARAMETERS^3 products, and the stack holds panda_PARAMETERS^2 / 2 numbers.
  * Measured in double at 2.5 GHz: 0.6 ms with 19 parameters, 3.4 ms with 52; 22 kB of stack with 62.

@@ -36,7 +36,8 @@ typedef double planar2r_real;
 /* What functions that return int return. */
 typedef enum planar2r_status {
     planar2r_OK = 0,
-    planar2r_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
+    planar2r_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, the load lets nothing through, or
+                                      * rows of a task depend on each other */
     planar2r_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     planar2r_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
     planar2r_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */
@@ -322,7 +323,8 @@ int planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_
 
 /* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the
  * rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J'
- * J#') tau of a torque that does not accelerate these rows
+ * J#') tau of a torque that does not accelerate these rows; not 0 where these rows depend on each
+ * other, or M is not positive definite
  * q: (2,)
  * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
  *   planar2r_NO_SUCH_LINK and writes nothing

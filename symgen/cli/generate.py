@@ -49,7 +49,8 @@ def generate(
 ) -> None:
     """Derive the model of ROBOT and write it as a package of C, CasADi, FMU and MEX.
 
-    ROBOT is a robot.toml, a generated package, or the name of a built-in robot.
+    ROBOT is a robot.toml, a URDF, MJCF or .par file, a generated package, or the name of a
+    built-in robot.
     """
     import symgen
     from symgen.codegen.package import default_prefix

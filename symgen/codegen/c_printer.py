@@ -62,7 +62,7 @@ def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
     going = "&& (status == 0); ++i) {"
     lines = [
         f"int status = {prefix}_OK;",
-        f"for (size_t i = 0u; (i < {kernel.guards}u) {going}",
+        f"for (size_t i = 0u; (i < {len(kernel.guards)}u) {going}",
         f"    if (!(guard[i] > {zero})) {{",
         f"        status = (guard[i] <= {zero}) ? {prefix}_NOT_POSITIVE_DEFINITE "
         f": {prefix}_NOT_FINITE;",
@@ -150,7 +150,7 @@ class Printer:
 
     def verdict(self) -> list[str]:
         """Return the status of a guarded kernel."""
-        count = self.kernel.guards
+        count = len(self.kernel.guards)
         if not count:
             return []
         guards = ", ".join(self.expression(e) for e in self.tape.outputs[self.kernel.size :])

@@ -19,6 +19,10 @@ LINK = "link"
 SCALARS = ("mass",)
 #: Inputs that all samples of a batch share.
 SHARED = ("X", "g")
+#: What is wrong with a call whose pivot of the mass matrix is not positive, and what to do.
+NO_MASS = (
+    "the mass matrix is not positive definite; accepted: parameters X of a robot that can exist"
+)
 
 
 @dataclass(frozen=True)
@@ -84,10 +88,10 @@ class Kernel:
     Attributes:
         name: name in the interface, for example energy_regressor.
         doc: description in one line.
-        tape: the program. Its outputs are the entries of all arrays, then `guards` numbers; the
-            result is valid only if these are positive.
+        tape: the program. Its outputs are the entries of all arrays, then one number for each
+            guard; the result is valid only if these are positive.
         outputs: the arrays that it writes.
-        guards: number of guards.
+        guards: for each guard, what is wrong where it is the first that is not positive.
         batch: whether there is a version for N samples.
     """
 
@@ -95,7 +99,7 @@ class Kernel:
     doc: str
     tape: Tape
     outputs: tuple[Output, ...]
-    guards: int = 0
+    guards: tuple[str, ...] = ()
     batch: bool = True
 
     @property

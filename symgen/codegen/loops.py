@@ -118,7 +118,7 @@ def loop_data(
         "blocks": -(-n // width),
         "left": -n % width,
         "solved": any(isinstance(step, Solution) for step in program.steps),
-        "guards": kernel.guards,
+        "guards": len(kernel.guards),
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
         "needs_math": any(body["needs_math"] for step in steps for body in step.get("bodies", ())),
         "steps": steps,

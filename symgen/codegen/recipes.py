@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.kernels import Kernel, Output
+from symgen.codegen.kernels import NO_MASS, Kernel, Output
 from symgen.robot.types import Robot
 from symgen.symbolic import (
     derivatives,
@@ -96,11 +96,31 @@ class Subject:
 
 Recipe = Callable[[str, Subject], Kernel | None]
 
+#: What guards say that are not pivots of the mass matrix, and what to do.
+_NO_LOAD = (
+    "an effect of the load leaves no unique acceleration; accepted: coefficients for which its "
+    "torque stays below that of the load"
+)
+_DEPENDENT = tuple(
+    f"at this q, the chosen row of {motion} {axis} depends on the chosen rows before it; accepted: "
+    "fewer rows, at most as many as joints move the link, or another q"
+    for motion in ("velocity along", "turning about")
+    for axis in "xyz"
+)
+
 
 def _of_tape(
-    doc: str, outputs: str, derive: Callable[[Subject], Tape], *, batch: bool = True
+    doc: str,
+    outputs: str,
+    derive: Callable[[Subject], Tape],
+    *,
+    batch: bool = True,
+    last: Sequence[str] = (),
 ) -> Recipe:
     """Return the recipe of a kernel; tape outputs after those of `outputs` are guards.
+
+    The last n guards, before those of `last`, are pivots of the mass matrix. Guards before them are
+    about effects of the load.
 
     Args:
         doc: description.
@@ -108,6 +128,7 @@ def _of_tape(
             and of base parameters `p`.
         derive: function that derives the tape.
         batch: whether there is a version for N samples.
+        last: what each of the guards after the pivots says.
     """
 
     def recipe(name: str, s: Subject) -> Kernel:
@@ -116,7 +137,9 @@ def _of_tape(
         for output in outputs.split(";"):
             array, *shape = output.split()
             arrays.append(Output(array, tuple(counts.get(k) or int(k) for k in shape)))
-        guards = len(tape.outputs) - sum(array.size for array in arrays)
+        count = len(tape.outputs) - sum(array.size for array in arrays) - len(last)
+        pivots = min(count, s.robot.n)
+        guards = (*(count - pivots) * [_NO_LOAD], *pivots * [NO_MASS], *last)
         return Kernel(name, doc, tape, tuple(arrays), guards, batch)
 
     return recipe
@@ -357,9 +380,11 @@ RECIPES: dict[str, Recipe] = {
     "operational_space": _of_tape(
         "operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 "
         "of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the "
-        "part (I - J' J#') tau of a torque that does not accelerate these rows",
+        "part (I - J' J#') tau of a torque that does not accelerate these rows; not 0 where these "
+        "rows depend on each other, or M is not positive definite",
         "Lambda_out 6 6; inverse_out n 6; null_out n",
         lambda s: operational.operational_space_tape(s.robot, s.base),
+        last=_DEPENDENT,
     ),
     "base_parameters": _base_parameters,
     "add_body": _of_tape(

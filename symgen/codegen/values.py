@@ -91,7 +91,7 @@ def named_values(
     X: Sequence[float],
     given: Mapping[str, tuple[float, float | None]],
     base: BaseParameters,
-    source: str,
+    facts: Sequence[str],
 ) -> Values:
     """Return values from a table of parameters.
 
@@ -99,7 +99,7 @@ def named_values(
         X: base parameters (p,), as regrouped from the table.
         given: name -> value and standard deviation, of base or standard parameters.
         base: the base parameters of the model.
-        source: what the table is, for the header.
+        facts: what the table is, for the header, one line each.
     """
     std = [given.get(name, (0.0, None))[1] for name in base.names]
     names = [p.name for p in base.standard]
@@ -108,7 +108,7 @@ def named_values(
         tuple(map(float, X)),
         tuple(None if s is None or not math.isfinite(s) else float(s) for s in std),
         tuple(float(given[name][0]) for name in names) if known else (),
-        (source,),
+        tuple(facts),
     )
 
 

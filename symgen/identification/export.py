@@ -21,7 +21,12 @@ from symgen.errors import ParameterError, plain
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
-from symgen.identification.parameters import cad_parameters, read_parameters, same_frames
+from symgen.identification.parameters import (
+    cad_parameters,
+    estimate_facts,
+    read_parameters,
+    same_frames,
+)
 from symgen.identification.physical import (
     LinkFact,
     LinkParameters,
@@ -60,28 +65,9 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
-    if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
-        raise ParameterError(
-            f"{estimate.robot}: not exported, the parameters are not physically possible: "
-            f"{estimate.physical.reason}"
-        )
-    bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
-    if bad:
-        raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")
-    facts = [
-        f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
-        f"Verdict: {estimate.verdict}.",
-        *(f"- {reason}" for reason in estimate.reasons),
-        *(
-            f"For {use.name}: {'yes' if use.ok else 'no: ' + '; '.join(use.reasons)}."
-            for use in estimate.uses
-        ),
-        f"Physical consistency: {estimate.physical.reason}.",
-        *(f"{key}: {value}" for key, value in estimate.provenance),
-    ]
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
     std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
-    values = Values(tuple(p.value for p in estimate.parameters), std, (), tuple(facts))
+    values = Values(tuple(p.value for p in estimate.parameters), std, (), estimate_facts(estimate))
     return codegen_values.values_header(
         prefix or estimate.robot,
         estimate.robot,

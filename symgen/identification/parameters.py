@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -92,11 +93,39 @@ def read_values(path: str | Path, model: Model) -> Values:
         model: model of the robot.
 
     Raises:
-        ParameterError: as `read_parameters`.
+        ParameterError: as `read_given` and `estimate_facts`.
     """
-    named = read_named(Path(path), model)
-    X = base_values({name: value for name, (value, _) in named.items()}, model, str(path))
-    return named_values(X.tolist(), named, model.base, f"From {Path(path).name}.")
+    given, named = read_given(path, model), read_named(Path(path), model)
+    own = (f"From {Path(path).name}.",)
+    facts = own if given.estimate is None else estimate_facts(given.estimate)
+    return named_values(given.X.tolist(), named, model.base, facts)
+
+
+def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
+    """Return what the header of values says of an estimate: verdict, reasons, uses and provenance.
+
+    Raises:
+        ParameterError: a value is not finite, or the result of method consistent is not possible.
+    """
+    if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
+        raise ParameterError(
+            f"{estimate.robot}: not exported, the parameters are not physically possible: "
+            f"{estimate.physical.reason}"
+        )
+    bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
+    if bad:
+        raise ParameterError(f"{', '.join(bad[:5])}: not finite, and cannot be written in C")
+    return (
+        f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
+        f"Verdict: {estimate.verdict}.",
+        *(f"- {reason}" for reason in estimate.reasons),
+        *(
+            f"For {use.name}: {'yes' if use.ok else 'no: ' + '; '.join(use.reasons)}."
+            for use in estimate.uses
+        ),
+        f"Physical consistency: {estimate.physical.reason}.",
+        *(f"{key}: {value}" for key, value in estimate.provenance),
+    )
 
 
 def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:

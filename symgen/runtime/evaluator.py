@@ -55,9 +55,15 @@ _Arrays = Callable[..., tuple[FloatArray, ...]]
 
 
 class KernelFunction(ABC):
-    """One kernel, callable on NumPy arrays."""
+    """One kernel, callable on NumPy arrays.
+
+    Attributes:
+        kernel: the kernel.
+        robot: its robot.
+    """
 
     kernel: Kernel
+    robot: Robot
 
     def __call__(self, *inputs: ArrayLike, **named: ArrayLike) -> Any:
         """Evaluate one sample, inputs (n,), or a batch, inputs (N, n); all samples share X.
@@ -69,7 +75,8 @@ class KernelFunction(ABC):
 
         Raises:
             ParameterError: a shape is wrong. Or a kernel with a status, such as forward_dynamics,
-                finds that M is not positive definite, or that a number is not finite.
+                finds that M is not positive definite, that rows of a task depend on each other, or
+                that a number is not finite.
         """
         last = (named[a.name] for a in self.kernel.inputs if a.name in named)
         arrays, count = checked(self.kernel, (*inputs, *last))
@@ -79,7 +86,8 @@ class KernelFunction(ABC):
                 return panels(*arrays)
         lead = () if count is None else (count,)
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
-        return result(self.kernel, outputs, self._bound(arrays, outputs, count)() or 0)
+        status = self._bound(arrays, outputs, count)() or 0
+        return result(self.kernel, self.robot, arrays, outputs, status)
 
     def bind(self, count: int | None = None) -> Bound:
         """Return the kernel on fixed buffers, for one sample or for a batch of `count`."""
@@ -319,6 +327,7 @@ class _CKernel(KernelFunction):
     ) -> None:
         name = model.robot.name
         self.kernel = kernel
+        self.robot = model.robot
         self._origin = (model, compiler)
         self._ffi = module.ffi
         self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
@@ -359,6 +368,7 @@ class _CKernel(KernelFunction):
 class _CasadiKernel(KernelFunction):
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
+        self.robot = model.robot
         self._function = casadi_function(model, kernel, flat=True)
         self._maps: dict[int, Any] = {}
 

@@ -2,18 +2,27 @@
 
     Lambda = (J M^-1 J')^-1,   J# = M^-1 J' Lambda,   tau_null = (I - J' J#') tau
 
-for the rows of J that a task chooses. With S = diag(select), Lambda = S A^-1 S of
-A = S J M^-1 J' S + (I - S)^2, which is positive definite if the chosen rows are independent.
+for the rows J = S J_link that a task chooses, S = diag(select). With M = L D L', modified
+Gram-Schmidt in the metric of D^-1 gives L^-1 J' = Q R, R with ones on its diagonal, so that
 
-Of rows that depend on each other, rounding leaves pivots of either sign. A guard is
+    Lambda = T W^-1 T',   J# = L^-T D^-1 Q W^-1 T',   T = R^-1,   W = Q' D^-1 Q
 
-    (c A_jj + pivot_j) - c A_jj
+without squares of the condition number. Rows that are not chosen have Q = 0, and W = 1.
 
-which is 0 where the pivot is lost in the rounding of the numbers that it is a difference of, in
-double and in float.
+Rows of the Jacobian depend on each other if and only if a sum of them with coefficients c is 0. The
+guards are about J' = Q R in the metric of I, where q_j = sum of c_ij J_i with c = R^-1:
+
+    |q_j|^2 - (sum of |c_ij| h_i)^2
+
+with a bound h_i of the error of row i, from the Jacobian and from Gram-Schmidt, which is backward
+stable (Higham 2002, theorem 19.13). It is positive for independent rows, unless a change of each
+row within h_i makes them depend on each other.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -23,15 +32,15 @@ from symgen.symbolic.dynamics import plant
 from symgen.symbolic.forward import mass_matrix_factor
 from symgen.symbolic.joined import merged
 from symgen.symbolic.placement import link_jacobian_tape
+from symgen.symbolic.rounding import jacobian_rounding, unit_roundoff
+from symgen.symbolic.spatial import Vector, dot, named, plus, scaled, transposed
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Rows = list[list[sp.Expr]]
-#: A pivot is lost where it is less than so many roundings of its diagonal entry.
-_ROUNDING = 1024
 
 
 def operational_space_tape(robot: Robot, base: BaseParameters) -> Tape:
-    """Derive Lambda (6, 6), J# (n, 6) and the torque in the null space (n,), and their guards."""
+    """Derive Lambda (6, 6), J# (n, 6), the torque in the null space (n,), and guards of M and J."""
     n, p = robot.n, plant(robot, base)
     numbers = robot.numbers
     L, D, pivots = mass_matrix_factor(p)
@@ -44,96 +53,112 @@ def operational_space_tape(robot: Robot, base: BaseParameters) -> Tape:
     select = tuple(real_symbol(f"select{i}") for i in range(6))
     tau = tuple(real_symbol(f"tau{j}") for j in numbers)
     tape, inputs, outputs = merged(robot, [jacobian, factor], (*select, *tau))
-    J = [outputs[n * i : n * (i + 1)] for i in range(6)]
+    J = [named(scaled(s, outputs[n * i : n * (i + 1)]), f"j{i}_", tape)
+         for i, s in enumerate(select)]  # fmt: skip
     rest = outputs[6 * n :]
     upper = [rest[n * i : n * (i + 1)] for i in range(n)]
     diagonal, guards = rest[n * n : n * n + n], rest[n * n + n :]
     inverse = [tape.name(f"iD{j}", 1 / d) for j, d in enumerate(diagonal)]
-    # L y = J', column by column; then M^-1 J' from L' x = y / D.
+    left = [tape.name(f"o{i}", 1 - x) for i, x in enumerate(select)]
+    rows = _orthogonal(tape, J, [sp.S.One] * n, left, "k")
+    # L y = J', column by column; then L^-T D^-1 Q from L' x = z.
     Y = [_up(tape, upper, row, f"y{i}_") for i, row in enumerate(J)]
-    Z = [[tape.name(f"z{i}_{k}", y * inverse[k]) for k, y in enumerate(row)]
-         for i, row in enumerate(Y)]  # fmt: skip
-    MJ = [_down(tape, upper, row, f"w{i}_") for i, row in enumerate(Z)]
-    A: Rows = [[sp.S.Zero] * 6 for _ in range(6)]
-    for i in range(6):
-        for j in range(i, 6):
-            mobility = tape.name(
-                f"m{i}{j}", sp.Add(*(a * b for a, b in zip(Y[i], Z[j], strict=True)))
-            )
-            entry = tape.name(f"S{i}{j}", select[i] * select[j]) * mobility
-            if i == j:
-                left = tape.name(f"o{i}", 1 - select[i])
-                entry = entry + left * left
-            A[i][j] = A[j][i] = tape.name(f"A{i}{j}", entry)
-    solved, positive = _inverse(tape, A)
-    Lambda = [
-        [tape.name(f"La{i}{j}", select[i] * tape.name(f"l{i}{j}", solved[i][j] * select[j]))
-         for j in range(6)]
-        for i in range(6)
-    ]  # fmt: skip
-    consistent = [
-        [
-            tape.name(f"c{k}_{i}", sp.Add(*(MJ[j][k] * Lambda[j][i] for j in range(6))))
-            for i in range(6)
-        ]
-        for k in range(n)
-    ]
-    force = [
-        tape.name(f"f{i}", sp.Add(*(consistent[k][i] * tau[k] for k in range(n)))) for i in range(6)
-    ]
-    null = [
-        tape.name(f"N{k}", tau[k] - sp.Add(*(J[i][k] * force[i] for i in range(6))))
-        for k in range(n)
-    ]
+    task = _orthogonal(tape, Y, inverse, left, "t")
+    T = task.combinations
+    share = named([s * x for s, x in zip(select, task.inverse, strict=True)], "e", tape)
+    Z = [named(scaled(x, row), f"z{i}_", tape)
+         for i, (x, row) in enumerate(zip(share, task.weighted, strict=True))]  # fmt: skip
+    back = transposed([_down(tape, upper, row, f"w{i}_") for i, row in enumerate(Z)])
+    held = [named([x * s for x, s in zip(row, share, strict=True)], f"h{i}_", tape)
+            for i, row in enumerate(T)]  # fmt: skip
+    Lambda = [[tape.name(f"La{min(i, k)}{max(i, k)}", dot(held[min(i, k)], T[max(i, k)]))
+               for k in range(6)] for i in range(6)]  # fmt: skip
+    consistent = [named([dot(row, x) for row in T], f"c{k}_", tape) for k, x in enumerate(back)]
+    force = named([dot(column, tau) for column in transposed(consistent)], "f", tape)
+    null = [tape.name(f"N{k}", x - dot(column, force))
+            for k, (x, column) in enumerate(zip(tau, transposed(J), strict=True))]  # fmt: skip
     arrays: list[tuple[str, Symbols]] = [
         *((name, inputs[name]) for name in inputs if name != "X"),
         ("select", select),
         ("tau", tau),
         ("X", inputs["X"]),
     ]
-    entries = [x for row in Lambda for x in row] + [x for row in consistent for x in row] + null
-    return tape.tape(arrays, [*entries, *guards, *positive])
+    entries = [x for matrix in (Lambda, consistent, [null]) for row in matrix for x in row]
+    return tape.tape(arrays, [*entries, *guards, *_independent(robot, tape, rows)])
 
 
-def _up(tape: TapeBuilder, upper: Rows, b: list[sp.Expr], name: str) -> list[sp.Expr]:
+@dataclass(frozen=True)
+class _Orthogonal:
+    """Rows A = R' Q', with Q' W Q diagonal and ones on the diagonal of the upper R.
+
+    Attributes:
+        weighted: rows of Q' W.
+        squares: diagonal of Q' W Q, and 1 for rows that are not chosen.
+        inverse: 1 / squares.
+        combinations: R^-1; row i of Q' is the sum of rows j of A with its entries (j, i).
+    """
+
+    weighted: list[Vector]
+    squares: list[sp.Expr]
+    inverse: list[sp.Expr]
+    combinations: list[list[sp.Expr]]
+
+
+def _orthogonal(
+    tape: TapeBuilder,
+    rows: Sequence[Vector],
+    weights: Sequence[sp.Expr],
+    left: Sequence[sp.Expr],
+    name: str,
+) -> _Orthogonal:
+    """Factor rows by modified Gram-Schmidt in a metric; rows that are not chosen are 0."""
+    done: list[Vector] = []
+    found = _Orthogonal([], [], [], [[sp.Integer(i == j) for j in range(6)] for i in range(6)])
+    T = found.combinations
+    for j, row in enumerate(rows):
+        shares = []
+        for i, other in enumerate(done):
+            along = tape.name(f"{name}d{i}{j}", dot(found.weighted[i], row))
+            shares.append(tape.name(f"{name}r{i}{j}", along * found.inverse[i]))
+            row = named(plus(row, scaled(-shares[i], other)), f"{name}q{i}{j}_", tape)
+        done.append(row)
+        weighted = tuple(w * x for w, x in zip(weights, row, strict=True))
+        found.weighted.append(named(weighted, f"{name}w{j}_", tape))
+        square = left[j] * left[j] + dot(found.weighted[j], row)
+        found.squares.append(tape.name(f"{name}s{j}", square))
+        found.inverse.append(tape.name(f"{name}i{j}", 1 / found.squares[j]))
+        for i in range(j):
+            T[i][j] = tape.name(f"{name}T{i}{j}", -dot(T[i][:j], shares))
+    return found
+
+
+def _independent(robot: Robot, tape: TapeBuilder, rows: _Orthogonal) -> list[sp.Expr]:
+    """Return a guard for each row of the Jacobian: it does not depend on the rows before it.
+
+    Each of five projections of a row is off by two scalar products and four operations.
+    """
+    bounds = jacobian_rounding(robot, tape, more=5 * (2 * robot.n + 4))
+    roundoff = unit_roundoff(tape)
+    off = [tape.name(f"off{i}", bound * roundoff) for i, bound in enumerate(bounds)]
+    guards = []
+    for j, square in enumerate(rows.squares):
+        sizes = [tape.name(f"a{i}{j}", sp.Abs(rows.combinations[i][j])) for i in range(j + 1)]
+        total = tape.name(f"l{j}", sp.Add(*(off[i // 3] * size for i, size in enumerate(sizes))))
+        guards.append(tape.name(f"g{j}", square - total * total))
+    return guards
+
+
+def _up(tape: TapeBuilder, upper: Rows, b: Vector, name: str) -> Vector:
     """Solve L y = b for unit upper L."""
     n, y = len(b), list(b)
     for i in range(n - 1, -1, -1):
-        known = sp.Add(*(upper[i][k] * y[k] for k in range(i + 1, n)))
-        y[i] = tape.name(f"{name}{i}", b[i] - known)
-    return y
+        y[i] = tape.name(f"{name}{i}", b[i] - dot(upper[i][i + 1 :], y[i + 1 :]))
+    return tuple(y)
 
 
-def _down(tape: TapeBuilder, upper: Rows, b: list[sp.Expr], name: str) -> list[sp.Expr]:
+def _down(tape: TapeBuilder, upper: Rows, b: Vector, name: str) -> Vector:
     """Solve L' x = b for unit upper L."""
     x = list(b)
     for i in range(len(b)):
-        known = sp.Add(*(upper[k][i] * x[k] for k in range(i)))
-        x[i] = tape.name(f"{name}{i}", b[i] - known)
-    return x
-
-
-def _inverse(tape: TapeBuilder, A: Rows) -> tuple[Rows, list[sp.Expr]]:
-    """Return the inverse of a symmetric matrix by U D U', and a guard of each pivot."""
-    n = len(A)
-    guards: list[sp.Expr] = []
-    upper: Rows = [[sp.S.Zero] * n for _ in range(n)]
-    pivots, inverse = [sp.S.Zero] * n, [sp.S.Zero] * n
-    for j in range(n - 1, -1, -1):
-        held = [tape.name(f"h{j}{k}", upper[j][k] * pivots[k]) for k in range(j + 1, n)]
-        above = sp.Add(*(upper[j][k] * h for k, h in zip(range(j + 1, n), held, strict=True)))
-        pivots[j] = tape.name(f"p{j}", A[j][j] - above)
-        large = tape.name(f"b{j}", _ROUNDING * A[j][j])
-        guards.append(tape.name(f"g{j}", tape.name(f"e{j}", large + pivots[j]) - large))
-        upper[j][j] = sp.S.One
-        inverse[j] = tape.name(f"ip{j}", 1 / pivots[j])
-        for i in range(j):
-            known = sp.Add(*(upper[i][k] * h for k, h in zip(range(j + 1, n), held, strict=True)))
-            upper[i][j] = tape.name(f"u{i}{j}", tape.name(f"v{i}{j}", A[i][j] - known) * inverse[j])
-    columns = []
-    for k in range(n):
-        unit = [sp.S.One if i == k else sp.S.Zero for i in range(n)]
-        y = _up(tape, upper, unit, f"s{k}_")
-        z = [tape.name(f"t{k}_{i}", v * inverse[i]) for i, v in enumerate(y)]
-        columns.append(_down(tape, upper, z, f"r{k}_"))
-    return columns, guards
+        x[i] = tape.name(f"{name}{i}", b[i] - dot([row[i] for row in upper[:i]], x[:i]))
+    return tuple(x)

@@ -55,7 +55,7 @@ def axis(sigma: int) -> Screw:
     return Z if sigma == names.REVOLUTE else ZERO, Z if sigma == names.PRISMATIC else ZERO
 
 
-def dot(a: Vector, b: Vector) -> sp.Expr:
+def dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Return a . b."""
     # Leaving zeros out first takes half the time where axes are unit vectors.
     pairs = zip(a, b, strict=True)
@@ -76,7 +76,7 @@ def plus(*vectors: Vector) -> Vector:
     return tuple(sp.Add(*entries) for entries in zip(*vectors, strict=True))
 
 
-def scaled(factor: sp.Expr, a: Vector) -> Vector:
+def scaled(factor: sp.Expr, a: Sequence[sp.Expr]) -> Vector:
     """Return factor times a."""
     return tuple(factor * x for x in a)
 
@@ -86,12 +86,12 @@ def times(a: Matrix, b: Vector) -> Vector:
     return tuple(dot(row, b) for row in a)
 
 
-def transposed(a: Matrix) -> Matrix:
+def transposed(a: Sequence[Sequence[sp.Expr]]) -> Matrix:
     """Return a matrix with its rows as columns."""
     return tuple(zip(*a, strict=True))
 
 
-def named(a: Vector, name: str, tape: TapeBuilder) -> Vector:
+def named(a: Sequence[sp.Expr], name: str, tape: TapeBuilder) -> Vector:
     """Name the components of a vector."""
     return tuple(tape.entry(x, name, "", i) for i, x in enumerate(a))
 

@@ -14,7 +14,8 @@ typedef {{ dtype }} {{ name }}_real;
 /* What functions that return int return. */
 typedef enum {{ name }}_status {
     {{ name }}_OK = 0,
-    {{ name }}_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, or the load lets nothing through */
+    {{ name }}_NOT_POSITIVE_DEFINITE = 1, /* no robot has this X, the load lets nothing through, or
+                                      * rows of a task depend on each other */
     {{ name }}_NOT_FINITE = 2,   /* an input, or what came of it, is NaN or infinite */
     {{ name }}_OUTLIER = 4,      /* identifier: an equation that contradicts all before it */
     {{ name }}_NOT_EXCITED = 8,  /* identifier: an equation that would teach less than is forgotten */

@@ -194,7 +194,7 @@ def test_several_outputs_that_may_have_no_meaning(compiler: str, tmp_path: Path)
     needs(compiler)
     model = symgen.derive(symgen.read_robot("planar2r"), ("frames",))
     outputs = (Output("first", (16,)), Output("second", (15,)))
-    kernel = replace(model.kernels[0], outputs=outputs, guards=1)
+    kernel = replace(model.kernels[0], outputs=outputs, guards=("M",))
     package = tmp_path / "planar2r"
     tree = symgen.generate(replace(model, kernels=(kernel,)), target="c")
     symgen.write_package(tree, package)

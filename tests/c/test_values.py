@@ -14,8 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import symgen
+from symgen.cli import cli
 from symgen.estimation.values import Residual
 from symgen.identification.estimate import (
     ROBOT_DIGEST,
@@ -302,3 +304,27 @@ def test_values_of_another_number_are_refused(model) -> None:
 
     with pytest.raises(symgen.PackageError, match="accepted: "):
         symgen.generate(model, target="c", values=Values((1.0,), (None,)))
+
+
+def test_values_of_an_estimate_say_what_it_is_good_for(estimate, tmp_path) -> None:
+    (tmp_path / "estimate.json").write_text(json.dumps(estimate.to_json()))
+    command = ["generate", NAME, "--kernels", "inverse_dynamics", "--target", "c"]
+    options = ["--parameters", str(tmp_path), "--into", str(tmp_path / "package")]
+    done = CliRunner().invoke(cli, [*command, *options])
+    assert done.exit_code == 0, done.output
+    header = (tmp_path / "package" / f"{NAME}_values.h").read_text()
+    expected = symgen.values_header(estimate)
+    for part in ("Identified by symgen with the torque model, method wls.", "Verdict: doubtful."):
+        assert part in expected
+        assert part in header
+    assert "joint 2 is hardly excited" in header
+    assert header.split("static const")[1] == expected.split("static const")[1]
+
+
+def test_values_of_an_estimate_that_no_robot_can_have_are_refused(estimate, tmp_path) -> None:
+    impossible = replace(estimate, method="consistent")
+    (tmp_path / "estimate.json").write_text(json.dumps(impossible.to_json()))
+    options = ["--parameters", str(tmp_path), "--into", str(tmp_path / "package")]
+    done = CliRunner().invoke(cli, ["generate", NAME, "--target", "c", *options])
+    assert isinstance(done.exception, symgen.ParameterError)
+    assert "not physically possible" in str(done.exception)

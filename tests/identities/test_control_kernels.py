@@ -506,21 +506,36 @@ def test_operational_space_is_that_of_khatib(name, link, backend) -> None:
         np.testing.assert_allclose(J @ mobility @ null, 0, atol=1e-10)
 
 
-def test_operational_space_of_rows_that_depend_on_each_other_says_so() -> None:
-    """More rows than joints move the link: rounding leaves pivots of either sign.
-
-    Of five rows of link 4 still 5 in 120 pass: small pivots before the last one enlarge rounding.
-    """
+@pytest.mark.parametrize("backend", ["c", "casadi"])
+def test_operational_space_of_rows_that_depend_on_each_other_says_so(backend) -> None:
+    """More rows than joints move the link: the first row too many is named."""
     model = symgen.derive("panda", ("operational_space",))
-    evaluator = symgen.load(model, backend="c")
+    evaluator = symgen.load(model, backend=backend)
     X = np.array(physical_parameters(model, random.Random(1)))
     rng = np.random.default_rng(2)
-    for link in 40 * [2, 3]:
+    for link in 40 * [2, 3, 4]:
         q, point, tau = rng.uniform(-2, 2, 7), rng.uniform(-0.2, 0.2, 3), np.ones(7)
         select = np.zeros(6)
         select[rng.permutation(6)[: link + 1]] = 1.0
-        with pytest.raises(symgen.SymgenError, match="not positive definite"):
+        with pytest.raises(symgen.ParameterError, match=f"link of joint {link}.* depends on"):
             evaluator["operational_space"](q, link, point, select, tau, X)
+
+
+@pytest.mark.parametrize("backend", ["c", "casadi"])
+def test_an_error_names_the_guard_and_the_sample_that_fails(backend) -> None:
+    model = symgen.derive("rx90", ("operational_space",))
+    call = symgen.load(model, backend=backend)["operational_space"]
+    X = np.array(physical_parameters(model, random.Random(1)))
+    q, tau = np.random.default_rng(1).uniform(-1, 1, (2, 700, 6))
+    point, select = np.full((700, 3), 0.1), np.tile([1.0, 1, 0, 0, 0, 0], (700, 1))
+    assert np.isfinite(call(q, 3, point, select, tau, X)[0]).all()
+    select[650] = [1, 0, 1, 0, 1, 1]  # four rows, three joints
+    with pytest.raises(
+        symgen.ParameterError, match=r"sample 650, link of joint 3: .*turning about z"
+    ):
+        call(q, 3, point, select, tau, X)
+    with pytest.raises(symgen.ParameterError, match=r"sample 0, .*mass matrix is not positive"):
+        call(q, 3, point, select, tau, -X)
 
 
 def test_factors_of_a_mass_matrix_of_zero_say_that_it_is_not_positive_definite() -> None:

@@ -23,7 +23,7 @@ enum {
     VALUES
 };
 
-static const char guid[] = "{8cb5b880817d9111f4d4955a8153f37d}";
+static const char guid[] = "{3b3db9c5cf5edeeaddb16a11ea1fe976}";
 static const fmi2Real start[VALUES] = {
     [X] = 0.898583, 0.214296, 0.143341, -0.268162, 0.0001,
 };
