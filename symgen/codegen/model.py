@@ -87,7 +87,7 @@ def derive(
     source = Subject(robot.with_values() if at_values else robot, base)
     derived = []
     for name in (name for name in RECIPES if name in chosen):
-        kernel = before.have(name, partial(RECIPES[name], name, source))
+        kernel = before.have(name, partial(source.kernel, name))
         derived += [] if kernel is None else [kernel]
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))
