@@ -33,7 +33,6 @@ from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
     DIGITS,
-    POINTS,
     SEED,
     TOLERANCE,
     checked_kernel,
@@ -405,7 +404,6 @@ class _Writer:
             kernels=[
                 checked_kernel(self.name, k, verified[k.name], self.dtype) for k in self.kernels
             ],
-            points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )
