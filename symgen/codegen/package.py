@@ -26,7 +26,7 @@ from symgen.codegen.c_printer import DTYPES, CFunction, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.loops import CHOICES, loop_data, program
-from symgen.codegen.model import Model
+from symgen.codegen.model import Model, uncollected
 from symgen.codegen.panels import panel, panelled
 from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
@@ -85,6 +85,7 @@ class SourceTree:
         }
 
 
+@uncollected()
 def generate(
     model: Model,
     *,

@@ -9,6 +9,7 @@ import pytest
 
 import symgen
 from symgen.codegen import model as compiler
+from symgen.codegen import recipes
 from symgen.robot.builtin import library
 
 KERNELS = ("energy_regressor", "friction_power", "torque_regressor", "forward_dynamics")
@@ -33,7 +34,7 @@ def forbid(monkeypatch):
 
     def call():
         monkeypatch.setattr(compiler, "find_base", refuse)
-        monkeypatch.setattr(compiler, "RECIPES", dict.fromkeys(compiler.RECIPES, refuse))
+        monkeypatch.setattr(recipes, "RECIPES", dict.fromkeys(recipes.RECIPES, refuse))
 
     return call
 
