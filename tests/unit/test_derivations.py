@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from dataclasses import replace
 
@@ -52,6 +53,15 @@ def test_every_kernel_is_kept(forbid):
     second = symgen.derive("scara", "all")
     assert second == first
     assert symgen.generate(second) == symgen.generate(first)
+
+
+def test_garbage_is_collected_again_after_a_derivation(forbid):
+    symgen.derive("planar2r", ("mass_matrix",))
+    assert gc.isenabled()
+    forbid()
+    with pytest.raises(DerivedError):
+        symgen.derive("planar2r", ("coriolis",))
+    assert gc.isenabled()
 
 
 def test_kernels_that_were_not_asked_for_before_are_derived():
