@@ -23,12 +23,16 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from symgen.errors import PackageError, SymgenWarning, located, plain
 from symgen.places import alone, exchanged, place, sweep, written
 from symgen.record import RECORD, Carried, read_record, with_record
+
+if TYPE_CHECKING:
+    import jinja2
 
 _ASIDE = "-old-"
 
@@ -323,10 +327,16 @@ def rendered(template: str, **data: Any) -> str:
         template: its folder and name, such as "c/values.h".
         data: every name that it uses; one that is missing is an error.
     """
+    folder, name = template.split("/", 1)
+    return str(_environment(folder).get_template(name).render(**data))
+
+
+@cache
+def _environment(folder: str) -> jinja2.Environment:
+    """Return what reads the templates of a folder, and keeps them."""
     import jinja2
 
-    folder, name = template.split("/", 1)
-    environment = jinja2.Environment(
+    return jinja2.Environment(
         loader=jinja2.FileSystemLoader(templates() / folder),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -334,7 +344,6 @@ def rendered(template: str, **data: Any) -> str:
         keep_trailing_newline=True,
         **_SYNTAX.get(folder, {}),
     )
-    return environment.get_template(name).render(**data)
 
 
 def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -61,6 +61,9 @@ def main() -> None:
     # The matrices are small, so BLAS threads spend their time waiting for each other: ten times
     # slower on a busy machine. This must be set before NumPy is imported.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # The kernels of a large robot repeat many expressions, and SymPy keeps only the last 1000 that
+    # each of its functions made. These take 100 MB at most; SymPy must be imported later, too.
+    os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
     arguments = sys.argv[1:]
     debug = "--debug" in arguments
     if debug:

@@ -16,7 +16,7 @@ import sympy as sp
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
-from symgen.symbolic.tape import Steps, Values, terms
+from symgen.symbolic.tape import Steps, Values
 
 DTYPES = ("double", "float")
 _ANGLES = (4, 2, 1)  # numbers of angles that the package's sincos takes at once
@@ -254,7 +254,7 @@ class Printer:
                 raise SymgenError(f"{expr} cannot be written in C")
             return self.called(name, expr.args[0])
         out = ""
-        for negative, factors in terms(expr, self.tape.order):
+        for negative, factors in self.tape.terms(expr):
             product = " * ".join(self.factor(f) for f in factors)
             if out:
                 out += f" - {product}" if negative else f" + {product}"

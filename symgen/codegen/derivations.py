@@ -13,9 +13,9 @@ operation of SymPy.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -124,13 +124,22 @@ def written(value: Any) -> Any:
     """
     if value is None or isinstance(value, (str, int)):
         return value
-    name, parts = type(value).__name__, getattr(value, "args", value)
-    if is_dataclass(value):
-        parts = [getattr(value, f.name) for f in fields(value)]
-    elif getattr(value, "is_Symbol", False):
-        name, parts = "Symbol", [value.name]
-    elif getattr(value, "is_Rational", False):
-        name, parts = "Rational", [int(value.p), int(value.q)]
+    if isinstance(value, sp.Basic):
+        return _expression(value)
+    parts = [getattr(value, f.name) for f in fields(value)] if is_dataclass(value) else value
+    return _named(type(value).__name__, parts)
+
+
+@lru_cache(maxsize=100_000)  # kernels share most of their steps
+def _expression(value: sp.Basic) -> list[Any]:
+    if value.is_Symbol:
+        return ["Symbol", value.name]
+    if value.is_Rational:
+        return ["Rational", int(value.p), int(value.q)]
+    return _named(type(value).__name__, value.args)
+
+
+def _named(name: str, parts: Iterable[Any]) -> list[Any]:
     if name not in _MADE:
         raise KeyError(name)
     return [name, *map(written, parts)]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import gc
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -51,6 +53,19 @@ class Model:
         return next((k for k in self.kernels if k.name == name), None)
 
 
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Let Python look for cycles of garbage later: expressions are many and have none."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
+@uncollected()
 def derive(
     robot: Robot | str | Path,
     kernels: Sequence[str] | str = ENERGY,
@@ -87,7 +102,7 @@ def derive(
     source = Subject(robot.with_values() if at_values else robot, base)
     derived = []
     for name in (name for name in RECIPES if name in chosen):
-        kernel = before.have(name, partial(RECIPES[name], name, source))
+        kernel = before.have(name, partial(source.kernel, name))
         derived += [] if kernel is None else [kernel]
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))

@@ -26,14 +26,13 @@ from symgen.codegen.c_printer import DTYPES, CFunction, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
 from symgen.codegen.loops import CHOICES, loop_data, program
-from symgen.codegen.model import Model
+from symgen.codegen.model import Model, uncollected
 from symgen.codegen.panels import panel, panelled
 from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
     DIGITS,
-    POINTS,
     SEED,
     TOLERANCE,
     checked_kernel,
@@ -86,6 +85,7 @@ class SourceTree:
         }
 
 
+@uncollected()
 def generate(
     model: Model,
     *,
@@ -405,7 +405,6 @@ class _Writer:
             kernels=[
                 checked_kernel(self.name, k, verified[k.name], self.dtype) for k in self.kernels
             ],
-            points=POINTS,
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import sympy as sp
@@ -37,6 +37,11 @@ class Subject:
 
     robot: Robot
     base: BaseParameters
+
+    @cached_property
+    def kernel(self) -> Callable[[str], Kernel | None]:
+        """Return a function that derives a kernel by its name, each one once."""
+        return cache(lambda name: RECIPES[name](name, self))
 
     @property
     def inertial(self) -> list[int]:
@@ -224,11 +229,8 @@ def _base_parameters(name: str, s: Subject) -> Kernel | None:
 
 
 def _all_terms(name: str, s: Subject) -> Kernel:
-    found = (
-        RECIPES[part](part, s)
-        for part in ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
-    )
-    parts = [kernel for kernel in found if kernel]
+    names = ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
+    parts = [kernel for kernel in map(s.kernel, names) if kernel]
     return Kernel(
         name,
         "mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns "

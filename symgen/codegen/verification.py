@@ -10,13 +10,14 @@ from typing import Any
 from symgen import names
 from symgen.codegen.kernels import LINK, Kernel, regrouped
 from symgen.codegen.model import Model
+from symgen.codegen.panels import LARGEST
 from symgen.robot.types import Robot
 from symgen.symbolic.spatial import UPPER
 from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
 SEED = 1988
-POINTS = 4
+POINTS = 4  # of a kernel whose outputs have at most LARGEST entries
 #: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
@@ -38,7 +39,7 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
                 else [round(draw.uniform(-2.0, 2.0), 6) for _ in symbols]
                 for name, symbols in kernel.tape.inputs
             }
-            for point in range(POINTS)
+            for point in range(_points(kernel))
         ]
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         out[kernel.name] = {
@@ -46,6 +47,11 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             "expected": [[str(mpmath.nstr(v, 30)) for v in row] for row in expected],
         }
     return out
+
+
+def _points(kernel: Kernel) -> int:
+    """Return the number of points: fewer where one has many numbers to compare."""
+    return max(1, min(POINTS, POINTS * LARGEST // max(1, kernel.size)))
 
 
 def checked_kernel(
@@ -79,6 +85,7 @@ def checked_kernel(
     call = f"{prefix}_{kernel.name}({', '.join(words)})"
     return {
         "name": kernel.name,
+        "points": len(entry["points"]),
         "size": kernel.size,
         "arguments": inputs,
         "changed": sorted(a.name for a in kernel.inputs if a.written),

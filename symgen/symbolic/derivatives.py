@@ -48,6 +48,7 @@ from symgen.symbolic.spatial import (
     acting,
     axis,
     cross,
+    dot,
     named,
     plus,
     scaled,
@@ -111,8 +112,9 @@ def _against(p: Plant, inverse: Rows, slopes: Rows, letter: str) -> Rows:
     out: Rows = {j: {} for j in p.numbers}
     for j in p.numbers:
         for k in p.numbers:
-            terms = (value * slopes[i].get(k, sp.S.Zero) for i, value in inverse[j].items())
-            out[j][k] = -p.tape.name(f"{letter}{j}_{k}", sum(terms, sp.S.Zero))
+            column = [slopes[i].get(k, sp.S.Zero) for i in inverse[j]]
+            value = dot(tuple(inverse[j].values()), tuple(column))
+            out[j][k] = -p.tape.name(f"{letter}{j}_{k}", value)
     return out
 
 

@@ -251,14 +251,16 @@ def mass_matrix(p: Plant) -> Rows:
 def coriolis(p: Plant) -> Rows:
     """Return C by rows and columns of joint numbers: C qd are the torques, M' - 2 C is skew."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
+    real = motions(p.way, ZERO, {}, p.tape)
+    after = {s.joint.number: path(p.robot, s.joint.number) for s in p.way}
     for j in rows:
+        moved = tuple(s for s in p.way if j in after[s.joint.number])
         letters = Letters(f"E{j}_", f"e{j}_", f"l{j}_", f"l{j}_", "{}{}{}", f"l{j}p{{1}}_{{0}}")
-        virtual = references(p.way, ZERO, {j: sp.S.One}, {}, p.tape, letters)
+        virtual = references(moved, real, ZERO, {j: sp.S.One}, {}, p.tape, letters)
         wrench: Wrenches = {}
-        for i, body in p.bodies.items():
-            if j in path(p.robot, i):
-                tag = f"{i}v{j}"
-                wrench[i] = body.virtual_wrench(virtual[i], tag, p.tape, p.namer(tag))
+        for i, motion in virtual.items():
+            tag = f"{i}v{j}"
+            wrench[i] = p.bodies[i].virtual_wrench(motion, tag, p.tape, p.namer(tag))
         for k, value in to_joints(p, wrench, f"c{j}").items():
             rows[k][j] = p.tape.name(f"C{k}_{j}", value)
     return congruent(p.robot, rows, "C", p.tape)

@@ -137,9 +137,6 @@ def solved(p: Plant, factor: Factor, right: ByJoint, letter: str) -> ByJoint:
                 y[i] = tape.name(f"y{k}_{i}", y[i] - low[k, i] * y[k])
     out: ByJoint = {}
     for k in order:
-        value = y[k] * factor.inverse[k]
-        for i in order:
-            if (k, i) in low:
-                value -= low[k, i] * out[i]
-        out[k] = tape.name(f"{letter}{k}", value)
+        known = (-low[k, i] * out[i] for i in order if (k, i) in low)
+        out[k] = tape.name(f"{letter}{k}", sp.Add(y[k] * factor.inverse[k], *known))
     return out

@@ -91,29 +91,32 @@ def motions(
 
 def references(
     way: Way,
+    real: Mapping[int, Motion],
     base_gravity: Vector,
     speed: ByJoint,
     acceleration: ByJoint,
     tape: TapeBuilder,
     letters: Letters = _REFERENCE,
 ) -> Mapping[int, Motion]:
-    """Derive the reference motion of every link by joint number, with its real velocity.
+    """Derive the reference motion of links by joint number, with their real velocity.
 
     Args:
-        way: from `steps`, with the real speeds.
+        way: from `steps`, with the real speeds; the links before it rest.
+        real: the real motion of every link, from `motions`.
         base_gravity: acceleration of gravity in frame 0.
         speed: reference speeds by joint number; absent means zero.
         acceleration: reference accelerations by joint number.
         tape: receives the named steps.
         letters: for the names of steps.
     """
-    real = motions(way, ZERO, {}, tape)
-    states = {0: _at_rest(base_gravity)}
+    rest = _at_rest(base_gravity)
+    states: dict[int, Motion] = {}
     for step in way:
         j = step.joint.number
         rate = speed.get(j, sp.S.Zero)
         rates = rate, rate, acceleration.get(j, sp.S.Zero)
-        now = replace(states[step.joint.antecedent], real=real[step.joint.antecedent].w)
+        before = step.joint.antecedent
+        now = replace(states.get(before, rest), real=real[before].w)
         states[j] = passed(now, step, rates, letters, tape)
     return states
 

@@ -22,7 +22,7 @@ from symgen.symbolic.dynamics import (
     with_rotors,
 )
 from symgen.symbolic.kinematics import by_joint, frames, variables
-from symgen.symbolic.motion import references
+from symgen.symbolic.motion import motions, references
 from symgen.symbolic.spatial import ZERO, acting, axis, moved
 
 
@@ -31,7 +31,8 @@ def slotine_li_torque(p: Plant) -> ByJoint:
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (by_joint(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
-    found = references(p.way, p.gravity, speed, acceleration, tape)
+    real = motions(p.way, ZERO, {}, tape)
+    found = references(p.way, real, p.gravity, speed, acceleration, tape)
     wrench = {
         j: body.virtual_wrench(found[j], f"{j}", tape, p.namer(f"{j}"))
         for j, body in p.bodies.items()

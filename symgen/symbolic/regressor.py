@@ -110,12 +110,12 @@ def torque_tape(robot: Robot) -> Tape:
 
 def slotine_li_tape(robot: Robot) -> Tape:
     """Derive the columns of M qddr + C(q, qd) qdr + g + friction(qd): (n, standard parameters)."""
-    scene, _, _ = _scene(robot)
+    scene, _, real = _scene(robot)
     variable, tape = variables(robot), scene.tape
     qdr, qddr = (
         spread(robot, by_joint(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
     )
-    found = references(scene.way, gravity(robot, tape), qdr, qddr, tape)
+    found = references(scene.way, real, gravity(robot, tape), qdr, qddr, tape)
 
     def wrench(p: Parameter) -> Screw:
         def name(vector: Vector, letter: str) -> Vector:

@@ -57,7 +57,7 @@ def axis(sigma: int) -> Screw:
 
 def dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
     """Return a . b."""
-    # Leaving zeros out first takes half the time where axes are unit vectors.
+    # Leaving zeros out first takes half the time: SymPy is slow with them, too, and many are zero.
     pairs = zip(a, b, strict=True)
     return sp.Add(*(x * y for x, y in pairs if x is not sp.S.Zero and y is not sp.S.Zero))
 
@@ -150,7 +150,7 @@ def replaced(a: Vector, entries: ByJoint) -> Vector:
 def turned(v: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
     """Express a vector in the turned frame."""
     a, b = around(turn.axis)
-    new = {a: turn.c * v[a] + turn.s * v[b], b: turn.c * v[b] - turn.s * v[a]}
+    new = {a: dot((turn.c, turn.s), (v[a], v[b])), b: dot((turn.c, -turn.s), (v[b], v[a]))}
     return _renamed(v, new, letter, turn.tag, tape)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cache, cached_property, partial, reduce
 from typing import Any
 
 import sympy as sp
@@ -96,6 +96,11 @@ class Tape:
         symbols = [s for _, group in self.inputs for s in group]
         symbols += [s for s, _ in self.constants] + [s for s, _ in self.steps]
         return {s: i for i, s in enumerate(symbols)}
+
+    @cached_property
+    def terms(self) -> Callable[[sp.Expr], list[tuple[bool, list[sp.Expr]]]]:
+        """Return a function that splits a sum as `terms` does, in the order of this tape."""
+        return cache(partial(terms, order=self.order))
 
     def keep(self, indices: Sequence[int]) -> Tape:
         """Return the tape of some of the outputs, without steps that they do not need."""
@@ -186,15 +191,17 @@ def terms(expr: sp.Expr, order: Mapping[sp.Symbol, int]) -> list[tuple[bool, lis
     """
 
     def key(expr: sp.Expr) -> tuple[int, ...]:
+        if expr.is_Symbol:
+            return (order[expr],)
         return tuple(sorted(order[s] for s in expr.free_symbols))
 
     out = []
     for term in sp.Add.make_args(expr):
         number, rest = term.as_coeff_Mul()
         factors = [] if rest is sp.S.One else sorted(_repeated(rest), key=key)
-        if abs(number) != 1 or not factors:
+        if number not in (sp.S.One, sp.S.NegativeOne) or not factors:
             factors = [abs(number), *factors]
-        out.append((bool(number < 0), factors))
+        out.append((bool(number.is_negative), factors))
     return sorted(out, key=lambda t: (t[0], [key(f) for f in t[1]], len(t[1])))
 
 
@@ -245,7 +252,7 @@ class _Compiler:
         if expr.is_Function:
             return self.put(expr.func.__name__.lower(), self.emit(expr.args[0]))
         value: int | None = None
-        for negative, factors in terms(expr, self.tape.order):
+        for negative, factors in self.tape.terms(expr):
             product = reduce(lambda a, b: self.put("mul", a, b), map(self.emit, factors))
             if value is not None:
                 value = self.put("sub" if negative else "add", value, product)
@@ -271,6 +278,7 @@ class TapeBuilder:
         self._last = tuple(last)
         self._constants: dict[sp.Expr, sp.Symbol] = {}
         self._steps: dict[sp.Expr, sp.Symbol] = {}
+        self._sums: dict[frozenset[sp.Expr], sp.Symbol] = {}  # the same steps, by their terms
         self._taken = set(reserved)
 
     def symbol(self, name: str) -> sp.Symbol:
@@ -296,16 +304,18 @@ class TapeBuilder:
         """Name a step. Numbers, symbols and known expressions get no new name."""
         if expr.is_number or expr.is_Symbol:
             return expr
-        if (-expr).is_Symbol:
-            return expr
         known = self._steps.get(expr)
         if known is not None:
             return known
-        opposite = self._steps.get(-expr)
+        parts = sp.Add.make_args(expr)
+        negated = [-part for part in parts]  # SymPy takes long to make this a sum
+        if len(parts) == 1 and negated[0].is_Symbol:
+            return expr
+        opposite = self._sums.get(frozenset(negated))
         if opposite is not None:
             return -opposite
         symbol = self.symbol(name)
-        self._steps[expr] = symbol
+        self._steps[expr] = self._sums[frozenset(parts)] = symbol
         return symbol
 
     def entry(self, expr: sp.Expr, letter: str, tag: object, *places: int) -> sp.Expr:

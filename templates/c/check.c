@@ -27,7 +27,7 @@ int main(void)
 {% include "check_points.c" %}
         double here = 0.0;
         double scale = 0.0;
-        for (size_t i = 0; i < {{ points }}; ++i) {
+        for (size_t i = 0; i < {{ k.points }}; ++i) {
 {% for o in k.outputs %}
             {{ name }}_real {{ o.name }}[{{ o.size }}];
 {% endfor %}

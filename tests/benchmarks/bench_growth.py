@@ -1,12 +1,15 @@
 """How derivation, code and compilation grow with the number of joints, and what starting costs.
 
     python tests/benchmarks/bench_growth.py [--joints 2 6 7 12 24 50] [--into growth.json]
+    python tests/benchmarks/bench_growth.py --package humanoid
 
 Chains of revolute joints, axes at right angles in turn, with friction and rotors. Each row is a
 process of its own with an empty cache: seconds of its processor for the derivation with the exact
 rank, for generation and for the compiler; statements of the kernel; and ns of one call. Growth is
 the power of n by which statements grow from the line above. The time of `import symgen` and of
 `generate --kernels energy_regressor` stands over that of `import sympy`, medians that take turns.
+The second form runs `symgen generate` for all kernels of a robot of oracles/large_arms.py with an
+empty cache, and prints its processor time and the bytes of its files.
 """
 
 from __future__ import annotations
@@ -111,6 +114,30 @@ def growth(joints: list[int]) -> list[dict[str, Any]]:
     return rows
 
 
+def package(name: str) -> None:
+    """Print what all kernels of a large robot cost: s of the processor, and bytes by file."""
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    from oracles.large_arms import LARGE
+    from oracles.random_arms import to_toml
+
+    with tempfile.TemporaryDirectory() as folder:
+        robot, into = Path(folder) / f"{name}.toml", Path(folder) / name
+        robot.write_text(to_toml(LARGE[name], name, ("coulomb", "viscous")))
+        spent = processor(["-m", "symgen", "generate", str(robot), "--into", str(into)], folder)
+        sizes = {p.name: p.stat().st_size for p in into.rglob("*") if p.is_file()}
+    print(f"{name}: {spent:.1f} s of the processor, {sum(sizes.values()):,} bytes")
+    for file, size in sorted(sizes.items(), key=lambda item: -item[1])[:12]:
+        print(f"{size:12,} {file}")
+
+
+def processor(arguments: list[str], cache: str) -> float:
+    """Return the seconds of the processor that Python takes with these arguments."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    asked([sys.executable, *arguments], cache)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def start() -> dict[str, float]:
     """Return processor seconds of imports and of a cold generate, medians in turn."""
     with tempfile.TemporaryDirectory() as folder:
@@ -126,11 +153,7 @@ def start() -> dict[str, float]:
         times: dict[str, list[float]] = {way: [] for way in ways}
         for _ in range(REPEATS):
             for way, arguments in ways.items():
-                before = resource.getrusage(resource.RUSAGE_CHILDREN)
-                asked([sys.executable, *arguments], folder)
-                after = resource.getrusage(resource.RUSAGE_CHILDREN)
-                spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-                times[way].append(spent)
+                times[way].append(processor(arguments, folder))
     return {way: statistics.median(found) for way, found in times.items()}
 
 
@@ -157,7 +180,11 @@ def main() -> None:
     parser.add_argument("--joints", nargs="+", type=int, default=JOINTS)
     parser.add_argument("--into", type=Path, default=Path("growth.json"))
     parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--package", help="a large robot whose whole package is measured")
     given = parser.parse_args()
+    if given.package:
+        package(given.package)
+        return
     if given.one:
         one(int(given.one[0]), given.one[1])
         return

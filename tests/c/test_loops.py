@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import random
 import shutil
 from collections.abc import Sequence
@@ -183,5 +184,16 @@ def test_kinds_that_differ_by_friction_alone_are_told_apart(tmp_path: Path) -> N
     kernels = ("inverse_dynamics", "inverse_dynamics_derivatives")
     head = '[robot]\nname = "arm"\ngravity = [0.0, 0.0, -9.81]\n'
     written(head + text, tmp_path, kernels, loops="always")
+    run(["cc", *STRICT, "-O1", *c_files(tmp_path, check=True), "-lm", "-o", "check"], tmp_path)
+    run([tmp_path / "check"], tmp_path)
+
+
+def test_a_kernel_of_thousands_of_entries_is_checked_at_fewer_points(tmp_path: Path) -> None:
+    text = to_toml(LARGE["chain15"], "chain15", FRICTION)
+    model = written(text, tmp_path, ("mass_matrix", "torque_regressor"))
+    checked = json.loads((tmp_path / "manifest.json").read_text())["verification"]
+    for kernel, points in zip(model.kernels, (1, 4), strict=True):
+        assert len(checked["points"][kernel.name]) == points
+        assert [len(row) for row in checked["expected"][kernel.name]] == [kernel.size] * points
     run(["cc", *STRICT, "-O1", *c_files(tmp_path, check=True), "-lm", "-o", "check"], tmp_path)
     run([tmp_path / "check"], tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import pytest
 
 import symgen
 from symgen.codegen import model as compiler
+from symgen.codegen import recipes
 from symgen.robot.builtin import library
 
 KERNELS = ("energy_regressor", "friction_power", "torque_regressor", "forward_dynamics")
@@ -33,7 +35,7 @@ def forbid(monkeypatch):
 
     def call():
         monkeypatch.setattr(compiler, "find_base", refuse)
-        monkeypatch.setattr(compiler, "RECIPES", dict.fromkeys(compiler.RECIPES, refuse))
+        monkeypatch.setattr(recipes, "RECIPES", dict.fromkeys(recipes.RECIPES, refuse))
 
     return call
 
@@ -51,6 +53,15 @@ def test_every_kernel_is_kept(forbid):
     second = symgen.derive("scara", "all")
     assert second == first
     assert symgen.generate(second) == symgen.generate(first)
+
+
+def test_garbage_is_collected_again_after_a_derivation(forbid):
+    symgen.derive("planar2r", ("mass_matrix",))
+    assert gc.isenabled()
+    forbid()
+    with pytest.raises(DerivedError):
+        symgen.derive("planar2r", ("coriolis",))
+    assert gc.isenabled()
 
 
 def test_kernels_that_were_not_asked_for_before_are_derived():
