@@ -138,13 +138,21 @@ def run(arm: str, seed: int) -> dict[str, Any]:
         "delay_ms": [
             sum((1e3 * f.value for f in e.repairs if f.kind == "delay"), 1e3 * late) for e in both
         ],
-        "late_ms": [1e3 * std for f in both[1].repairs for n, _, std in f.values if n == "DT"],
+        "late_ms": [
+            1e3 * std
+            for f in both[1].repairs
+            for n, _, std in f.values
+            if n == "DT" and np.isfinite(std)
+        ],
         "constant": [[c.value - SPEED, c.std] for c in both[1].constants or ()],
     }
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What is stated of the runs of one arm; pairs are of least squares and refined."""
+    """What is stated of the runs of one arm; pairs are of least squares and refined.
+
+    Of delays and constants: for each that was fitted, whether its 95 % interval holds the truth.
+    """
     errors, stds = (np.array([r[key] for r in rows]) for key in ("errors", "stds"))
     bias = np.abs(errors.mean(axis=0))
     late = np.array([r["delay_ms"] for r in rows])
@@ -161,6 +169,8 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "ratio_median": np.median(position[:, 1] / position[:, 0], axis=0).tolist(),
         "ratio_largest": np.max(position[:, 1] / position[:, 0], axis=0).tolist(),
         "delay_rms_ms": np.sqrt(np.mean(late**2, axis=0)).tolist(),
+        "delays_held": [abs(r["delay_ms"][1]) < QUANTILE * std for r in rows for std in r["late_ms"]],
+        "constants_held": [abs(x) < QUANTILE * std for r in rows for x, std in r["constant"]],
     }  # fmt: skip
 
 
