@@ -169,7 +169,9 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "ratio_median": np.median(position[:, 1] / position[:, 0], axis=0).tolist(),
         "ratio_largest": np.max(position[:, 1] / position[:, 0], axis=0).tolist(),
         "delay_rms_ms": np.sqrt(np.mean(late**2, axis=0)).tolist(),
-        "delays_held": [abs(r["delay_ms"][1]) < QUANTILE * std for r in rows for std in r["late_ms"]],
+        "delays_held": [
+            abs(r["delay_ms"][1]) < QUANTILE * std for r in rows for std in r["late_ms"]
+        ],
         "constants_held": [abs(x) < QUANTILE * std for r in rows for x, std in r["constant"]],
     }  # fmt: skip
 
