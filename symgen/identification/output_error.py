@@ -13,7 +13,8 @@ as Levenberg and Marquardt do; the start states are eliminated window by window 
 
 with W the torque regressor and the emitted derivatives of inverse dynamics. A joint that sticks has
 no S_v, and where a joint reverses, the step of its friction counts as a slope between two samples.
-The delay of the torques and the constants of effects join X: their columns of W are the derivatives
+Windows grow from stage to stage: the sum of squares of short ones has fewer minima (Ribeiro et al.
+2020), as friction has less time to stop a joint for good. The delay of the torques and the constants of effects join X: their columns of W are the derivatives
 of the torque by them.
 
 If the gains of a controller gave the torques, tau = kp (qr - q) + kd (qdr - qd), the loop is
@@ -60,6 +61,7 @@ _AT_ONCE = 60  # windows
 _ROUNDS = 12  # of the start states
 _STEPS = 50  # of the parameters
 _WEIGHED = 3  # rounds after which sigma stays
+_LINE = 2  # nodes that a start state can meet
 #: Part of the standard deviation below which a step counts as none.
 _SETTLED = 0.02
 #: Part of sigma that the errors of all steps of the integrator in a window may add up to. Errors
@@ -160,7 +162,8 @@ def refine(
     Raises:
         ParameterError: the robot with X cannot be simulated, or the logs are too short.
     """
-    windows = consecutive_windows(logs)
+    lengths = [consecutive_windows(logs, seconds) for seconds in HORIZONS]
+    windows = lengths[-1]
     if len(windows) < FOLDS:
         raise ParameterError(
             f"{len(windows)} windows of {HORIZONS[-1]:g} s in the training logs; accepted: "
@@ -168,7 +171,8 @@ def refine(
         )
     if any(log.samples.command is None for log in logs):
         gains = None
-    whole, every = _cut(windows, gains is not None), EffectConstants.of(evaluator.model)
+    stages = [cut for cut in (_cut(w, gains is not None) for w in lengths) if _sampled(cut)]
+    whole, every = stages[-1], EffectConstants.of(evaluator.model)
     # In a loop that is late, its gains act late too: no delay of the torques alone.
     unknowns = _Unknowns(
         evaluator, gains is None, every, np.ones(len(every.names), dtype=bool), gains
@@ -179,15 +183,17 @@ def refine(
     if unknowns.late and not (late or _delayed(parts, len(X))):
         unknowns = replace(unknowns, late=False)
     while True:
-        given = unknowns.start(X)
-        state, weights = _fit(unknowns, whole, replace(first, z=given), sigma)
-        parts = state.linearized(unknowns, whole, weights)
+        z = unknowns.start(X)
+        for cut in stages:
+            staged, state, sigma = _begin(unknowns, cut, z)
+            state, sigma = _fit(staged, cut, state, sigma)
+            z = state.z
+        parts = state.linearized(unknowns, whole, sigma)
         covariance = _covariance(parts)
         known = unknowns.determined(state, parts, np.diag(covariance))
         if np.array_equal(known.fitted, unknowns.fitted):
             break
         unknowns = known
-    sigma = weights
     H, g = (np.array(x) for x in zip(*_products(parts), strict=True))
     folds = np.arange(len(windows)) * FOLDS // len(windows)
     before, after = np.empty(len(windows)), np.empty(len(windows))
@@ -208,6 +214,11 @@ def refine(
     found, delay, c = unknowns.split(state.z)
     constants = RefinedConstants(every, c, unknowns.fitted)
     return Refinement(found, covariance, delay, constants, before / each, after / each)
+
+
+def _sampled(windows: Sequence[Windows]) -> bool:
+    """Return whether a window has more nodes than its line takes, so that something is left."""
+    return len(windows[0].t) > 2 * _LINE
 
 
 def _delayed(parts: Sequence[_Part], place: int) -> bool:
@@ -327,7 +338,7 @@ def _cut(windows: Sequence[Window], closed: bool) -> list[Windows]:
     for log, starts in groups:
         every = log.stride
         at = np.array(starts) // every
-        rows = at[:, None] + np.arange(round(HORIZONS[-1] / (every * log.step)) + 1)
+        rows = at[:, None] + np.arange(round(windows[0].seconds / (every * log.step)) + 1)
         torque = log.samples.command if closed else log.tau
         assert torque is not None  # a loop is closed where all logs have a reference
         q, tau = (at_nodes(log, x) for x in (log.samples.q, torque))
@@ -702,5 +713,5 @@ def _deviations(windows: Sequence[Windows], state: _State) -> FloatArray:
         Q, _ = np.linalg.qr(np.stack([np.ones(K), np.arange(K)], axis=1))
         left = r - np.einsum("ki,li,wlj->wkj", Q, Q, r, optimize=True)
         total += np.sum(left**2, axis=(0, 1))
-        count += len(r) * (K - 2)
+        count += len(r) * (K - _LINE)
     return np.sqrt(np.maximum(total / count, 1e-300))
