@@ -14,8 +14,8 @@ as Levenberg and Marquardt do; the start states are eliminated window by window 
 with W the torque regressor and the emitted derivatives of inverse dynamics. A joint that sticks has
 no S_v, and where a joint reverses, the step of its friction counts as a slope between two samples.
 Windows grow from stage to stage: the sum of squares of short ones has fewer minima (Ribeiro et al.
-2020), as friction has less time to stop a joint for good. The delay of the torques and the constants of effects join X: their columns of W are the derivatives
-of the torque by them.
+2020), as friction has less time to stop a joint for good. The delay of the torques and the
+constants of effects join X: their columns of W are the derivatives of the torque by them.
 
 If the gains of a controller gave the torques, tau = kp (qr - q) + kd (qdr - qd), the loop is
 simulated: the robot with kp q + kd qd moves under kp qr + kd qdr, which has no noise of q.
