@@ -511,8 +511,8 @@ static int move(const panda_real *s, const panda_real *ds, const panda_real *z, 
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static panda_real advance(const panda_real *s, const panda_real *ds, const panda_real *z,
-                         const panda_real *dz, panda_real *s_at, panda_real *z_at)
+static panda_real go_along(const panda_real *s, const panda_real *ds, const panda_real *z,
+                           const panda_real *dz, panda_real *s_at, panda_real *z_at)
 {
     panda_real length = 1;
     int found = 0;
@@ -586,14 +586,14 @@ int panda_identifier_project(const void *state, const panda_real *X0, panda_real
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const panda_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const panda_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const panda_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < panda_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);

@@ -364,8 +364,8 @@ static int move(const planar2r_real *s, const planar2r_real *ds, const planar2r_
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static planar2r_real advance(const planar2r_real *s, const planar2r_real *ds, const planar2r_real *z,
-                         const planar2r_real *dz, planar2r_real *s_at, planar2r_real *z_at)
+static planar2r_real go_along(const planar2r_real *s, const planar2r_real *ds, const planar2r_real *z,
+                          const planar2r_real *dz, planar2r_real *s_at, planar2r_real *z_at)
 {
     planar2r_real length = 1;
     int found = 0;
@@ -439,14 +439,14 @@ int planar2r_identifier_project(const void *state, const planar2r_real *X0, plan
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const planar2r_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const planar2r_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const planar2r_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < planar2r_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);

@@ -483,8 +483,8 @@ static int move(const puma560_real *s, const puma560_real *ds, const puma560_rea
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static puma560_real advance(const puma560_real *s, const puma560_real *ds, const puma560_real *z,
-                         const puma560_real *dz, puma560_real *s_at, puma560_real *z_at)
+static puma560_real go_along(const puma560_real *s, const puma560_real *ds, const puma560_real *z,
+                             const puma560_real *dz, puma560_real *s_at, puma560_real *z_at)
 {
     puma560_real length = 1;
     int found = 0;
@@ -558,14 +558,14 @@ int puma560_identifier_project(const void *state, const puma560_real *X0, puma56
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const puma560_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const puma560_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const puma560_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < puma560_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);

@@ -469,8 +469,8 @@ static int move(const rx90_real *s, const rx90_real *ds, const rx90_real *z, con
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static rx90_real advance(const rx90_real *s, const rx90_real *ds, const rx90_real *z,
-                         const rx90_real *dz, rx90_real *s_at, rx90_real *z_at)
+static rx90_real go_along(const rx90_real *s, const rx90_real *ds, const rx90_real *z,
+                          const rx90_real *dz, rx90_real *s_at, rx90_real *z_at)
 {
     rx90_real length = 1;
     int found = 0;
@@ -544,14 +544,14 @@ int rx90_identifier_project(const void *state, const rx90_real *X0, rx90_real *X
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const rx90_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const rx90_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const rx90_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < rx90_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);

@@ -471,8 +471,8 @@ static int move(const twin_real *s, const twin_real *ds, const twin_real *z, con
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static twin_real advance(const twin_real *s, const twin_real *ds, const twin_real *z,
-                         const twin_real *dz, twin_real *s_at, twin_real *z_at)
+static twin_real go_along(const twin_real *s, const twin_real *ds, const twin_real *z,
+                          const twin_real *dz, twin_real *s_at, twin_real *z_at)
 {
     twin_real length = 1;
     int found = 0;
@@ -546,14 +546,14 @@ int twin_identifier_project(const void *state, const twin_real *X0, twin_real *X
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const twin_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const twin_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const twin_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < twin_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);

@@ -370,8 +370,8 @@ static int move(const NAME_real *s, const NAME_real *ds, const NAME_real *z, con
 }
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
-static NAME_real advance(const NAME_real *s, const NAME_real *ds, const NAME_real *z,
-                         const NAME_real *dz, NAME_real *s_at, NAME_real *z_at)
+static NAME_real go_along(const NAME_real *s, const NAME_real *ds, const NAME_real *z,
+                          const NAME_real *dz, NAME_real *s_at, NAME_real *z_at)
 {
     NAME_real length = 1;
     int found = 0;
@@ -445,14 +445,14 @@ int NAME_identifier_project(const void *state, const NAME_real *X0, NAME_real *X
         }
         memset(ds, 0, sizeof ds);
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, 0, ds, dz);
-        const NAME_real left = 1 - advance(s, ds, z, dz, s_at, z_at);
+        const NAME_real left = 1 - go_along(s, ds, z, dz, s_at, z_at);
         const NAME_real t = left * left * left * mu;
         soften(ds, z, V, X0, mu, dz);
         for (int i = 0; i < NAME_STANDARD; i++) {
             ds[i] = -dz[i];
         }
         newton(known->R, K, wanted, s, z, V, X0, y0, mu, t, ds, dz);
-        length = advance(s, ds, z, dz, s_at, z_at);
+        length = go_along(s, ds, z, dz, s_at, z_at);
         if (length > 0) {
             memcpy(s, s_at, sizeof s);
             memcpy(z, z_at, sizeof z);
