@@ -512,7 +512,7 @@ static int move(const panda_real *s, const panda_real *ds, const panda_real *z, 
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
 static panda_real go_along(const panda_real *s, const panda_real *ds, const panda_real *z,
-                           const panda_real *dz, panda_real *s_at, panda_real *z_at)
+                          const panda_real *dz, panda_real *s_at, panda_real *z_at)
 {
     panda_real length = 1;
     int found = 0;

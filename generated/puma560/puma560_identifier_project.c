@@ -484,7 +484,7 @@ static int move(const puma560_real *s, const puma560_real *ds, const puma560_rea
 
 /* The length of a step, and where it ends; 0 if rounding leaves none. */
 static puma560_real go_along(const puma560_real *s, const puma560_real *ds, const puma560_real *z,
-                             const puma560_real *dz, puma560_real *s_at, puma560_real *z_at)
+                          const puma560_real *dz, puma560_real *s_at, puma560_real *z_at)
 {
     puma560_real length = 1;
     int found = 0;
