@@ -95,19 +95,31 @@ def test_the_study_reaches_what_the_page_says() -> None:
     found = FIGURES["summary"]["upright"]
     assert found["runs"] >= 20
     assert np.median(found["error_left"]) < 0.2
-    assert max(found["error_left"]) < 0.3
+    assert max(found["error_left"]) < 0.35
     assert found["held"][1] > 0.95
     assert max(found["ratio_median"]) < 0.8
     assert max(found["ratio_largest"]) <= 1.02
     other = FIGURES["summary"]["elbow"]
     assert other["runs"] >= 20
     assert other["held"][1] > 0.95
+    constants = FIGURES["summary"]["stribeck"]
+    assert constants["runs"] >= 20
+    assert np.mean(constants["constants_held"]) > 0.9
+    assert np.mean(constants["delays_held"]) > 0.9
+    assert max(constants["ratio_median"]) < 0.8
 
 
-@pytest.mark.xfail(strict=True, reason="missed: 11 of 20 elbow arms are not refined, one is worse")
+@pytest.mark.xfail(strict=True, reason="missed: 10 of 20 elbow arms are not refined, one is worse")
 def test_the_study_reaches_its_goals_for_an_elbow_arm() -> None:
     found = FIGURES["summary"]["elbow"]
     assert max(found["ratio_median"]) < 0.8
+    assert max(found["ratio_largest"]) <= 1.02
+
+
+@pytest.mark.xfail(strict=True, reason="missed: 92 % of the intervals beside a constant hold")
+def test_the_study_reaches_its_goals_for_constants() -> None:
+    found = FIGURES["summary"]["stribeck"]
+    assert found["held"][1] > 0.95
     assert max(found["ratio_largest"]) <= 1.02
 
 
