@@ -452,14 +452,15 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
     measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
     time = wanted.reading.poses or "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present and numbers["i"]:
-            refuse_currents()
-        if role == "tau1" and not present and any(match[1] == "qr" for match in numbered):
-            refuse(
-                "a data set has a reference and no torques",
-                "tau1.. of each joint; logs that fit into memory, without --workers, can take "
-                "torques from the gains of a controller",
-            )
+        if role == "tau1" and not present:
+            if numbers["i"]:
+                refuse_currents()
+            if any(match[1] == "qr" for match in numbered):
+                refuse(
+                    "a data set has a reference and no torques",
+                    "tau1.. of each joint; logs that fit into memory, without --workers, can take "
+                    "torques from the gains of a controller",
+                )
         if not present:
             how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
             others = [

@@ -182,7 +182,7 @@ def identified_file(
     actuators: bool = False,
     X: FloatArray | None = None,
     known: Known | None = None,
-    folder: Path | None = None,
+    folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
 
@@ -253,7 +253,7 @@ def identified_file(
                 "ignore"
             )
     left_out = tuple(_left_out(model, links, held))
-    text = relocated(text, path, folder or path.parent)
+    text = relocated(text, path, path.parent if folder is None else Path(folder))
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
@@ -358,8 +358,7 @@ def export(
     """
     found, robot = read_identified(estimate, robot)
     known = Known(masses or {}, boxes or {})
-    there = None if folder is None else Path(folder)
-    return identified_file(source, found, robot, actuators, known=known, folder=there)
+    return identified_file(source, found, robot, actuators, known=known, folder=folder)
 
 
 def export_samples(
@@ -401,8 +400,7 @@ def export_samples(
     rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        there = None if folder is None else Path(folder)
-        yield identified_file(source, found, robot, actuators, X, known, there)
+        yield identified_file(source, found, robot, actuators, X, known, folder)
 
 
 def read_identified(

@@ -223,7 +223,7 @@ def _sampled(windows: Sequence[Windows]) -> bool:
 
 def _delayed(parts: Sequence[_Part], place: int) -> bool:
     """Return whether the equations at no delay show one, whose place in z is given."""
-    H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
+    H, g = _sums(parts)
     delay = np.linalg.lstsq(H, g, rcond=None)[0][place]
     return bool(abs(delay) > _BEYOND * np.sqrt(_covariance(parts)[place, place]))
 
@@ -427,7 +427,7 @@ class _Unknowns:
         X, _, c = self.split(state.z)
         q, qd = (np.concatenate([x.reshape(-1, x.shape[2]) for x in each])
                  for each in zip(*state.motions, strict=True))  # fmt: skip
-        H = np.sum([part.sums()[0] for part in parts], axis=0)
+        H, _ = _sums(parts)
         size = np.sqrt(np.diag(H))
         scaled = H / np.outer(*2 * [np.where(size > 0, size, 1.0)])
         white = np.diag(np.linalg.inv(scaled + len(H) * np.finfo(float).eps * np.eye(len(H))))
@@ -546,7 +546,7 @@ def _fit(
     damping = _DAMPING
     for done in range(_STEPS):
         parts = state.linearized(unknowns, windows, sigma)
-        H, g = (sum(x) for x in zip(*(part.sums() for part in parts), strict=True))
+        H, g = _sums(parts)
         size = np.sqrt(np.maximum(np.diag(H), 1e-300))
         scaled, cost, trial = H / np.outer(size, size), state.cost(windows, sigma), None
         while trial is None and damping <= _MOST_DAMPED:
@@ -682,6 +682,12 @@ class _Part:
         """
         r, J = self.full
         return np.asarray((self.back @ (own * r - J @ step)[:, :, None])[:, :, 0])
+
+
+def _sums(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
+    """Return J' J and J' r over all windows."""
+    H, g = (np.sum(x, axis=0) for x in zip(*(part.sums() for part in parts), strict=True))
+    return H, g
 
 
 def _products(parts: Sequence[_Part]) -> list[tuple[FloatArray, FloatArray]]:

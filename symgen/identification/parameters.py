@@ -35,11 +35,13 @@ class Given:
     Attributes:
         file: file of the parameters.
         X: (p,) base parameters.
+        named: value and standard deviation (or None) of each parameter in that file, by name.
         estimate: estimate in that file; None for TOML and URDF files.
     """
 
     file: Path
     X: FloatArray
+    named: Mapping[str, tuple[Any, Any]]
     estimate: Estimate | None
 
     @property
@@ -63,9 +65,10 @@ def read_given(path: str | Path, model: Model) -> Given:
     Raises:
         ParameterError: as `read_parameters`, or the estimate is damaged.
     """
-    X = read_parameters(path, model)
+    named = read_named(Path(path), model)
+    X = _base(named, model, path)
     file = result_file(path, MARKER)
-    return Given(file, X, read_estimate(file) if file.suffix == ".json" else None)
+    return Given(file, X, named, read_estimate(file) if file.suffix == ".json" else None)
 
 
 def read_parameters(path: str | Path, model: Model) -> FloatArray:
@@ -81,8 +84,11 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     Raises:
         ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
     """
-    values = {name: value for name, (value, _) in read_named(Path(path), model).items()}
-    return base_values(values, model, str(path))
+    return _base(read_named(Path(path), model), model, path)
+
+
+def _base(named: Mapping[str, tuple[Any, Any]], model: Model, path: str | Path) -> FloatArray:
+    return base_values({name: value for name, (value, _) in named.items()}, model, str(path))
 
 
 def read_values(path: str | Path, model: Model) -> Values:
@@ -95,10 +101,10 @@ def read_values(path: str | Path, model: Model) -> Values:
     Raises:
         ParameterError: as `read_given` and `estimate_facts`.
     """
-    given, named = read_given(path, model), read_named(Path(path), model)
+    given = read_given(path, model)
     own = (f"From {Path(path).name}.",)
     facts = own if given.estimate is None else estimate_facts(given.estimate)
-    return named_values(given.X.tolist(), named, model.base, facts)
+    return named_values(given.X.tolist(), given.named, model.base, facts)
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:

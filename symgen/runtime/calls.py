@@ -141,7 +141,8 @@ def _failure(kernel: Kernel, robot: Robot, inputs: Sequence[FloatArray]) -> str:
         if len(failed):
             at = [f"sample {begin + failed[0]}"] if count > 1 else []
             at += [] if link is None else [f"link of {robot.label(int(link[0]))}"]
-            return ": ".join([", ".join(at)] * bool(at) + [kernel.guards[first[failed[0]]]])
+            says = kernel.guards[first[failed[0]]]
+            return f"{', '.join(at)}: {says}" if at else says
     return ", or ".join(said)
 
 
