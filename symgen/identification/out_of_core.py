@@ -335,13 +335,14 @@ class ErrorReduction(Reduction):
     def __call__(self, work: Work) -> bytes:
         """Return the sums of scores, and by kind of log the squared error and size of torque."""
         (X, scale), n = self.solution, self.evaluator.model.robot.n
+        model = replace(self.settings.model, features=None)  # scores need none
         meat = np.zeros((len(X), len(X)))
         fits = {kind: TorqueFit.none(n) for kind in KINDS}
 
         def left(part: LogSpan, chunk: ChunkOfLog) -> tuple[str, TorqueFit, FloatArray]:
             fit, own_meat = chunk.fit(self.evaluator, X), np.zeros_like(meat)
             if part.kind == "train":
-                equations = chunk.all_equations(self.evaluator, self.settings.model)
+                equations = chunk.all_equations(self.evaluator, model)
                 for j, e in enumerate(equations):
                     weight, lag = work.weights[part.number, j]
                     rows, lead = chunk.equations(e, lag)
