@@ -12,15 +12,26 @@ import sympy as sp
 
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.loops import (
+    MANY,
+    BodyPrinter,
+    PairPrinter,
+    Places,
+    body_kernel,
+    pair_kernel,
+    pair_places,
+    program,
+)
 from symgen.codegen.model import Model
 from symgen.files import rendered
+from symgen.symbolic.rolled import UP, Pairs, Program, Solution, Sweep
 
 _WIDTH = 96
 #: What the text calls itself: no step may hide it.
 _TAKEN = frozenset({"ca", *keyword.kwlist})
 
 
-def casadi_source(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
+def casadi_source(name: str, model: Model, kernels: Sequence[Kernel], choice: str) -> str:
     """Return NAME_casadi.py: a function for each kernel that builds a casadi.Function.
 
     Arrays are columns and matrices of the shapes in NAME.h; 4x4 frames are stacked. An output is
@@ -31,12 +42,18 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
         name: prefix of the package.
         model: the derived model; its robot has the values of the named lengths.
         kernels: kernels of the package.
+        choice: whether statements or loops build them, one of `loops.CHOICES`.
     """
+    robot, base = model.robot, model.base
+    chosen = choice if choice != "auto" else "always" if robot.n >= MANY else "never"
+    programs = {k.name: program(k, robot, base, chosen) for k in kernels}
+    rolled = next(filter(None, programs.values()), None)
     return rendered(
         "casadi/kernels.py",
         name=name,
-        robot=model.robot.name,
-        kernels=[_described(name, model, kernel) for kernel in kernels],
+        robot=robot.name,
+        kernels=[_described(name, model, k, programs[k.name]) for k in kernels],
+        tables=rolled and _tables(rolled, model),
     )
 
 
@@ -65,13 +82,114 @@ class _Printer(Printer):
         for symbol, value in tape.constants:
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
         for symbol, expr in tape.steps:
-            yield f"{self.word[symbol]} = {self.expression(expr)}"
+            yield _assigned(self, symbol, expr)
 
     def called(self, name: str, argument: sp.Expr) -> str:
         return f"ca.{name}({self.expression(argument)})"
 
 
-def _described(name: str, model: Model, kernel: Kernel) -> dict[str, Any]:
+def _tables(rolled: Program, model: Model) -> dict[str, Any]:
+    """Return the tables that the loops of all kernels of a robot share, as lines."""
+    values = model.robot.values()
+
+    def lines(*entries: Any) -> list[str]:
+        texts = (
+            literal(sp.sympify(x).subs(values), "double") if isinstance(x, sp.Expr) else repr(x)
+            for x in entries
+        )
+        return textwrap.wrap(", ".join(texts), _WIDTH - 4)
+
+    present = list(dict.fromkeys(rolled.kinds))
+    tables = {
+        "ORDER": lines(*rolled.order),
+        "ANTECEDENT": lines(*rolled.antecedents),
+        "WAY": lines(0, *rolled.way),
+        "KIND": lines(*(present.index(kind) for kind in rolled.kinds)),
+        "ANGLES": lines(*rolled.angles),
+        "TURNS": lines(*(int(joint.turns) for joint in model.robot.movable)),
+        "GEOMETRY": [f"[{', '.join(lines(*row))}]," for row in rolled.geometry],
+        "PLACES": lines(*map(list, rolled.places)),
+    }
+    return {
+        "lines": tables,
+        "joints": len(rolled.kinds),
+        "n": model.robot.n,
+        "columns": rolled.columns,
+        "parameters": rolled.parameters,
+        "kinds": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
+    }
+
+
+class _Body(BodyPrinter):
+    """Writes the steps of one joint in Python."""
+
+    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
+        return _assigned(self, symbol, expr)
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return super().stored(place, result).removesuffix(";")
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        return f"ca.{name}({self.expression(argument)})"
+
+
+class _Pair(PairPrinter):
+    """Writes the steps of two joints in Python."""
+
+    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
+        return _assigned(self, symbol, expr)
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return f"{place} = {self.expression(result)}"
+
+
+def _assigned(printer: Printer, symbol: sp.Symbol, expr: sp.Expr) -> str:
+    return f"{printer.word[symbol]} = {printer.expression(expr)}"
+
+
+def _loops(rolled: Program, model: Model, kernel: Kernel) -> dict[str, Any]:
+    """Return the data of a kernel as loops in Python."""
+    robot = model.robot
+    state = {name: len(row) for name, row in rolled.state}
+    places = Places(tuple(state), robot.n - 1, unsigned="", geometry="GEOMETRY")
+    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
+    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
+    base = [
+        (name, i, word.get(x) or literal(sp.sympify(x).subs(robot.values()), "double"))
+        for name, row in rolled.state
+        for i, x in enumerate(row)
+        if x != 0
+    ]
+    steps: list[dict[str, Any]] = []
+    for step in rolled.steps:
+        data: dict[str, Any] = {"kind": type(step).__name__.lower(), "doc": step.doc}
+        if isinstance(step, Sweep):
+            bodies = [_Body(body_kernel(step, t), "double", places) for _, t in step.bodies]
+            up = any(name.endswith(UP) for name, _ in step.written)
+            up |= any(name.endswith(UP) for _, t in step.bodies for name, _ in t.inputs)
+            data |= {"order": step.order, "up": up, "bodies": [b.function().body for b in bodies]}
+        elif isinstance(step, Pairs):
+            body = _Pair(pair_kernel(step), "double", unsigned="").function().body
+            data |= {"body": body, "places": pair_places(step), "diagonal": step.diagonal}
+            data |= {"matrices": step.matrices, "count": len(step.entries)}
+        else:
+            data |= vars(step)
+            if isinstance(step, Solution):
+                data["single"] = step.into in state
+        steps.append(data)
+    return {
+        "state": state,
+        "base": base,
+        "steps": steps,
+        "outputs": [(o.name, o.size) for o in kernel.outputs],
+        "matrices": rolled.matrices,
+        "guards": len(kernel.guards),
+    }
+
+
+def _described(
+    name: str, model: Model, kernel: Kernel, rolled: Program | None
+) -> dict[str, Any]:
     printer = _Printer(kernel, model)
     inputs = [(a.name, 1 if a.link or a.name in SCALARS else a.size) for a in kernel.inputs]
     read = {a for a, _ in inputs}
@@ -99,5 +217,6 @@ def _described(name: str, model: Model, kernel: Kernel) -> dict[str, Any]:
         "inputs": inputs,
         "outputs": outputs,
         "guards": guards,
-        "lines": list(printer.lines()),
+        "lines": [] if rolled else list(printer.lines()),
+        "loops": rolled and _loops(rolled, model, kernel),
     }

@@ -27,7 +27,7 @@ _LINE, _ANGLES = 92, 4
 #: Columns that a solution takes at once. Their number is a constant, so that compilers use vectors.
 _COLUMNS = 8
 #: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
-_PLACES = ("j", "u"), ("u", "j")
+_PAIRED = ("j", "u"), ("u", "j")
 #: Kernels that have a program.
 PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "inverse_dynamics": rolled.inverse_dynamics,
@@ -80,7 +80,7 @@ def loop_data(
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
     one = not program.paired  # pairs put zeros into several rows
-    places = _Places(tuple(name for name, _ in program.state), n - 1)
+    places = Places(tuple(name for name, _ in program.state), n - 1)
     steps = [_step(step, program, n, dtype, places) for step in program.steps]
     first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
     for row, before in enumerate(program.way, 1):
@@ -125,7 +125,7 @@ def loop_data(
     }
 
 
-def _step(step: Part, program: Program, n: int, dtype: str, places: _Places) -> dict[str, Any]:
+def _step(step: Part, program: Program, n: int, dtype: str, places: Places) -> dict[str, Any]:
     """Return the data of a step, for the template."""
     kind = type(step).__name__.lower()
     if isinstance(step, Sweep):
@@ -152,80 +152,98 @@ def _lines(entries: Iterable[str]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class _Places:
+class Places:
     """Where the rows of joint j are.
 
     Attributes:
         state: names of the arrays of the program's state.
         last: place of the last variable.
+        unsigned: suffix of literals.
+        geometry: name of the table of constants.
     """
 
     state: tuple[str, ...]
     last: int
+    unsigned: str = "u"
+    geometry: str = "geometry"
 
     def of(self, name: str, entry: int) -> str:
         """Return an entry of the row of an array or a table."""
         if name in ("geometry", "body"):
-            return f"{name}[j][{entry}]"
+            return f"{self.geometry if name == 'geometry' else name}[j][{entry}]"
         if name in ("c", "s"):
             return f"{name}[j]"
         if name.endswith(UP):
             return f"{name.removesuffix(UP)}[{entry}][up]"
         if name == "guard":  # from the tips
-            return f"guard[{self.last}u - j]"
+            return f"guard[{self.last}{self.unsigned} - j]"
         if name in self.state:
-            return f"{name}[{entry}][j + 1u]"
+            return f"{name}[{entry}][j + 1{self.unsigned}]"
         return f"{name}[j]"
 
 
-def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: _Places) -> dict[str, Any]:
+def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: Places) -> dict[str, Any]:
     """Return the statements of a sweep for one kind of joint."""
+    function = BodyPrinter(body_kernel(sweep, tape), dtype, places).function()
+    up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
+    return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+
+
+def body_kernel(sweep: Sweep, tape: Tape) -> Kernel:
+    """Return the template of a kind of joint as a kernel."""
     outputs, at = [], 0
     for name, count in sweep.written:  # fixed joints lack the last ones
         if at < len(tape.outputs):
             outputs.append(Output(name, (count,)))
         at += count
-    printer = _BodyPrinter(Kernel("", sweep.doc, tape, tuple(outputs)), dtype, places)
-    function = printer.function()
-    up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
-    return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+    return Kernel("", sweep.doc, tape, tuple(outputs))
+
+
+def pair_kernel(pairs: Pairs) -> Kernel:
+    """Return the template of two bodies as a kernel."""
+    return Kernel("", pairs.doc, pairs.body, (Output("entry", (len(pairs.entries),)),))
+
+
+def pair_places(pairs: Pairs) -> list[tuple[str, tuple[str, str], int]]:
+    """Return each entry that pairs write: its matrix, its row and column, and its number."""
+    return [
+        (matrix, place, k)
+        for k, both in enumerate(pairs.entries)
+        for matrices, place in zip(both, _PAIRED, strict=True)
+        for matrix in matrices
+    ]
 
 
 def _pairs(pairs: Pairs, dtype: str) -> dict[str, Any]:
     """Return the data of a template of two bodies."""
-    kernel = Kernel("", pairs.doc, pairs.body, (Output("entry", (len(pairs.entries),)),))
     return {
         "doc": pairs.doc,
         "matrices": pairs.matrices,
         "count": len(pairs.entries),
-        "places": [
-            (matrix, place, k)
-            for k, both in enumerate(pairs.entries)
-            for matrices, place in zip(both, _PLACES, strict=True)
-            for matrix in matrices
-        ],
+        "places": pair_places(pairs),
         "diagonal": pairs.diagonal,
-        "body": _PairPrinter(kernel, dtype).function().body,
+        "body": PairPrinter(pair_kernel(pairs), dtype).function().body,
     }
 
 
-class _PairPrinter(Printer):
+class PairPrinter(Printer):
     """Writes the entry of joint j and of the joint with row u of the state."""
 
-    def __init__(self, kernel: Kernel, dtype: str) -> None:
+    def __init__(self, kernel: Kernel, dtype: str, unsigned: str = "u") -> None:
         super().__init__(kernel, {}, {}, dtype)
+        own = f"j + 1{unsigned}"
         for name, symbols in kernel.tape.inputs:
-            array, row = (name.removesuffix(UP), "u" if name.endswith(UP) else "j + 1u")
+            array, row = (name.removesuffix(UP), "u" if name.endswith(UP) else own)
             self.word |= {symbol: f"{array}[{i}][{row}]" for i, symbol in enumerate(symbols)}
 
     def stored(self, place: str, result: sp.Expr) -> str:
         return super().stored(f"{place}[i]", result)
 
 
-class _BodyPrinter(Printer):
+class BodyPrinter(Printer):
     """Writes the statements of joint j, whose antecedent has row `up` of the state."""
 
-    def __init__(self, kernel: Kernel, dtype: str, places: _Places) -> None:
+    def __init__(self, kernel: Kernel, dtype: str, places: Places) -> None:
         super().__init__(kernel, {}, {}, dtype)
         self.places = places
         for name, symbols in kernel.tape.inputs:

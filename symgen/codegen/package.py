@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import html
-import json
 import re
 import textwrap
 import tomllib
@@ -39,7 +38,7 @@ from symgen.codegen.verification import (
     verification,
 )
 from symgen.errors import PackageError
-from symgen.files import rendered, write_folder
+from symgen.files import json_text, rendered, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
@@ -250,7 +249,7 @@ class _Writer:
         if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
-            source = casadi_source(self.name, self.model, self.kernels)
+            source = casadi_source(self.name, self.model, self.kernels, self.loops)
             files[f"{self.name}_casadi.py"] = source.encode()
             if self.controlled:
                 program = example.optimal_control(self.name, self.model)
@@ -265,7 +264,7 @@ class _Writer:
             path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())
         }
         manifest = self.manifest(verified) | {"digests": digests}
-        files["manifest.json"] = (json.dumps(manifest, indent=1) + "\n").encode()
+        files["manifest.json"] = (json_text(manifest) + "\n").encode()
         return SourceTree(self.name, dict(sorted(files.items())))
 
     def render(self, template: str, **data: Any) -> str:
