@@ -320,9 +320,9 @@ def forward_dynamics():
     qdd = ca.vertcat(
         o1, o2
     )
-    valid = X[1] > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= X[1] > 0
+    valid *= m2_1_1 > 0
     qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
     return ca.Function(
         "planar2r_casadi_forward_dynamics",
@@ -734,11 +734,9 @@ def forward_dynamics_derivatives():
         d1, i1_2, i1_2, i2_2
     )
     dtau_out = ca.reshape(dtau_out, 2, 2).T
-    valid = X[1] > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= X[1] > 0
+    valid *= m2_1_1 > 0
     dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
     dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
     dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
@@ -774,9 +772,9 @@ def solve_mass_matrix():
     x = ca.vertcat(
         o1, o2
     )
-    valid = X[1] > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= X[1] > 0
+    valid *= m2_1_1 > 0
     x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
     return ca.Function(
         "planar2r_casadi_solve_mass_matrix",
@@ -810,10 +808,9 @@ def mass_matrix_factor():
     D_out = ca.vertcat(
         m2_1_1, X[1]
     )
-    valid = X[1] > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= X[1] > 0
+    valid *= m2_1_1 > 0
     L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
     D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
     return ca.Function(
@@ -858,7 +855,8 @@ def link_jacobian():
         v1_1, v2_1, v1_2, v2_2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, R2c3, X_at2
     )
     J = ca.reshape(J, 2, 6).T
-    valid = (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
     J = ca.if_else(valid, J, ca.SX.nan(*J.shape))
     return ca.Function(
         "planar2r_casadi_link_jacobian",
@@ -903,7 +901,8 @@ def link_drift():
     a = ca.vertcat(
         D0_0, D0_1, 0.0, 0.0, 0.0, 0.0
     )
-    valid = (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
     a = ca.if_else(valid, a, ca.SX.nan(*a.shape))
     return ca.Function(
         "planar2r_casadi_link_drift",
@@ -1093,39 +1092,16 @@ def operational_space():
     null_out = ca.vertcat(
         N0, N1
     )
-    valid = X[1] > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m2_1_1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g0 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g2 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g3 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g4 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g5 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= X[1] > 0
+    valid *= m2_1_1 > 0
+    valid *= g0 > 0
+    valid *= g1 > 0
+    valid *= g2 > 0
+    valid *= g3 > 0
+    valid *= g4 > 0
+    valid *= g5 > 0
+    valid *= (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
     Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
     inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
     null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
@@ -1184,7 +1160,8 @@ def add_body():
     X_out = ca.vertcat(
         NZZ1R, NZZ2, NMX2, NMY2
     )
-    valid = (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 2) * (link == ca.floor(link)) > 0
     X_out = ca.if_else(valid, X_out, ca.SX.nan(*X_out.shape))
     return ca.Function(
         "planar2r_casadi_add_body",

@@ -2686,17 +2686,13 @@ def forward_dynamics():
     qdd = ca.vertcat(
         o1, o2, o3, o4, o5, o6
     )
-    valid = M6_6 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m6_5_5 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m5_4_4 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m4_3_3 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m3_2_2 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= m5_4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
     return ca.Function(
         "rx90_casadi_forward_dynamics",
@@ -6228,27 +6224,13 @@ def forward_dynamics_derivatives():
         i6_5, i1_6, i2_6, i3_6, i4_6, i5_6, i6_6
     )
     dtau_out = ca.reshape(dtau_out, 6, 6).T
-    valid = M6_6 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m6_5_5 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m5_4_4 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m4_3_3 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m3_2_2 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= m5_4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
     dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
     dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
@@ -6477,17 +6459,13 @@ def solve_mass_matrix():
     x = ca.vertcat(
         o1, o2, o3, o4, o5, o6
     )
-    valid = M6_6 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m6_5_5 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m5_4_4 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m4_3_3 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m3_2_2 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= m5_4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
     return ca.Function(
         "rx90_casadi_solve_mass_matrix",
@@ -6698,22 +6676,13 @@ def mass_matrix_factor():
     D_out = ca.vertcat(
         m2_1_1, m3_2_2, m4_3_3, m5_4_4, m6_5_5, M6_6
     )
-    valid = M6_6 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m6_5_5 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m5_4_4 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m4_3_3 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m3_2_2 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= m5_4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
     D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
     return ca.Function(
@@ -6846,7 +6815,8 @@ def link_jacobian():
         a1, 0.0, 0.0, z4_3, z5_3, z6_3
     )
     J = ca.reshape(J, 6, 6).T
-    valid = (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
     J = ca.if_else(valid, J, ca.SX.nan(*J.shape))
     return ca.Function(
         "rx90_casadi_link_jacobian",
@@ -7002,7 +6972,8 @@ def link_drift():
     a = ca.vertcat(
         D0_0, D0_1, D0_2, D1_0, D1_1, D1_2
     )
-    valid = (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
     a = ca.if_else(valid, a, ca.SX.nan(*a.shape))
     return ca.Function(
         "rx90_casadi_link_drift",
@@ -7897,55 +7868,20 @@ def operational_space():
     null_out = ca.vertcat(
         N0, N1, N2, N3, N4, N5
     )
-    valid = M6_6 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m6_5_5 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m5_4_4 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m4_3_3 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m3_2_2 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m2_1_1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g0 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g2 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g3 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g4 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g5 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= M6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= m5_4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
+    valid *= g0 > 0
+    valid *= g1 > 0
+    valid *= g2 > 0
+    valid *= g3 > 0
+    valid *= g4 > 0
+    valid *= g5 > 0
+    valid *= (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
     Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
     inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
     null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
@@ -8126,7 +8062,8 @@ def add_body():
         NXZ5, NYZ5, NZZ5R, NMX5, NMY5R, X[31], NXX6R, NXY6, NXZ6, NYZ6, NZZ6, NMX6, NMY6, X[39],
         X[40], X[41], X[42], X[43], X[44], X[45], X[46], X[47], X[48], X[49], X[50], X[51]
     )
-    valid = (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 6) * (link == ca.floor(link)) > 0
     X_out = ca.if_else(valid, X_out, ca.SX.nan(*X_out.shape))
     return ca.Function(
         "rx90_casadi_add_body",

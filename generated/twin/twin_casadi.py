@@ -2493,19 +2493,14 @@ def forward_dynamics():
     qdd = ca.vertcat(
         o1, o2, o3, o4, o5, o6, o7
     )
-    valid = M7_7 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m7_6_6 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m6_5_5 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = M4_4 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m4_3_3 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m3_2_2 > 0
-    qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M7_7 > 0
+    valid *= m7_6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= M4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     qdd = ca.if_else(valid, qdd, ca.SX.nan(*qdd.shape))
     return ca.Function(
         "twin_casadi_forward_dynamics",
@@ -5929,31 +5924,14 @@ def forward_dynamics_derivatives():
         i2_7, i3_7, i4_7, i5_7, i6_7, i7_7
     )
     dtau_out = ca.reshape(dtau_out, 7, 7).T
-    valid = M7_7 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m7_6_6 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m6_5_5 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = M4_4 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m4_3_3 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m3_2_2 > 0
-    dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
-    dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
-    dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M7_7 > 0
+    valid *= m7_6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= M4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     dq_out = ca.if_else(valid, dq_out, ca.SX.nan(*dq_out.shape))
     dqd_out = ca.if_else(valid, dqd_out, ca.SX.nan(*dqd_out.shape))
     dtau_out = ca.if_else(valid, dtau_out, ca.SX.nan(*dtau_out.shape))
@@ -6145,19 +6123,14 @@ def solve_mass_matrix():
     x = ca.vertcat(
         o1, o2, o3, o4, o5, o6, o7
     )
-    valid = M7_7 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m7_6_6 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m6_5_5 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = M4_4 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m4_3_3 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m3_2_2 > 0
-    x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M7_7 > 0
+    valid *= m7_6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= M4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     x = ca.if_else(valid, x, ca.SX.nan(*x.shape))
     return ca.Function(
         "twin_casadi_solve_mass_matrix",
@@ -6333,25 +6306,14 @@ def mass_matrix_factor():
     D_out = ca.vertcat(
         m2_1_1, m3_2_2, m4_3_3, M4_4, m6_5_5, m7_6_6, M7_7
     )
-    valid = M7_7 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m7_6_6 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m6_5_5 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = M4_4 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m4_3_3 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m3_2_2 > 0
-    L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
-    D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
-    valid = m2_1_1 > 0
+    valid = 1
+    valid *= M7_7 > 0
+    valid *= m7_6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= M4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
     L_out = ca.if_else(valid, L_out, ca.SX.nan(*L_out.shape))
     D_out = ca.if_else(valid, D_out, ca.SX.nan(*D_out.shape))
     return ca.Function(
@@ -6500,7 +6462,8 @@ def link_jacobian():
         z3_2, z4_2, z5_2, 0.0, z7_2, a1, 0.0, 0.0, z4_3, 0.0, 0.0, 0.0
     )
     J = ca.reshape(J, 7, 6).T
-    valid = (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
     J = ca.if_else(valid, J, ca.SX.nan(*J.shape))
     return ca.Function(
         "twin_casadi_link_jacobian",
@@ -6669,7 +6632,8 @@ def link_drift():
     a = ca.vertcat(
         D0_0, D0_1, D0_2, D1_0, D1_1, D1_2
     )
-    valid = (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
     a = ca.if_else(valid, a, ca.SX.nan(*a.shape))
     return ca.Function(
         "twin_casadi_link_drift",
@@ -7598,59 +7562,21 @@ def operational_space():
     null_out = ca.vertcat(
         N0, N1, N2, N3, N4, N5, N6
     )
-    valid = M7_7 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m7_6_6 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m6_5_5 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = M4_4 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m4_3_3 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m3_2_2 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = m2_1_1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g0 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g1 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g2 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g3 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g4 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = g5 > 0
-    Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
-    inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
-    null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
-    valid = (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= M7_7 > 0
+    valid *= m7_6_6 > 0
+    valid *= m6_5_5 > 0
+    valid *= M4_4 > 0
+    valid *= m4_3_3 > 0
+    valid *= m3_2_2 > 0
+    valid *= m2_1_1 > 0
+    valid *= g0 > 0
+    valid *= g1 > 0
+    valid *= g2 > 0
+    valid *= g3 > 0
+    valid *= g4 > 0
+    valid *= g5 > 0
+    valid *= (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
     Lambda_out = ca.if_else(valid, Lambda_out, ca.SX.nan(*Lambda_out.shape))
     inverse_out = ca.if_else(valid, inverse_out, ca.SX.nan(*inverse_out.shape))
     null_out = ca.if_else(valid, null_out, ca.SX.nan(*null_out.shape))
@@ -7855,7 +7781,8 @@ def add_body():
         NYZ7, NZZ7, NMX7, NMY7, X[43], X[44], X[45], X[46], X[47], X[48], X[49], X[50], X[51],
         X[52], X[53], X[54], X[55], X[56], X[57]
     )
-    valid = (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
+    valid = 1
+    valid *= (link >= 1) * (link <= 7) * (link == ca.floor(link)) > 0
     X_out = ca.if_else(valid, X_out, ca.SX.nan(*X_out.shape))
     return ca.Function(
         "twin_casadi_add_body",

@@ -36,13 +36,13 @@ extern "C" {
  *     P Z = mu I for each link,   z = mu y0 + G'R'R (G s - Y),   X = G s,
  *
  * where mu falls to 0, P and Z are the matrices of s and z, and z is mu y0 at X0. All P and Z stay
- * positive definite: X is always possible, and the nearest that was passed. With noisy logs of six
- * robots it was farther from Y than the nearest possible by a median of less than 0.01 %, by less than
- * 2 % in nine of ten, and by 31 % at most, where the links of X0 were almost flat.
+ * positive definite: X is always possible, and the nearest that was passed. That is almost always
+ * the nearest possible one; X may be farther from Y if the distance is small or links of X0 are
+ * almost flat.
  *
- * Each step takes some twin_PARAMETERS^3 products, and the stack holds twin_PARAMETERS^2 / 2 numbers.
- * Measured in double at 2.5 GHz: 0.7 ms with 19 parameters, 3.3 ms with 52; 26 kB of stack with 62.
- * So do not call it in a control cycle. There is no allocation.
+ * Each step takes some twin_PARAMETERS^3 products: with 50 parameters, all take milliseconds, so do
+ * not call it in a control cycle. The stack holds twin_PARAMETERS^2 / 2 numbers and more; there is
+ * no allocation.
  *
  * Returns twin_OK; otherwise X is left as it is: twin_NOT_EXCITED, the data do not determine Y;
  * twin_NOT_POSITIVE_DEFINITE, X0 is not such a robot; twin_NOT_FINITE, a number of X0 is not finite.

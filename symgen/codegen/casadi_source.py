@@ -14,19 +14,28 @@ from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.loops import (
     MANY,
+    PROGRAMS,
     BodyPrinter,
     PairPrinter,
     Places,
+    base_rows,
     body_kernel,
     pair_kernel,
     pair_places,
-    program,
+    reads_antecedent,
 )
 from symgen.codegen.model import Model
 from symgen.files import rendered
-from symgen.symbolic.rolled import UP, Pairs, Program, Solution, Sweep
+from symgen.symbolic.rolled import Pairs, Program, Solution, Sweep, rollable
 
 _WIDTH = 96
+#: Regressors that are derivatives by X of a kernel with loops, and its outputs: as many operations
+#: as statements for each column.
+_COLUMNS = {
+    "torque_regressor": ("inverse_dynamics", ("tau",)),
+    "slotine_li_regressor": ("slotine_li_torque", ("tau",)),
+    "momentum_regressor": ("generalized_momentum", ("p_out", "rate_out")),
+}
 #: What the text calls itself: no step may hide it.
 _TAKEN = frozenset({"ca", *keyword.kwlist})
 
@@ -44,9 +53,9 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel], choice: st
         kernels: kernels of the package.
         choice: whether statements or loops build them, one of `loops.CHOICES`.
     """
-    robot, base = model.robot, model.base
-    chosen = choice if choice != "auto" else "always" if robot.n >= MANY else "never"
-    programs = {k.name: program(k, robot, base, chosen) for k in kernels}
+    robot = model.robot
+    looped = choice == "always" or (choice == "auto" and robot.n >= MANY)
+    programs = {k.name: _program(k, model) if looped and rollable(robot) else None for k in kernels}
     rolled = next(filter(None, programs.values()), None)
     return rendered(
         "casadi/kernels.py",
@@ -55,6 +64,12 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel], choice: st
         kernels=[_described(name, model, k, programs[k.name]) for k in kernels],
         tables=rolled and _tables(rolled, model),
     )
+
+
+def _program(kernel: Kernel, model: Model) -> Program | None:
+    """Return the loops of a kernel, or of the one whose derivative by X it is."""
+    name, _ = _COLUMNS.get(kernel.name, (kernel.name, ()))
+    return PROGRAMS[name](model.robot, model.base) if name in PROGRAMS else None
 
 
 def function_name(name: str, kernel: str) -> str:
@@ -150,46 +165,40 @@ def _assigned(printer: Printer, symbol: sp.Symbol, expr: sp.Expr) -> str:
 def _loops(rolled: Program, model: Model, kernel: Kernel) -> dict[str, Any]:
     """Return the data of a kernel as loops in Python."""
     robot = model.robot
-    state = {name: len(row) for name, row in rolled.state}
-    places = Places(tuple(state), robot.n - 1, unsigned="", geometry="GEOMETRY")
-    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
-    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
-    base = [
-        (name, i, word.get(x) or literal(sp.sympify(x).subs(robot.values()), "double"))
-        for name, row in rolled.state
-        for i, x in enumerate(row)
-        if x != 0
-    ]
+    state = tuple(name for name, _ in rolled.state)
+    places = Places(state, robot.n - 1, unsigned="", geometry="GEOMETRY")
     steps: list[dict[str, Any]] = []
     for step in rolled.steps:
         data: dict[str, Any] = {"kind": type(step).__name__.lower(), "doc": step.doc}
         if isinstance(step, Sweep):
             bodies = [_Body(body_kernel(step, t), "double", places) for _, t in step.bodies]
-            up = any(name.endswith(UP) for name, _ in step.written)
-            up |= any(name.endswith(UP) for _, t in step.bodies for name, _ in t.inputs)
-            data |= {"order": step.order, "up": up, "bodies": [b.function().body for b in bodies]}
+            data |= {"order": step.order, "up": reads_antecedent(step)}
+            data |= {"bodies": [b.function().body for b in bodies]}
         elif isinstance(step, Pairs):
             body = _Pair(pair_kernel(step), "double", unsigned="").function().body
             data |= {"body": body, "places": pair_places(step), "diagonal": step.diagonal}
             data |= {"matrices": step.matrices, "count": len(step.entries)}
         else:
             data |= vars(step)
-            if isinstance(step, Solution):
-                data["single"] = step.into in state
+            if isinstance(step, Solution) and step.single:
+                data["into"], data["right"] = (
+                    f"{name}[0][1:]" if name in state else name for name in (step.into, step.right)
+                )
         steps.append(data)
+    _, columns = _COLUMNS.get(kernel.name, (None, ()))
+    outputs = [(o.name, o.size) for o in kernel.outputs]
     return {
-        "state": state,
-        "base": base,
+        "state": base_rows(rolled, robot, "double", zeros=False),
         "steps": steps,
-        "outputs": [(o.name, o.size) for o in kernel.outputs],
+        "outputs": [(name, robot.n) for name in columns] or outputs,
+        "columns": [(o.name, name) for o, name in zip(kernel.outputs, columns, strict=False)],
+        "parameters": kernel.outputs[0].shape[-1],
         "matrices": rolled.matrices,
         "guards": len(kernel.guards),
     }
 
 
-def _described(
-    name: str, model: Model, kernel: Kernel, rolled: Program | None
-) -> dict[str, Any]:
+def _described(name: str, model: Model, kernel: Kernel, rolled: Program | None) -> dict[str, Any]:
     printer = _Printer(kernel, model)
     inputs = [(a.name, 1 if a.link or a.name in SCALARS else a.size) for a in kernel.inputs]
     read = {a for a, _ in inputs}
@@ -202,7 +211,7 @@ def _described(
             {
                 "name": written,
                 "entries": textwrap.wrap(text, _WIDTH - 8),
-                "width": width,
+                "width": 0 if rolled and kernel.name in _COLUMNS else width,
                 "rows": output.size // width if width else 0,
                 "empty": not output.size,
             }

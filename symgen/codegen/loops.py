@@ -20,9 +20,13 @@ from symgen.symbolic.tape import Tape
 
 #: Whether kernels that have a program are loops.
 CHOICES = ("auto", "always", "never")
-#: Number of joints from which "auto" takes loops, and that of other kernels: there, they gain as
+#: Number of joints from which "auto" takes loops, and that of some kernels: there, they gain as
 #: much out of the cache as they lose in it (docs/scaling.md, "Large trees").
-MANY, MANY_OF = 15, {"mass_matrix": 40}
+MANY = 15
+MANY_OF = {
+    **dict.fromkeys(("mass_matrix", "solve_mass_matrix", "mass_matrix_factor"), 40),
+    **dict.fromkeys(("slotine_li_torque", "generalized_momentum"), 50),
+}
 _LINE, _ANGLES = 92, 4
 #: Columns that a solution takes at once. Their number is a constant, so that compilers use vectors.
 _COLUMNS = 8
@@ -34,9 +38,14 @@ PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
     "gravity_torque": partial(rolled.inverse_dynamics, accelerating=False, moving=False),
     "forward_dynamics": rolled.forward_dynamics,
     "mass_matrix": rolled.mass_matrix,
+    "coriolis": rolled.coriolis,
     "bias_torque": partial(rolled.inverse_dynamics, accelerating=False, out="h"),
     "inverse_dynamics_derivatives": rolled.inverse_dynamics_derivatives,
     "forward_dynamics_derivatives": rolled.forward_dynamics_derivatives,
+    "slotine_li_torque": rolled.slotine_li_torque,
+    "generalized_momentum": rolled.generalized_momentum,
+    "solve_mass_matrix": rolled.solve_mass_matrix,
+    "mass_matrix_factor": rolled.mass_matrix_factor,
 }
 
 
@@ -68,8 +77,6 @@ def loop_data(
         prefix: prefix of the package's names.
     """
     values = robot.values()
-    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
-    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
 
     def number(value: sp.Expr) -> str:
         return literal(sp.sympify(value).subs(values), dtype)
@@ -81,7 +88,7 @@ def loop_data(
     given = next(a.size for a in kernel.inputs if a.name == "X")
     one = not program.paired  # pairs put zeros into several rows
     places = Places(tuple(name for name, _ in program.state), n - 1)
-    steps = [_step(step, program, n, dtype, places) for step in program.steps]
+    steps = [_step(step, n, dtype, places) for step in program.steps]
     first: list[int] = []  # row of the first joint of the run of neighbours that ends at each joint
     for row, before in enumerate(program.way, 1):
         first.append(first[-1] if first and before == row - 1 else row)
@@ -106,10 +113,7 @@ def loop_data(
         "several": any(len(step.get("bodies", ())) > 1 for step in steps),
         "zero": number(sp.S.Zero),
         "one": number(sp.S.One),
-        "state": [
-            (name, len(row), [(i, word.get(x) or number(x)) for i, x in enumerate(row) if x or one])
-            for name, row in program.state
-        ],
+        "state": base_rows(program, robot, dtype, zeros=one),
         "paired": program.paired,
         "first": _lines(f"{row}u" for row in first),
         "whole": len(set(first)) == 1,
@@ -117,6 +121,7 @@ def loop_data(
         "width": width,
         "blocks": -(-n // width),
         "left": -n % width,
+        "factored": any(isinstance(step, Elimination) for step in program.steps),
         "solved": any(isinstance(step, Solution) for step in program.steps),
         "guards": len(kernel.guards),
         "status": status(kernel, dtype, prefix) if kernel.guards else [],
@@ -125,25 +130,58 @@ def loop_data(
     }
 
 
-def _step(step: Part, program: Program, n: int, dtype: str, places: Places) -> dict[str, Any]:
+def base_rows(
+    program: Program, robot: Robot, dtype: str, *, zeros: bool
+) -> list[tuple[str, int, list[tuple[int, str]]]]:
+    """Return the arrays of the state: name, entries of a row, and those of the base as text.
+
+    Args:
+        program: the program.
+        robot: its robot.
+        dtype: double or float.
+        zeros: whether entries of the base that are 0 are wanted.
+    """
+    word = {g: f"g[{i}]" for i, g in enumerate(robot.gravity)} if robot.gravity_input else {}
+    word |= {-symbol: f"-{text}" for symbol, text in word.items()}
+
+    def text(x: sp.Expr) -> str:
+        return word.get(x) or literal(sp.sympify(x).subs(robot.values()), dtype)
+
+    return [
+        (name, len(row), [(i, text(x)) for i, x in enumerate(row) if x or zeros])
+        for name, row in program.state
+    ]
+
+
+def reads_antecedent(sweep: Sweep) -> bool:
+    """Whether a sweep uses rows of the body before a joint."""
+    rows = [*sweep.written, *(group for _, tape in sweep.bodies for group in tape.inputs)]
+    return any(name.endswith(UP) for name, _ in rows)
+
+
+def _step(step: Part, n: int, dtype: str, places: Places) -> dict[str, Any]:
     """Return the data of a step, for the template."""
     kind = type(step).__name__.lower()
     if isinstance(step, Sweep):
         bodies = [_body(step, kind, tape, dtype, places) for kind, tape in step.bodies]
-        return {"kind": kind, "doc": step.doc, "order": step.order, "bodies": bodies}
+        up = reads_antecedent(step)
+        return {"kind": kind, "doc": step.doc, "order": step.order, "up": up, "bodies": bodies}
     if isinstance(step, Pairs):
         return {"kind": kind, **_pairs(step, dtype)}
     if isinstance(step, Elimination):
         return {"kind": kind, **vars(step)}
-    single = step.into in dict(program.state)
-    if single:
-        right, into = f"{step.right}[0][k + 1u]", f"{step.into}[0][k + 1u]"
+    if step.single:
+        right, into = (
+            f"{name}[0][k + 1u]" if name in places.state else f"{name}[k]"
+            for name in (step.right, step.into)
+        )
     else:
-        right, into = (f"{name}[(k * {n}u) + (b + i)]" for name in (f"-{step.right}", step.into))
+        names = f"-{step.right}", step.into
+        right, into = (f"{name}[(k * {n}u) + (begin + i)]" for name in names)
         if not step.right:
             one, zero = (literal(x, dtype) for x in (sp.S.One, sp.S.Zero))
-            right = f"((b + i) == k) ? {one} : {zero}"
-    return {"kind": kind, **vars(step), "right": right, "into": into, "single": single}
+            right = f"((begin + i) == k) ? {one} : {zero}"
+    return {"kind": kind, **vars(step), "right": right, "into": into}
 
 
 def _lines(entries: Iterable[str]) -> list[str]:
@@ -185,8 +223,7 @@ class Places:
 def _body(sweep: Sweep, kind: Kind, tape: Tape, dtype: str, places: Places) -> dict[str, Any]:
     """Return the statements of a sweep for one kind of joint."""
     function = BodyPrinter(body_kernel(sweep, tape), dtype, places).function()
-    up = any(name.endswith(UP) for name, _ in (*tape.inputs, *sweep.written))
-    return {"kind": kind.name, "up": up, "body": function.body, "needs_math": function.needs_math}
+    return {"kind": kind.name, "body": function.body, "needs_math": function.needs_math}
 
 
 def body_kernel(sweep: Sweep, tape: Tape) -> Kernel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from itertools import groupby
 from typing import Any
 
 from symgen import names
@@ -18,6 +19,8 @@ from symgen.symbolic.tape import Numbers
 DIGITS = 50
 SEED = 1988
 POINTS = 4  # of a kernel whose outputs have at most LARGEST entries
+_WRITTEN = 20  # digits of the values in the manifest
+_RUN = 8  # zeros that the check program leaves out
 #: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
@@ -44,7 +47,7 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
         out[kernel.name] = {
             "points": points,
-            "expected": [[str(mpmath.nstr(v, 30)) for v in row] for row in expected],
+            "expected": [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in expected],
         }
     return out
 
@@ -68,15 +71,18 @@ def checked_kernel(
     inputs, words = [], []
     for a in kernel.arguments:
         given = f"{a.name}_in" if a.written else a.name  # a copy, if it is changed in place
-        first = f"{given}[i]"
+        points = [point[a.name] for point in entry["points"]] if a.read else []
+        if not a.written and all(values == points[0] for values in points):
+            points = points[:1]  # the same in all
+        first = f"{given}[{'0' if len(points) == 1 else 'i'}]"
         words.append(a.name if a.written else f"{first}[0]" if a.plain else first)
         if a.read:
             suffix = "u" if a.link else "f" if dtype == "float" else ""
-            points = [point[a.name] for point in entry["points"]]
             inputs.append(
                 {
                     "name": given,
                     "real": "size_t" if a.link else f"{prefix}_real",
+                    "points": len(points),
                     "size": len(points[0]),
                     "rows": [", ".join(f"{v!r}{suffix}" for v in values) for values in points],
                 }
@@ -94,8 +100,22 @@ def checked_kernel(
             for i, o in enumerate(kernel.outputs)
         ],
         "call": f"worst += {call}" if kernel.fallible else call,
-        "expected": [", ".join(repr(float(v)) for v in row) for row in entry["expected"]],
+        "expected": [_listed([float(v) for v in row]) for row in entry["expected"]],
     }
+
+
+def _listed(values: Sequence[float]) -> str:
+    """Return the entries of an array in C, without long runs of zeros."""
+    texts, at, skipped = list[str](), 0, False
+    for zero, run in groupby(values, key=lambda v: v == 0.0):
+        own = list(map(repr, run))
+        if zero and len(own) >= _RUN:
+            skipped = True
+        else:
+            texts += [f"[{at}] = {own[0]}" if skipped else own[0], *own[1:]]
+            skipped = False
+        at += len(own)
+    return ", ".join(texts or ["0.0"])
 
 
 def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:

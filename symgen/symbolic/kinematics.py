@@ -200,19 +200,24 @@ def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Fr
     """
     states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
     for step in way:
-        j, frame = step.joint.number, states[step.joint.antecedent]
-        for motion in step.before:
-            frame = _moved(frame, motion, tape)
-        if step.joint.turns:
-            w3 = tape.name(f"W3{j}", frame.w[2] + step.rate)
-            frame = replace(frame, w=replaced(frame.w, {2: w3}))
-        for shift in step.after:
-            frame = _moved(frame, shift, tape)
-        if step.joint.slides:
-            V3 = tape.name(f"V3{j}", frame.V[2] + step.rate)
-            frame = replace(frame, V=replaced(frame.V, {2: V3}))
-        states[j] = frame
+        states[step.joint.number] = carried(states[step.joint.antecedent], step, tape)
     return states
+
+
+def carried(frame: Frame, step: Step, tape: TapeBuilder) -> Frame:
+    """Return the state of the frame of joint j from that of the link before it."""
+    j = step.joint.number
+    for motion in step.before:
+        frame = _moved(frame, motion, tape)
+    if step.joint.turns:
+        w3 = tape.name(f"W3{j}", frame.w[2] + step.rate)
+        frame = replace(frame, w=replaced(frame.w, {2: w3}))
+    for shift in step.after:
+        frame = _moved(frame, shift, tape)
+    if step.joint.slides:
+        V3 = tape.name(f"V3{j}", frame.V[2] + step.rate)
+        frame = replace(frame, V=replaced(frame.V, {2: V3}))
+    return frame
 
 
 def _moved(frame: Frame, motion: Turn | Shift, tape: TapeBuilder) -> Frame:

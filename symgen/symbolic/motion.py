@@ -67,7 +67,7 @@ class Letters:
 
 
 REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
-_REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
+REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
 def motions(
@@ -96,7 +96,7 @@ def references(
     speed: ByJoint,
     acceleration: ByJoint,
     tape: TapeBuilder,
-    letters: Letters = _REFERENCE,
+    letters: Letters = REFERENCE,
 ) -> Mapping[int, Motion]:
     """Derive the reference motion of links by joint number, with their real velocity.
 

@@ -28,8 +28,8 @@ from symgen.symbolic.articulated import (
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.derivatives import Screws, felt
-from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, cosine_sine
-from symgen.symbolic.motion import REAL, Motion, handed_back, passed
+from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, carried, cosine_sine
+from symgen.symbolic.motion import REAL, REFERENCE, Motion, handed_back, passed
 from symgen.symbolic.placement import Place, moved_place
 from symgen.symbolic.spatial import (
     UPPER,
@@ -120,7 +120,7 @@ class Pairs:
     doc: str
     body: Tape
     entries: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-    diagonal: tuple[str, str]
+    diagonal: tuple[str, str] | None = None
 
     @property
     def matrices(self) -> tuple[str, ...]:
@@ -135,10 +135,12 @@ class Elimination:
     Attributes:
         doc: what it computes.
         matrix: the matrix, whose rows below the diagonal become those of L.
+        into: outputs that become L' and D, if any.
     """
 
     doc: str
     matrix: str
+    into: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -148,14 +150,16 @@ class Solution:
     Attributes:
         doc: what it computes.
         matrix: the factored matrix M.
-        right: b: an array of the state, or the negative of a matrix; the identity if empty.
-        into: x: an array of the state, or a matrix.
+        right: b: a vector, or the negative of a matrix; the identity if empty.
+        into: x: a vector, or a matrix.
+        single: whether these are vectors: arrays of the state, an input or an output.
     """
 
     doc: str
     matrix: str
     right: str
     into: str
+    single: bool = False
 
 
 #: A step of a program.
@@ -223,7 +227,7 @@ class Program:
                 earlier = sum(way * (way - 1) // 2 for way in ways)
                 total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))
             else:
-                columns = 1 if step.into in dict(self.state) else n
+                columns = 1 if step.single else n
                 total = total.plus(Operations(2 * pairs - n, 2 * (pairs - n), 0, 0), columns)
         return total
 
@@ -261,20 +265,96 @@ def inverse_dynamics(
         return _wrenched(at, size, accelerating)
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
-        back, torque = _torque(at, moving, accelerating)
+        back, torque = _torque(at, moving, "qdd" if accelerating else "")
         return (*back, *torque)
 
     sweeps = (
         table.sweep("Motion and wrench of each body.", outward, ("motion", size), ("wrench", 6)),
+        table.sweep(_BACK, inward, (f"wrench{UP}", 6), (out, 1), order=INWARD),
+    )
+    return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
+
+
+def slotine_li_torque(robot: Robot, base: BaseParameters) -> Program:
+    """Return the torque of a reference motion, as two sweeps like those of inverse dynamics.
+
+    `symgen.symbolic.passive` has the equations and their source.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        now = Motion(*at.vectors(f"motion{UP}", 4))
+        speed = at.rate("qdr", True)
+        rates = speed, speed, at.rate("qddr", True)
+        now = passed(now, at.step(at.rate("qd", True)), rates, REFERENCE, at.tape)
+        f, n = at.inertia.virtual_wrench(now, "0", at.tape, lambda v, x: named(v, x, at.tape))
+        return (*now.w, *now.dw, *now.a, *now.real, *f, *n)
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        back, torque = _torque(at, moving=True, faster="qddr")
+        return (*back, *torque)
+
+    sweeps = (
+        table.sweep("Motion and wrench of each body.", outward, ("motion", 12), ("wrench", 6)),
+        table.sweep(_BACK, inward, (f"wrench{UP}", 6), ("tau", 1), order=INWARD),
+    )
+    motion = (*_zeros(6), *(-g for g in robot.gravity), *_zeros(3))
+    return table.program((("motion", motion), ("wrench", _zeros(6))), sweeps)
+
+
+def generalized_momentum(robot: Robot, base: BaseParameters) -> Program:
+    """Return p = M qd and C' qd - g as two sweeps.
+
+    `symgen.symbolic.passive` has the equations. Weights go inward beside the momenta.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+    """
+    table = _Table.of(robot, base)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        w, v, g = at.vectors(f"motion{UP}", 3)
+        before = Frame(w, v, g, sp.S.Zero)
+        now, body = carried(before, at.step(at.rate("qd", True)), at.tape), at.inertia
+        momentum, weight = body.momentum(now.twist), body.momentum((ZERO, now.g))
+        return [x for v in (*now.twist, now.g, *momentum, *weight) for x in v]
+
+    def inward(at: _Template) -> Sequence[sp.Expr]:
+        momentum, weight, step = at.screw("momentum"), at.screw("weight"), at.step(sp.S.Zero)
+        back = [handed_back(x, step, x_, at.tape) for x, x_ in ((momentum, "m"), (weight, "w"))]
+        up = [x for screw in back for v in screw for x in v]
+        if not at.moves:
+            return up
+        w, v, _ = at.vectors("motion", 3)
+        screw = axis(at.kind.sigma)
+        p = acting(momentum, screw) + at.value(names.ROTOR) * at.rate("qd", True)
+        return (*up, p, acting(momentum, moved(screw, (w, v))) + acting(weight, screw))
+
+    sweeps = (
         table.sweep(
-            "Torque of each joint, and the wrench on the body before it.",
+            "Motion and gravity in the frame of each body, its momentum and weight.",
+            outward,
+            ("motion", 9),
+            ("momentum", 6),
+            ("weight", 6),
+        ),
+        table.sweep(
+            "Momentum of each joint and its rate, and what the body before it carries.",
             inward,
-            (f"wrench{UP}", 6),
-            (out, 1),
+            (f"momentum{UP}", 6),
+            (f"weight{UP}", 6),
+            ("p_out", 1),
+            ("rate_out", 1),
             order=INWARD,
         ),
     )
-    return table.program((_base_motion(robot, size), ("wrench", _zeros(6))), sweeps)
+    motion = "motion", (*_zeros(6), *robot.gravity)
+    return table.program((motion, *_at_rest({"momentum": 6, "weight": 6})), sweeps)
 
 
 def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
@@ -294,7 +374,7 @@ def forward_dynamics(robot: Robot, base: BaseParameters) -> Program:
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
         step, own = at.step(sp.S.Zero), _articulated(at.rows("articulated", 27))
-        back, torque = _torque(at, moving=True, accelerating=False)
+        back, torque = _torque(at, moving=True)
         pivot: list[sp.Expr] = []
         driven: list[sp.Expr] = []
         if at.moves:
@@ -347,6 +427,22 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
         robot: it is `rollable`.
         base: its base parameters.
     """
+    return _massive(robot, base, "M")
+
+
+def mass_matrix_factor(robot: Robot, base: BaseParameters) -> Program:
+    """Return the factors of the mass matrix; arguments as for `mass_matrix`."""
+    return _massive(robot, base, _MASS, Elimination(_FACTORS, _MASS, ("L_out", "D_out")))
+
+
+def solve_mass_matrix(robot: Robot, base: BaseParameters) -> Program:
+    """Return the solution of M x = b; arguments as for `mass_matrix`."""
+    solution = Solution("Its solution.", _MASS, "b", "x", single=True)
+    return _massive(robot, base, _MASS, Elimination(_FACTORS, _MASS), solution)
+
+
+def _massive(robot: Robot, base: BaseParameters, into: str, *more: Part) -> Program:
+    """Return the mass matrix, its lower half if it is no output, and steps that use it."""
     table = _Table.of(robot, base)
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
@@ -367,11 +463,12 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
 
     at = _Template(table, table.kinds[0])
     entry = acting(at.screw("force"), at.screw(f"screw{UP}"))
+    own = into != _MASS
     pairs = Pairs(
         "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
         at.close((entry,)),
-        ((("M",), ("M",)),),
-        ("M", "rotor"),
+        (((into,), (into,) if own else ()),),
+        (into, "rotor"),
     )
     sweeps = (
         table.sweep(
@@ -391,7 +488,51 @@ def mass_matrix(robot: Robot, base: BaseParameters) -> Program:
         ),
     )
     sizes = {"screw": 6, "composite": 10, "rotor": 1, "force": 6}
-    return table.program((_BASE_PLACE, *_at_rest(sizes)), (*sweeps, pairs))
+    state = (_BASE_PLACE, *_at_rest(sizes))
+    return table.program(state, (*sweeps, pairs, *more), () if own else (_MASS,))
+
+
+def coriolis(robot: Robot, base: BaseParameters) -> Program:
+    """Return C of Christoffel's symbols: half of the derivative of C qd by qd.
+
+    It is that of `inverse_dynamics_derivatives` without friction and accelerations.
+
+    Args:
+        robot: it is `rollable`.
+        base: its base parameters.
+    """
+    table, half = _Table.of(robot, base), sp.Rational(1, 2)
+
+    def outward(at: _Template) -> Sequence[sp.Expr]:
+        found = _moved_screw(at, accelerating=False)
+        return (*found[:24], *found[30:])
+
+    at = _Template(table, table.kinds[0])
+    screw, inertia = at.screw(f"screw{UP}"), at.screw("inertia")
+    entries = (
+        half * acting(at.screw("by_qd"), screw),
+        half * acting((ZERO, at.rows("couple", 3)), screw) + acting(inertia, at.screw(f"rate{UP}")),
+    )
+    moved, carried, felt_ = (*_SCREW[:3], *_SCREW[4:]), _CARRIED[:3], _FELT[1:]
+    steps = (
+        table.sweep(_OUTWARD, outward, *moved),
+        table.sweep(
+            "Inertia of each body, its rate and momentum.",
+            lambda at: _carried(at)[:22],
+            *carried,
+            order=APART,
+        ),
+        _summed(table, *carried),
+        table.sweep(
+            "What joints before it feel of each joint.",
+            lambda at: _felt(at, at.screw("force"))[6:],
+            *felt_,
+            order=APART,
+        ),
+        Pairs("Entries of two joints.", at.close(entries), (((), ("C",)), (("C",), ()))),
+    )
+    sizes = dict((*moved[1:], *carried, *felt_))
+    return table.program((_BASE_PLACE, *_at_rest(sizes)), steps)
 
 
 def inverse_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
@@ -497,8 +638,8 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
             order=APART,
         ),
         mass,
-        Elimination("Factors of the mass matrix.", _MASS),
-        Solution("Accelerations of joints.", _MASS, "right", "found"),
+        Elimination(_FACTORS, _MASS),
+        Solution("Accelerations of joints.", _MASS, "right", "found", single=True),
         table.sweep("What they add to the motion of each body.", faster, ("more", 6)),
         table.sweep(
             "Second rate of each screw, and the wrench of these accelerations.",
@@ -520,8 +661,10 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
     return table.program((_BASE_PLACE, *_accelerated(robot, sizes)), steps, (_MASS,))
 
 
+_BACK = "Torque of each joint, and the wrench on the body before it."
 #: Name of the mass matrix where it is no output.
 _MASS = "mass"
+_FACTORS = "Factors of the mass matrix."
 _OUTWARD = "Place, screw and motion of each joint in frame 0, and the body alone."
 #: Arrays about the origin of frame 0 in its axes: of joints, of what bodies carry, and of what
 #: joints before a joint feel of it.
@@ -654,16 +797,22 @@ def _wrenched(at: _Template, size: int, accelerating: bool) -> Sequence[sp.Expr]
 
 
 def _torque(
-    at: _Template, moving: bool, accelerating: bool
+    at: _Template, moving: bool, faster: str = ""
 ) -> tuple[Sequence[sp.Expr], Sequence[sp.Expr]]:
-    """Return the wrench on the body before, and the torque of the joint unless it is fixed."""
+    """Return the wrench on the body before, and the torque of the joint unless it is fixed.
+
+    Args:
+        at: the template.
+        moving: whether it has a speed, and friction.
+        faster: name of its acceleration, if any.
+    """
     wrench = at.rows("wrench", 6)
     screw = wrench[:3], wrench[3:]
     f, n = handed_back(screw, at.step(sp.S.Zero), "b", at.tape)
     if not at.moves:
         return (*f, *n), ()
     torque = acting(screw, axis(at.kind.sigma))
-    torque += at.value(names.ROTOR) * at.rate("qdd", accelerating)
+    torque += at.value(names.ROTOR) * at.rate(faster, bool(faster))
     return (*f, *n), (torque + at.friction() if moving else torque,)
 
 

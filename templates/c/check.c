@@ -24,7 +24,18 @@ int main(void)
     double worst = 0.0;
 {% for k in kernels %}
     {
-{% include "check_points.c" %}
+{% for a in k.arguments %}
+        static const {{ a.real }} {{ a.name }}[{{ a.points }}][{{ a.size }}] = {
+{% for row in a.rows %}
+            { {{ row }} },
+{% endfor %}
+        };
+{% endfor %}
+        static const double expected[{{ k.points }}][{{ k.size }}] = {
+{% for row in k.expected %}
+            { {{ row }} },
+{% endfor %}
+        };
         double here = 0.0;
         double scale = 0.0;
         for (size_t i = 0; i < {{ k.points }}; ++i) {

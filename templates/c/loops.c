@@ -113,7 +113,7 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
 {% for matrix in k.loops.matrices %}
     {{ k.dtype }} {{ matrix }}[{{ k.loops.n * k.loops.n }}];
 {% endfor %}
-{% if k.loops.solved %}
+{% if k.loops.factored %}
     {{ k.dtype }} inverse[{{ k.loops.n }}];
 {% endif %}
 {% if k.loops.guards %}
@@ -172,10 +172,10 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
 {% for step in k.loops.steps %}
 {% if step.kind == "sweep" %}
 {% if step.order == "apart" %}
-    for (size_t b = 0u; b < {{ k.loops.joints }}u; b += 4u) {
+    for (size_t begin = 0u; begin < {{ k.loops.joints }}u; begin += 4u) {
         /* {{ step.doc }} */
         for (size_t i = 0u; i < 4u; ++i) {
-            const size_t j = b + i;
+            const size_t j = begin + i;
 {% for line in step.bodies[0].body %}
             {{ line }}
 {% endfor %}
@@ -192,7 +192,7 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
         const size_t j = order[i];
 {% endif %}
         /* {{ step.doc }} */
-{% if step.bodies[0].up %}
+{% if step.up %}
         const size_t up = antecedent[j];
 {% endif %}
 {% if step.bodies | length == 1 %}
@@ -225,16 +225,16 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
         /* {{ step.doc }} */
         size_t last = j + 1u;
         while (last != 0u) {
-            for (size_t b = first[last - 1u]; b <= last; b += 4u) {
+            for (size_t begin = first[last - 1u]; begin <= last; begin += 4u) {
                 {{ k.dtype }} entry[{{ step.count }}][4];
                 for (size_t i = 0u; i < 4u; ++i) {
-                    const size_t u = b + i;
+                    const size_t u = begin + i;
 {% for line in step.body %}
                     {{ line }}
 {% endfor %}
                 }
-                for (size_t i = 0u; (i < 4u) && ((b + i) <= last); ++i) {
-                    const size_t u = (b + i) - 1u;
+                for (size_t i = 0u; (i < 4u) && ((begin + i) <= last); ++i) {
+                    const size_t u = (begin + i) - 1u;
 {% for matrix, place, entry in step.places %}
                     {{ matrix }}[({{ place[0] }} * {{ n }}u) + {{ place[1] }}] = entry[{{ entry }}][i];
 {% endfor %}
@@ -243,9 +243,11 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
             last = {{ way }}[first[last - 1u] - 1u];
         }
     }
+{% if step.diagonal %}
     for (size_t j = 0u; j < {{ n }}u; ++j) {
         {{ step.diagonal[0] }}[j * {{ n + 1 }}u] += {{ step.diagonal[1] }}[0][j + 1u];
     }
+{% endif %}
 {% elif step.kind == "elimination" %}
     for (size_t i = 0u; i < {{ n }}u; ++i) {
         /* {{ step.doc }} */
@@ -276,39 +278,49 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
             }
         }
     }
+{% if step.into %}
+    for (size_t j = 0u; j < {{ n }}u; ++j) {
+        for (size_t u = 0u; u < j; ++u) {
+            {{ step.into[0] }}[(u * {{ n }}u) + j] = {{ step.matrix }}[(j * {{ n }}u) + u];
+            {{ step.into[0] }}[(j * {{ n }}u) + u] = {{ k.loops.zero }};
+        }
+        {{ step.into[0] }}[j * {{ n + 1 }}u] = {{ k.loops.one }};
+        {{ step.into[1] }}[j] = guard[{{ n - 1 }}u - j];
+    }
+{% endif %}
 {% elif step.kind == "solution" %}
     {
         /* {{ step.doc }} */
-        {{ k.dtype }} x[{{ n }}][{{ w }}];
+        {{ k.dtype }} block[{{ n }}][{{ w }}];
 {% if step.single %}
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             for (size_t i = 0u; i < {{ w }}u; ++i) {
-                x[k][i] = {{ step.right }};
+                block[k][i] = {{ step.right }};
             }
         }
-        solved(first, {{ way }}, {{ step.matrix }}, inverse, x);
+        solved(first, {{ way }}, {{ step.matrix }}, inverse, block);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
-            {{ step.into }} = x[k][0];
+            {{ step.into }} = block[k][0];
         }
 {% else %}
         for (size_t m = 0u; m < {{ k.loops.blocks }}u; ++m) {
-            /* {{ w }} columns from b on; the first time, only those before `end` are new. */
+            /* {{ w }} columns from `begin` on; the first time, only those before `end` are new. */
             const size_t end = ((m + 1u) * {{ w }}u) - {{ k.loops.left }}u;
-            const size_t b = (m == 0u) ? 0u : (end - {{ w }}u);
+            const size_t begin = (m == 0u) ? 0u : (end - {{ w }}u);
             for (size_t k = 0u; k < {{ n }}u; ++k) {
                 for (size_t i = 0u; i < {{ w }}u; ++i) {
-                    x[k][i] = {{ step.right }};
+                    block[k][i] = {{ step.right }};
                 }
             }
-            solved(first, {{ way }}, {{ step.matrix }}, inverse, x);
+            solved(first, {{ way }}, {{ step.matrix }}, inverse, block);
             for (size_t k = 0u; k < {{ n }}u; ++k) {
-                if ((end - b) == {{ w }}u) {
+                if ((end - begin) == {{ w }}u) {
                     for (size_t i = 0u; i < {{ w }}u; ++i) {
-                        {{ step.into }} = x[k][i];
+                        {{ step.into }} = block[k][i];
                     }
                 } else {
-                    for (size_t i = 0u; i < (end - b); ++i) {
-                        {{ step.into }} = x[k][i];
+                    for (size_t i = 0u; i < (end - begin); ++i) {
+                        {{ step.into }} = block[k][i];
                     }
                 }
             }

@@ -11,8 +11,8 @@ writes each function as a .casadi file for casadi.Function.load. Needs casadi.
 """
 
 import casadi as ca
-{% if tables %}
 
+{% if tables %}
 N, JOINTS = {{ tables.n }}, {{ tables.joints }}
 # By joint, those with a variable first: the joint before it, counted from 1 (0 is the base), the
 # same past joints without a variable, and its kind: {{ tables.kinds }}.
@@ -61,6 +61,7 @@ def _factored(M):
 
 def _solved(L, inverse, x):
     """Return the solution of L' D L y = x."""
+    x = [x[k] for k in range(N)]
     for j in reversed(range(N)):
         for u in _way(WAY[j + 1]):
             x[u - 1] -= L[j * N + u - 1] * x[j]
@@ -69,6 +70,7 @@ def _solved(L, inverse, x):
         for u in _way(WAY[j + 1]):
             x[j] -= L[j * N + u - 1] * x[u - 1]
     return x
+
 
 {% endif %}
 {% for k in kernels %}
@@ -82,12 +84,15 @@ def {{ k.name }}():
     {{ line }}
 {% endfor %}
 {% if k.loops %}
+{% if k.loops.columns %}
+    X = ca.SX.sym("X", {{ k.loops.parameters }})
+{% endif %}
     c, s, body = _started(q, X)
-{% for array, size in k.loops.state.items() %}
+{% for array, size, base in k.loops.state %}
     {{ array }} = [[0.0] * (JOINTS + 1) for _ in range({{ size }})]
-{% endfor %}
-{% for array, place, value in k.loops.base %}
+{% for place, value in base %}
     {{ array }}[{{ place }}][0] = {{ value }}
+{% endfor %}
 {% endfor %}
 {% for array, size in k.loops.outputs %}
     {{ array }} = [0.0] * {{ size }}
@@ -130,11 +135,19 @@ def {{ k.name }}():
 {% for matrix, place, entry in step.places %}
             {{ matrix }}[{{ "j" if place[0] == "j" else "(u - 1)" }} * N + {{ "j" if place[1] == "j" else "u - 1" }}] = entry[{{ entry }}]
 {% endfor %}
+{% if step.diagonal %}
         {{ step.diagonal[0] }}[j * N + j] += {{ step.diagonal[1] }}[0][j + 1]
+{% endif %}
 {% elif step.kind == "elimination" %}
     guard, inverse = _factored({{ step.matrix }})  # {{ step.doc }}
+{% if step.into %}
+    for j in range(N):
+        {{ step.into[0] }}[j * N + j], {{ step.into[1] }}[j] = 1.0, guard[N - 1 - j]
+        for u in range(j):
+            {{ step.into[0] }}[u * N + j] = {{ step.matrix }}[j * N + u]
+{% endif %}
 {% elif step.single %}
-    {{ step.into }}[0][1:] = _solved({{ step.matrix }}, inverse, {{ step.right }}[0][1:])  # {{ step.doc }}
+    {{ step.into }} = _solved({{ step.matrix }}, inverse, {{ step.right }})  # {{ step.doc }}
 {% else %}
     for i in range(N):  # {{ step.doc }}
 {% if step.right %}
@@ -145,10 +158,15 @@ def {{ k.name }}():
         {{ step.into }}[i::N] = _solved({{ step.matrix }}, inverse, x)
 {% endif %}
 {% endfor %}
+{% for array, size in k.loops.outputs %}
+    {{ array }} = ca.vertcat(*{{ array }})
+{% endfor %}
+{% for output, array in k.loops.columns %}
+    {{ output }} = ca.densify(ca.jacobian({{ array }}, X))
+{% endfor %}
 {% endif %}
 {% for o in k.outputs %}
 {% if k.loops %}
-    {{ o.name }} = ca.vertcat(*{{ o.name }})
 {% elif o.empty %}
     {{ o.name }} = ca.SX(0, 1)
 {% else %}

@@ -69,7 +69,7 @@ KERNELS = (
     "forward_dynamics",
 )
 DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
-TREES = ("inverse_dynamics", "mass_matrix", "forward_dynamics", *DERIVATIVES)
+TREES = ("inverse_dynamics", "mass_matrix", "coriolis", "forward_dynamics", *DERIVATIVES)
 STATES = 32  # of a large tree, as in trees.c
 TREE_FLAGS = ("-O2", "-march=native", "-fPIC")
 TIMES = Path(__file__).with_name("trees.c")

@@ -16,12 +16,12 @@ from oracles.large_arms import LARGE
 from oracles.pinocchio_arm import PinocchioArm
 from oracles.random_arms import random_arm, random_parameters, to_toml
 from oracles.transforms import Arm
-from packages import STRICT, c_files, run
+from packages import STRICT, c_files, casadi_functions, run
 from support import sampled
 
 import symgen
 from symgen.codegen.kernels import regrouped
-from symgen.codegen.loops import PROGRAMS
+from symgen.codegen.loops import MANY_OF, PROGRAMS
 from symgen.codegen.verification import physical_parameters
 from symgen.robot.toml_io import parse_robot
 
@@ -87,11 +87,16 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
     n, witness = called.n, called.witness
     zero = np.zeros(n)
     for q, qd, qdd in np.random.default_rng(1).uniform(-2, 2, (4, 3, n)):
+        gravity = witness.inverse_dynamics(q, zero, zero)
         for ours, theirs in (
             (called("inverse_dynamics", q, qd, qdd), witness.inverse_dynamics(q, qd, qdd)),
             (called("bias_torque", q, qd), witness.inverse_dynamics(q, qd, zero)),
-            (called("gravity_torque", q), witness.inverse_dynamics(q, zero, zero)),
+            (called("gravity_torque", q), gravity),
             (called("mass_matrix", q), witness.mass_matrix(q)),
+            (called("coriolis", q, qd) @ qd, witness.inverse_dynamics(q, qd, zero) - gravity),
+            (called("generalized_momentum", q, qd)[0], witness.mass_matrix(q) @ qd),
+            (called("slotine_li_torque", q, qd, qd, qdd), witness.inverse_dynamics(q, qd, qdd)),
+            (witness.mass_matrix(q) @ called("solve_mass_matrix", q, qdd), qdd),
         ):
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
         accelerations = called("forward_dynamics", q, qd, qdd)  # qdd: torques
@@ -132,7 +137,7 @@ def test_loops_of_derivatives_agree_with_pinocchio(
 def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
     model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package", FIRST)
     texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in FIRST}
-    assert {k for k, text in texts.items() if "size_t j" not in text} == {"mass_matrix"}
+    assert {k for k, text in texts.items() if "size_t j" not in text} == set(MANY_OF)
     library = loaded(tmp_path)
     X = np.array(physical_parameters(model, random.Random(2)))
     rng, out = np.random.default_rng(2), np.zeros(15)
@@ -159,6 +164,47 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
         assert "[j + 1u]" in (folder / f"{name}_inverse_dynamics.c").read_text()
         run(["cc", *STRICT, "-O1", *c_files(folder, check=True), "-lm", "-o", "check"], folder)
         run([folder / "check"], folder)
+
+
+def test_casadi_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path) -> None:
+    """symgen check evaluates them; regressors are derivatives of loops there."""
+    regressors = ("torque_regressor", "slotine_li_regressor", "momentum_regressor")
+    sharp = 'friction = ["coulomb"'
+    for seed, gravity in ((3, False), (8, True)):
+        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
+        text = to_toml(arm, "arm", FRICTION)
+        text = text.replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
+        if gravity:
+            line = next(x for x in text.splitlines() if x.startswith("gravity"))
+            text = text.replace(line, 'gravity = "input"')
+        model = symgen.derive(parse_robot(text, "arm.toml"), (*PROGRAMS, *regressors))
+        folder = tmp_path / str(seed)
+        symgen.write_package(symgen.generate(model, target="casadi", loops="always"), folder)
+        (checked,) = symgen.check(folder)
+        assert not checked.differences
+        measured = {kernel for backend, kernel, _ in checked.errors if backend == "casadi"}
+        assert measured == {*PROGRAMS, *regressors}
+        source = (folder / "arm_casadi.py").read_text()
+        assert source.count("_started(q, X)\n") == len(PROGRAMS) + len(regressors)
+
+
+def test_casadi_functions_are_nan_where_a_mass_matrix_is_not_positive_definite(
+    tmp_path: Path,
+) -> None:
+    text = to_toml(random_arm(2, min_joints=3, max_joints=3), "arm")
+    kernels = ("forward_dynamics", "solve_mass_matrix", "mass_matrix_factor")
+    model = symgen.derive(parse_robot(text, "arm.toml"), kernels)
+    X = np.array(physical_parameters(model, random.Random(2)))
+    for loops in ("never", "always"):
+        package = symgen.generate(model, target="casadi", loops=loops)
+        symgen.write_package(package, tmp_path / loops)
+        for name, function in casadi_functions(tmp_path / loops, "arm").items():
+            size = next(k for k in model.kernels if k.name == name).inputs[-1].size
+            states = [np.full(3, 0.3)] * (function.n_in() - 1)
+            for spoiled, finite in ((X, True), (-X, False), (np.nan * X, False)):
+                for found in function.call([*states, spoiled[:size]]):
+                    values = np.array(found)
+                    assert np.isfinite(values).all() if finite else np.isnan(values).all(), name
 
 
 def test_a_choice_of_loops_is_kept_in_the_manifest_and_checked(tmp_path: Path) -> None:
