@@ -52,11 +52,17 @@ def _decimal(digits: str) -> str:
     return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
 
 
-def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
+def status(kernel: Kernel, dtype: str, prefix: str, *, many: bool = False) -> list[str]:
     """Return the statements that find and return the status of a kernel, from its array `guard`.
 
     Guards have the order of the elimination: after the first failure, nothing has a meaning.
     NaN makes every comparison by `<=` false, and x - x is 0 if x is finite.
+
+    Args:
+        kernel: with guards.
+        dtype: double or float.
+        prefix: prefix of the package's names.
+        many: whether outputs are so many that vectors compare all faster than one after the other.
     """
     zero = literal(sp.S.Zero, dtype)
     going = "&& (status == 0); ++i) {"
@@ -69,8 +75,17 @@ def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
         "    }",
         "}",
     ]
+    if many:
+        lines.append("int odd = 0;")
     for output in kernel.outputs:
         difference = f"{output.name}[i] - {output.name}[i]"
+        if many:
+            lines += [
+                f"for (size_t i = 0u; i < {output.size}u; ++i) {{",
+                f"    odd |= (({difference}) == {zero}) ? 0 : 1;",
+                "}",
+            ]
+            continue
         lines += [
             f"for (size_t i = 0u; (i < {output.size}u) {going}",
             f"    if (!(({difference}) == {zero})) {{",
@@ -78,6 +93,8 @@ def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
             "    }",
             "}",
         ]
+    if many:
+        lines += ["if ((odd != 0) && (status == 0)) {", f"    status = {prefix}_NOT_FINITE;", "}"]
     return [*lines, "return status;"]
 
 

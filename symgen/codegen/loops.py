@@ -124,7 +124,7 @@ def loop_data(
         "factored": any(isinstance(step, Elimination) for step in program.steps),
         "solved": any(isinstance(step, Solution) for step in program.steps),
         "guards": len(kernel.guards),
-        "status": status(kernel, dtype, prefix) if kernel.guards else [],
+        "status": status(kernel, dtype, prefix, many=True) if kernel.guards else [],
         "needs_math": any(body["needs_math"] for step in steps for body in step.get("bodies", ())),
         "steps": steps,
     }
@@ -171,17 +171,18 @@ def _step(step: Part, n: int, dtype: str, places: Places) -> dict[str, Any]:
     if isinstance(step, Elimination):
         return {"kind": kind, **vars(step)}
     if step.single:
-        right, into = (
+        value, into = (
             f"{name}[0][k + 1u]" if name in places.state else f"{name}[k]"
             for name in (step.right, step.into)
         )
-    else:
-        names = f"-{step.right}", step.into
-        right, into = (f"{name}[(k * {n}u) + (begin + i)]" for name in names)
-        if not step.right:
-            one, zero = (literal(x, dtype) for x in (sp.S.One, sp.S.Zero))
-            right = f"((begin + i) == k) ? {one} : {zero}"
-    return {"kind": kind, **vars(step), "right": right, "into": into}
+        return {"kind": kind, **vars(step), "value": value, "into": into}
+    names = f"-{step.right}", step.into
+    value, into = (f"{name}[(k * {n}u) + (begin + i)]" for name in names)
+    if not step.right:
+        one, zero = (literal(x, dtype) for x in (sp.S.One, sp.S.Zero))
+        value = f"((begin + i) == k) ? {one} : {zero}"
+    mirrored = f"{step.into}[((begin + i) * {n}u) + k]"
+    return {"kind": kind, **vars(step), "value": value, "into": into, "mirrored": mirrored}
 
 
 def _lines(entries: Iterable[str]) -> list[str]:

@@ -222,7 +222,8 @@ class Program:
                 added = sum(size for name, size in step.written if name.endswith(UP))
                 total = total.plus(Operations(0, added, 0, 0), len(self.kinds))
             elif isinstance(step, Pairs):
-                total = total.plus(step.body.operations, pairs).plus(Operations(0, n, 0, 0))
+                total = total.plus(step.body.operations, pairs)
+                total = total.plus(Operations(0, n if step.diagonal else 0, 0, 0))
             elif isinstance(step, Elimination):
                 earlier = sum(way * (way - 1) // 2 for way in ways)
                 total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))

@@ -23,17 +23,41 @@
 {% set w = k.loops.width %}
 {% set n = k.loops.n %}
 {% if k.loops.solved %}
-/* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D. */
+/* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D; b is
+ * zero from row `rows` on, and these rows of x are left out. Two sums at once wait less.
+ */
 static void solved(const unsigned char *first, const unsigned char *way, const {{ k.dtype }} *low,
-    const {{ k.dtype }} *inverse, {{ k.dtype }} x[{{ n }}][{{ w }}])
+    const {{ k.dtype }} *inverse, size_t rows, {{ k.dtype }} x[{{ n }}][{{ w }}])
 {
-    for (size_t b = 0u; b < {{ n }}u; ++b) {
-        const size_t j = {{ n - 1 }}u - b;
+    size_t j = rows;
+    while (j != 0u) {
+        --j;
         {{ k.dtype }} y[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i];
         }
-        for (size_t last = way[j]; last != 0u; last = way[first[last - 1u] - 1u]) {
+        size_t last = way[j];
+        if ((j != 0u) && (last == j)) { /* with the joint before it, whose row is final then */
+            const {{ k.dtype }} *const later = &low[j * {{ n }}u];
+            --j;
+            {{ k.dtype }} z[{{ w }}];
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
+                z[i] = x[j][i] - (later[j] * y[i]);
+            }
+            for (size_t i = 0u; i < {{ w }}u; ++i) {
+                x[j][i] = z[i];
+            }
+            for (last = way[j]; last != 0u; last = way[first[last - 1u] - 1u]) {
+                for (size_t u = first[last - 1u] - 1u; u < last; ++u) {
+                    const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
+                    const {{ k.dtype }} next = later[u];
+                    for (size_t i = 0u; i < {{ w }}u; ++i) {
+                        x[u][i] -= (entry * z[i]) + (next * y[i]);
+                    }
+                }
+            }
+        }
+        for (; last != 0u; last = way[first[last - 1u] - 1u]) {
             for (size_t u = first[last - 1u] - 1u; u < last; ++u) {
                 const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
                 for (size_t i = 0u; i < {{ w }}u; ++i) {
@@ -42,13 +66,24 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
             }
         }
     }
-    for (size_t j = 0u; j < {{ n }}u; ++j) {
+    for (j = 0u; j < rows; ++j) {
         {{ k.dtype }} y[{{ w }}];
+        {{ k.dtype }} z[{{ w }}];
         for (size_t i = 0u; i < {{ w }}u; ++i) {
             y[i] = x[j][i] * inverse[j];
+            z[i] = {{ k.loops.zero }};
         }
         for (size_t last = way[j]; last != 0u; last = way[first[last - 1u] - 1u]) {
-            for (size_t u = first[last - 1u] - 1u; u < last; ++u) {
+            size_t u = first[last - 1u] - 1u;
+            for (; (u + 1u) < last; u += 2u) {
+                const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
+                const {{ k.dtype }} next = low[(j * {{ n }}u) + (u + 1u)];
+                for (size_t i = 0u; i < {{ w }}u; ++i) {
+                    y[i] -= entry * x[u][i];
+                    z[i] -= next * x[u + 1u][i];
+                }
+            }
+            if (u < last) {
                 const {{ k.dtype }} entry = low[(j * {{ n }}u) + u];
                 for (size_t i = 0u; i < {{ w }}u; ++i) {
                     y[i] -= entry * x[u][i];
@@ -56,7 +91,7 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
             }
         }
         for (size_t i = 0u; i < {{ w }}u; ++i) {
-            x[j][i] = y[i];
+            x[j][i] = y[i] + z[i];
         }
     }
 }
@@ -295,10 +330,10 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
 {% if step.single %}
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             for (size_t i = 0u; i < {{ w }}u; ++i) {
-                block[k][i] = {{ step.right }};
+                block[k][i] = {{ step.value }};
             }
         }
-        solved(first, {{ way }}, {{ step.matrix }}, inverse, block);
+        solved(first, {{ way }}, {{ step.matrix }}, inverse, {{ n }}u, block);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             {{ step.into }} = block[k][0];
         }
@@ -307,21 +342,19 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
             /* {{ w }} columns from `begin` on; the first time, only those before `end` are new. */
             const size_t end = ((m + 1u) * {{ w }}u) - {{ k.loops.left }}u;
             const size_t begin = (m == 0u) ? 0u : (end - {{ w }}u);
-            for (size_t k = 0u; k < {{ n }}u; ++k) {
+            const size_t rows = {{ "%du" % n if step.right else "begin + %du" % w }};
+            for (size_t k = 0u; k < rows; ++k) {
                 for (size_t i = 0u; i < {{ w }}u; ++i) {
-                    block[k][i] = {{ step.right }};
+                    block[k][i] = {{ step.value }};
                 }
             }
-            solved(first, {{ way }}, {{ step.matrix }}, inverse, block);
-            for (size_t k = 0u; k < {{ n }}u; ++k) {
-                if ((end - begin) == {{ w }}u) {
-                    for (size_t i = 0u; i < {{ w }}u; ++i) {
-                        {{ step.into }} = block[k][i];
-                    }
-                } else {
-                    for (size_t i = 0u; i < (end - begin); ++i) {
-                        {{ step.into }} = block[k][i];
-                    }
+            solved(first, {{ way }}, {{ step.matrix }}, inverse, rows, block);
+            for (size_t k = 0u; k < rows; ++k) {
+                for (size_t i = 0u; i < (end - begin); ++i) {
+                    {{ step.into }} = block[k][i];
+{% if not step.right %}
+                    {{ step.mirrored }} = block[k][i];
+{% endif %}
                 }
             }
         }
