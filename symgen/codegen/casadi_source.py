@@ -122,7 +122,7 @@ def _tables(rolled: Program, model: Model) -> dict[str, Any]:
         "KIND": lines(*(present.index(kind) for kind in rolled.kinds)),
         "ANGLES": lines(*rolled.angles),
         "TURNS": lines(*(int(joint.turns) for joint in model.robot.movable)),
-        "GEOMETRY": [f"[{', '.join(lines(*row))}]," for row in rolled.geometry],
+        "GEOMETRY": [f"[{' '.join(lines(*row))}]," for row in rolled.geometry],
         "PLACES": lines(*map(list, rolled.places)),
     }
     return {
