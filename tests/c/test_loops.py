@@ -148,18 +148,22 @@ def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) 
         assert library.chain15_forward_dynamics(*arguments) == status
 
 
+def every_kind(seed: int, gravity: bool) -> str:
+    """Return an arm of every kind of joint and friction, with gravity as an input or fixed joints."""
+    sharp = 'friction = ["coulomb"'
+    arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
+    text = to_toml(arm, "arm", FRICTION).replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
+    if gravity:
+        line = next(x for x in text.splitlines() if x.startswith("gravity"))
+        text = text.replace(line, 'gravity = "input"')
+    return text
+
+
 def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path) -> None:
     """The check program of a package compares them with values of the straight-line tapes."""
-    sharp = 'friction = ["coulomb"'
     for seed, dtype, gravity in ((3, "double", False), (8, "float", True)):
-        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
-        text = to_toml(arm, "arm", FRICTION)
-        text = text.replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
-        if gravity:
-            line = next(x for x in text.splitlines() if x.startswith("gravity"))
-            text = text.replace(line, 'gravity = "input"')
         folder = tmp_path / str(seed)
-        written(text, folder, dtype=dtype, loops="always")
+        written(every_kind(seed, gravity), folder, dtype=dtype, loops="always")
         name = "armf" if dtype == "float" else "arm"
         assert "[j + 1u]" in (folder / f"{name}_inverse_dynamics.c").read_text()
         run(["cc", *STRICT, "-O1", *c_files(folder, check=True), "-lm", "-o", "check"], folder)
@@ -169,15 +173,9 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
 def test_casadi_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path) -> None:
     """symgen check evaluates them; regressors are derivatives of loops there."""
     regressors = ("torque_regressor", "slotine_li_regressor", "momentum_regressor")
-    sharp = 'friction = ["coulomb"'
     for seed, gravity in ((3, False), (5, False), (8, True)):  # of 5, constants fill a line
-        arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
-        text = to_toml(arm, "arm", FRICTION)
-        text = text.replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
-        if gravity:
-            line = next(x for x in text.splitlines() if x.startswith("gravity"))
-            text = text.replace(line, 'gravity = "input"')
-        model = symgen.derive(parse_robot(text, "arm.toml"), (*PROGRAMS, *regressors))
+        robot = parse_robot(every_kind(seed, gravity), "arm.toml")
+        model = symgen.derive(robot, (*PROGRAMS, *regressors))
         folder = tmp_path / str(seed)
         symgen.write_package(symgen.generate(model, target="casadi", loops="always"), folder)
         (checked,) = symgen.check(folder)
