@@ -149,7 +149,7 @@ def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) 
 
 
 def every_kind(seed: int, gravity: bool) -> str:
-    """Return an arm of every kind of joint and friction, with gravity as an input or fixed joints."""
+    """Return an arm of many kinds of joints; gravity is an input, or some joints are fixed."""
     sharp = 'friction = ["coulomb"'
     arm = random_arm(seed, min_joints=5, max_joints=6, tree=True, fixed=not gravity)
     text = to_toml(arm, "arm", FRICTION).replace(sharp, f"coulomb_width = 0.05\n{sharp}", 2)
