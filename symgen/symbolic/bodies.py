@@ -251,10 +251,10 @@ class Inertia:
             name: names the intermediate products h and k, and the results F and N.
         """
         w, dw, a = motion.w, motion.dw, motion.a
-        wm = name(cross(motion.real, self.m), "h")
+        wm = name(cross(motion.turning, self.m), "h")
         f = plus(cross(dw, self.m), cross(w, wm), scaled(self.M, a))
         k = name(times(self.less_half_trace(tag, tape), w), "k")
-        n = plus(cross(self.m, a), times(self.J, dw), cross(motion.real, k))
+        n = plus(cross(self.m, a), times(self.J, dw), cross(motion.turning, k))
         return name(f, "F"), name(n, "N")
 
 

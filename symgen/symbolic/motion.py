@@ -37,14 +37,18 @@ from symgen.symbolic.tape import TapeBuilder
 class Motion:
     """Velocity and acceleration of a link frame, in the frame; a is the acceleration minus gravity.
 
-    A reference motion also has the real angular velocity of the link. In the real motion both are
-    equal.
+    A reference motion also has the real angular velocity of the link; None in the real motion.
     """
 
     w: Vector
     dw: Vector
     a: Vector
-    real: Vector
+    real: Vector | None = None
+
+    @property
+    def turning(self) -> Vector:
+        """The real angular velocity."""
+        return self.w if self.real is None else self.real
 
 
 @dataclass(frozen=True)
@@ -116,13 +120,13 @@ def references(
         rate = speed.get(j, sp.S.Zero)
         rates = rate, rate, acceleration.get(j, sp.S.Zero)
         before = step.joint.antecedent
-        now = replace(states.get(before, rest), real=real[before].w)
+        now = replace(states.get(before, rest), real=real[before].turning)
         states[j] = passed(now, step, rates, letters, tape)
     return states
 
 
 def _at_rest(base_gravity: Vector) -> Motion:
-    return Motion(ZERO, ZERO, scaled(sp.S.NegativeOne, base_gravity), ZERO)
+    return Motion(ZERO, ZERO, scaled(sp.S.NegativeOne, base_gravity))
 
 
 def passed(
@@ -137,15 +141,15 @@ def passed(
     for motion in step.before:
         now = _moved(now, motion, letters, tape)
     if step.joint.turns:
-        gained = plus(now.dw, cross(now.real, scaled(speed, Z)), scaled(faster, Z))
+        gained = plus(now.dw, cross(now.turning, scaled(speed, Z)), scaled(faster, Z))
         dw = vector(lambda i: tape.name(letters.joint.format(letters.dw, i + 1, j), gained[i]))
         w = _faster(now.w, letters.joint.format(letters.w, 3, j), rate, tape)
-        real = w if now.real is now.w else _faster(now.real, f"W3{j}", step.rate, tape)
+        real = now.real and _faster(now.real, f"W3{j}", step.rate, tape)
         now = Motion(w, dw, now.a, real)
     for shift in step.after:
         now = _moved(now, shift, letters, tape)
     if step.joint.slides:
-        if now.real is now.w:
+        if now.real is None:
             twice = tape.name(f"Y{j}", 2 * speed)
             turning = cross(now.w, scaled(twice, Z))
         else:
@@ -165,7 +169,7 @@ def _moved(now: Motion, motion: Turn | Shift, letters: Letters, tape: TapeBuilde
     if isinstance(motion, Shift):
         return replace(now, a=_carried(now, motion, letters.shift, tape))
     w = turned(now.w, motion, letters.w, tape)
-    real = w if now.real is now.w else turned(now.real, motion, "W", tape)
+    real = now.real and turned(now.real, motion, "W", tape)
     dw, a = turned(now.dw, motion, letters.dw, tape), turned(now.a, motion, letters.a, tape)
     return Motion(w, dw, a, real)
 
@@ -175,9 +179,9 @@ def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vecto
     k, (i, h) = shift.axis, around(shift.axis)
 
     def product(p: int, q: int) -> sp.Expr:
-        low, high = (min(p, q), max(p, q)) if now.real is now.w else (p, q)
+        low, high = (min(p, q), max(p, q)) if now.real is None else (p, q)
         name = f"{letter}P{low + 1}{high + 1}{shift.tag}"
-        return tape.name(name, now.w[low] * now.real[high])
+        return tape.name(name, now.w[low] * now.turning[high])
 
     def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
         # The wrench of the body needs the same sums: with names there is one of each.

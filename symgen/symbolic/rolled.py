@@ -293,7 +293,7 @@ def slotine_li_torque(robot: Robot, base: BaseParameters) -> Program:
         rates = speed, speed, at.rate("qddr", True)
         now = passed(now, at.step(at.rate("qd", True)), rates, REFERENCE, at.tape)
         f, n = at.inertia.virtual_wrench(now, "0", at.tape, lambda v, x: named(v, x, at.tape))
-        return (*now.w, *now.dw, *now.a, *now.real, *f, *n)
+        return (*now.w, *now.dw, *now.a, *now.turning, *f, *n)
 
     def inward(at: _Template) -> Sequence[sp.Expr]:
         back, torque = _torque(at, moving=True, faster="qddr")
@@ -792,7 +792,7 @@ def _wrenched(at: _Template, size: int, accelerating: bool) -> Sequence[sp.Expr]
     w, dw = (before[:3], before[3:6]) if moving else (ZERO, ZERO)
     speed, faster = at.rate("qd", moving), at.rate("qdd", accelerating)
     rates = speed, speed, faster
-    now = passed(Motion(w, dw, before[-3:], w), at.step(speed), rates, REAL, at.tape)
+    now = passed(Motion(w, dw, before[-3:]), at.step(speed), rates, REAL, at.tape)
     f, n = at.inertia.wrench(now, 0, at.tape)
     return (*now.w, *now.dw, *now.a, *f, *n) if moving else (*now.a, *f, *n)
 

@@ -562,3 +562,34 @@ def test_effects_are_what_inverse_dynamics_has_beside_friction_and_the_rigid_bod
     assert np.abs(expected).max() > 1e-3
     np.testing.assert_allclose(evaluator["effects"](q, qd, qdd, X), expected, atol=1e-12)
     assert "effects" not in [k.name for k in symgen.derive(bare, "all").kernels]
+
+
+@pytest.mark.parametrize("sigma", [(1, 0), (1, 1, 0, 0), (0, 1, 0), (1, 0, 1)])
+def test_joints_after_a_linear_axis_have_the_symbols_of_christoffel(sigma: tuple[int, ...]) -> None:
+    """By differences of the mass matrix; the link of a linear axis does not turn."""
+    joints = "".join(
+        f'[[joint]]\nsigma = {kind}\nalpha = "{("0", "-pi/2", "pi/2")[k % 3]}"\nd = 0.2\n'
+        "friction = []\n"
+        for k, kind in enumerate(sigma)
+    )
+    text = f'[robot]\nname = "axis"\ngravity = [2.0, -5.0, -8.0]\n{joints}'
+    kernels = ("mass_matrix", "coriolis", "gravity_torque", "slotine_li_torque")
+    model = symgen.derive(symgen.parse_robot(text, "axis.toml"), (*kernels, "slotine_li_regressor"))
+    call, n = symgen.load(model), len(sigma)
+    X = np.array(physical_parameters(model, random.Random(1)))
+    q, qd, qdr, qddr = np.random.default_rng(1).uniform(-1, 1, (4, n))
+    step = 1e-5 * np.eye(n)
+    rates = np.array([
+        (call["mass_matrix"](q + e, X) - call["mass_matrix"](q - e, X)) / 2e-5 for e in step
+    ])  # fmt: skip
+    symbols = (
+        np.einsum("kij,k->ij", rates, qd)
+        + np.einsum("jik,k->ij", rates, qd)
+        - np.einsum("ijk,k->ij", rates, qd)
+    ) / 2
+    np.testing.assert_allclose(call["coriolis"](q, qd, X), symbols, rtol=0, atol=1e-8)
+    tau = call["mass_matrix"](q, X) @ qddr + symbols @ qdr + call["gravity_torque"](q, X)
+    found = call["slotine_li_torque"](q, qd, qdr, qddr, X)
+    np.testing.assert_allclose(found, tau, rtol=0, atol=1e-7)
+    found = call["slotine_li_regressor"](q, qd, qdr, qddr) @ X
+    np.testing.assert_allclose(found, tau, rtol=0, atol=1e-7)
