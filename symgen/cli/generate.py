@@ -33,7 +33,7 @@ _DERIVING = 0.6
 @click.option(
     "--loops",
     default="auto",
-    help="Loops over the joints in C: auto (large robots), always or never.",
+    help="Loops over the joints in C and CasADi: auto (large robots), always or never.",
 )
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
 @click.option("--tex", is_flag=True, help="Add the model as a LaTeX document.")

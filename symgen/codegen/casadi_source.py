@@ -31,7 +31,7 @@ from symgen.symbolic.rolled import Pairs, Program, Solution, Sweep, rollable
 _WIDTH = 96
 #: Regressors that are derivatives by X of a kernel with loops, and its outputs: as many operations
 #: as statements for each column.
-_COLUMNS = {
+_DERIVED = {
     "torque_regressor": ("inverse_dynamics", ("tau",)),
     "slotine_li_regressor": ("slotine_li_torque", ("tau",)),
     "momentum_regressor": ("generalized_momentum", ("p_out", "rate_out")),
@@ -68,7 +68,7 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel], choice: st
 
 def _program(kernel: Kernel, model: Model) -> Program | None:
     """Return the loops of a kernel, or of the one whose derivative by X it is."""
-    name, _ = _COLUMNS.get(kernel.name, (kernel.name, ()))
+    name, _ = _DERIVED.get(kernel.name, (kernel.name, ()))
     return PROGRAMS[name](model.robot, model.base) if name in PROGRAMS else None
 
 
@@ -77,7 +77,20 @@ def function_name(name: str, kernel: str) -> str:
     return re.sub("_+", "_", f"{name}_casadi_{kernel}").strip("_")
 
 
-class _Printer(Printer):
+class _InPython(Printer):
+    """Writes statements of Python."""
+
+    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
+        return f"{self.word[symbol]} = {self.expression(expr)}"
+
+    def stored(self, place: str, result: sp.Expr) -> str:
+        return super().stored(place, result).removesuffix(";")
+
+    def called(self, name: str, argument: sp.Expr) -> str:
+        return f"ca.{name}({self.expression(argument)})"
+
+
+class _Printer(_InPython):
     """Writes the body of a kernel in Python."""
 
     def __init__(self, kernel: Kernel, model: Model) -> None:
@@ -97,10 +110,7 @@ class _Printer(Printer):
         for symbol, value in tape.constants:
             yield f"{self.word[symbol]} = {literal(value.subs(self.values), self.dtype)}"
         for symbol, expr in tape.steps:
-            yield _assigned(self, symbol, expr)
-
-    def called(self, name: str, argument: sp.Expr) -> str:
-        return f"ca.{name}({self.expression(argument)})"
+            yield self.step(symbol, expr)
 
 
 def _tables(rolled: Program, model: Model) -> dict[str, Any]:
@@ -135,31 +145,15 @@ def _tables(rolled: Program, model: Model) -> dict[str, Any]:
     }
 
 
-class _Body(BodyPrinter):
+class _Body(_InPython, BodyPrinter):
     """Writes the steps of one joint in Python."""
 
-    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
-        return _assigned(self, symbol, expr)
 
-    def stored(self, place: str, result: sp.Expr) -> str:
-        return super().stored(place, result).removesuffix(";")
-
-    def called(self, name: str, argument: sp.Expr) -> str:
-        return f"ca.{name}({self.expression(argument)})"
-
-
-class _Pair(PairPrinter):
+class _Pair(_InPython, PairPrinter):
     """Writes the steps of two joints in Python."""
-
-    def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
-        return _assigned(self, symbol, expr)
 
     def stored(self, place: str, result: sp.Expr) -> str:
         return f"{place} = {self.expression(result)}"
-
-
-def _assigned(printer: Printer, symbol: sp.Symbol, expr: sp.Expr) -> str:
-    return f"{printer.word[symbol]} = {printer.expression(expr)}"
 
 
 def _loops(rolled: Program, model: Model, kernel: Kernel) -> dict[str, Any]:
@@ -185,7 +179,7 @@ def _loops(rolled: Program, model: Model, kernel: Kernel) -> dict[str, Any]:
                     f"{name}[0][1:]" if name in state else name for name in (step.into, step.right)
                 )
         steps.append(data)
-    _, columns = _COLUMNS.get(kernel.name, (None, ()))
+    _, columns = _DERIVED.get(kernel.name, (None, ()))
     outputs = [(o.name, o.size) for o in kernel.outputs]
     return {
         "state": base_rows(rolled, robot, "double", zeros=False),
@@ -211,7 +205,7 @@ def _described(name: str, model: Model, kernel: Kernel, rolled: Program | None) 
             {
                 "name": written,
                 "entries": textwrap.wrap(text, _WIDTH - 8),
-                "width": 0 if rolled and kernel.name in _COLUMNS else width,
+                "width": 0 if rolled and kernel.name in _DERIVED else width,
                 "rows": output.size // width if width else 0,
                 "empty": not output.size,
             }

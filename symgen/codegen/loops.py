@@ -28,8 +28,6 @@ MANY_OF = {
     **dict.fromkeys(("slotine_li_torque", "generalized_momentum"), 50),
 }
 _LINE, _ANGLES = 92, 4
-#: Columns that a solution takes at once. Their number is a constant, so that compilers use vectors.
-_COLUMNS = 8
 #: Places of the entries of pairs, as row and column in C: joint j and joint u, and the other way.
 _PAIRED = ("j", "u"), ("u", "j")
 #: Kernels that have a program.
@@ -83,7 +81,7 @@ def loop_data(
 
     present = list(dict.fromkeys(program.kinds))
     joints, n = len(program.kinds), robot.n
-    width = min(_COLUMNS, n)
+    width = program.width
     padding = [sp.S.Zero] * (-joints % _ANGLES)
     given = next(a.size for a in kernel.inputs if a.name == "X")
     one = not program.paired  # pairs put zeros into several rows
@@ -119,6 +117,14 @@ def loop_data(
         "whole": len(set(first)) == 1,
         "matrices": program.matrices,
         "width": width,
+        "row": min(rolled.COLUMNS, n),
+        "reads_body": any(
+            name == "body"
+            for step in program.steps
+            if isinstance(step, Sweep)
+            for _, tape in step.bodies
+            for name, _ in tape.inputs
+        ),
         "blocks": -(-n // width),
         "left": -n % width,
         "factored": any(isinstance(step, Elimination) for step in program.steps),

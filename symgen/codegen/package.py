@@ -108,9 +108,9 @@ def generate(
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
         values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
-        loops: whether single calls in C are loops over the joints instead of single statements:
-            "auto" (large robots), "always" or "never". Only some kernels have loops, and only
-            robots without couplings, effects and joints that follow others.
+        loops: whether single calls in C, and functions in CasADi, are loops over the joints instead
+            of single statements: "auto" (large robots), "always" or "never". Only some kernels have
+            loops, and only robots without couplings, effects and joints that follow others.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from itertools import groupby
 from typing import Any
 
 from symgen import names
@@ -20,7 +19,6 @@ DIGITS = 50
 SEED = 1988
 POINTS = 4  # of a kernel whose outputs have at most LARGEST entries
 _WRITTEN = 20  # digits of the values in the manifest
-_RUN = 8  # zeros that the check program leaves out
 #: Largest accepted error of a compiled kernel, relative to its largest entry at all points.
 TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
@@ -105,17 +103,11 @@ def checked_kernel(
 
 
 def _listed(values: Sequence[float]) -> str:
-    """Return the entries of an array in C, without long runs of zeros."""
-    texts, at, skipped = list[str](), 0, False
-    for zero, run in groupby(values, key=lambda v: v == 0.0):
-        own = list(map(repr, run))
-        if zero and len(own) >= _RUN:
-            skipped = True
-        else:
-            texts += [f"[{at}] = {own[0]}" if skipped else own[0], *own[1:]]
-            skipped = False
-        at += len(own)
-    return ", ".join(texts or ["0.0"])
+    """Return the entries of an array in C and C++, which fill it up with zeros."""
+    texts = [repr(v) if v else "0" for v in values]
+    while len(texts) > 1 and texts[-1] == "0":
+        texts.pop()
+    return ", ".join(texts)
 
 
 def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -> list[float]:

@@ -55,6 +55,8 @@ from symgen.symbolic.tape import Operations, Symbols, Tape, TapeBuilder, real_sy
 OUTWARD, INWARD, APART = "outward", "inward", "apart"
 #: Suffix of an array whose row is that of the antecedent; other rows are the joint's own.
 UP = "_up"
+#: Columns that a solution takes at once. Their number is a constant, so that compilers use vectors.
+COLUMNS = 8
 #: Constants of a joint's transform.
 GEOMETRY = ("cgamma", "sgamma", "b", "calpha", "salpha", "d", "r", "sharp")
 #: Names of arrays and tables in the sources, which no step may have.
@@ -206,6 +208,12 @@ class Program:
         return any(isinstance(step, Pairs) for step in self.steps)
 
     @property
+    def width(self) -> int:
+        """Columns that a solution takes at once."""
+        many = any(isinstance(step, Solution) and not step.single for step in self.steps)
+        return min(COLUMNS, len(self.way)) if many else 1
+
+    @property
     def operations(self) -> Operations:
         """The operations of one evaluation, the angles included."""
         n = len(self.way)
@@ -228,8 +236,13 @@ class Program:
                 earlier = sum(way * (way - 1) // 2 for way in ways)
                 total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))
             else:
-                columns = 1 if step.single else n
-                total = total.plus(Operations(2 * pairs - n, 2 * (pairs - n), 0, 0), columns)
+                width = self.width
+                for block in range(1 if step.single else -(-n // width)):
+                    begin = max(0, (block + 1) * width - -n % width - width)
+                    rows = n if step.right else begin + width
+                    used = sum(ways[1 : rows + 1])
+                    counted = Operations(2 * used - rows, 2 * (used - rows) + rows, 0, 0)
+                    total = total.plus(counted, width)
         return total
 
 
@@ -514,25 +527,25 @@ def coriolis(robot: Robot, base: BaseParameters) -> Program:
         half * acting(at.screw("by_qd"), screw),
         half * acting((ZERO, at.rows("couple", 3)), screw) + acting(inertia, at.screw(f"rate{UP}")),
     )
-    moved, carried, felt_ = (*_SCREW[:3], *_SCREW[4:]), _CARRIED[:3], _FELT[1:]
+    screws, bodies, wrenches = (*_SCREW[:3], *_SCREW[4:]), _CARRIED[:3], _FELT[1:]
     steps = (
-        table.sweep(_OUTWARD, outward, *moved),
+        table.sweep(_OUTWARD, outward, *screws),
         table.sweep(
             "Inertia of each body, its rate and momentum.",
             lambda at: _carried(at)[:22],
-            *carried,
+            *bodies,
             order=APART,
         ),
-        _summed(table, *carried),
+        _summed(table, *bodies),
         table.sweep(
             "What joints before it feel of each joint.",
             lambda at: _felt(at, at.screw("force"))[6:],
-            *felt_,
+            *wrenches,
             order=APART,
         ),
         Pairs("Entries of two joints.", at.close(entries), (((), ("C",)), (("C",), ()))),
     )
-    sizes = dict((*moved[1:], *carried, *felt_))
+    sizes = dict((*screws[1:], *bodies, *wrenches))
     return table.program((_BASE_PLACE, *_at_rest(sizes)), steps)
 
 

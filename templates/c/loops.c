@@ -23,10 +23,10 @@
 {% set w = k.loops.width %}
 {% set n = k.loops.n %}
 {% if k.loops.solved %}
-/* Solves L' D L x = b for {{ w }} columns, with rows of L below the diagonal and the inverse of D; b is
+/* Solves L' D L x = b for {{ w }} column{{ "s" if w > 1 }}, with rows of L below the diagonal and the inverse of D; b is
  * zero from row `rows` on, and these rows of x are left out. Two sums at once wait less.
  */
-static void solved(const unsigned char *first, const unsigned char *way, const {{ k.dtype }} *low,
+static void {{ k.name }}_solved(const unsigned char *first, const unsigned char *way, const {{ k.dtype }} *low,
     const {{ k.dtype }} *inverse, size_t rows, {{ k.dtype }} x[{{ n }}][{{ w }}])
 {
     size_t j = rows;
@@ -202,6 +202,9 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
     for (size_t i = 0u; i < {{ k.loops.given }}u; ++i) {
         body[row[i]][column[i]] = X[i];
     }
+{% if not k.loops.reads_body %}
+    (void)body;
+{% endif %}
 {% set plain = k.loops.joints == n %}
 {% set way = "antecedent" if plain else "way" %}
 {% for step in k.loops.steps %}
@@ -296,12 +299,12 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
                 const {{ k.dtype }} low = row_j[u - 1u] * inverse[j];
                 for (size_t end = u; end != 0u; end = {{ way }}[first[end - 1u] - 1u]) {
                     size_t v = first[end - 1u] - 1u;
-                    for (; (v + {{ w }}u) <= end; v += {{ w }}u) {
-                        {{ k.dtype }} y[{{ w }}];
-                        for (size_t e = 0u; e < {{ w }}u; ++e) {
+                    for (; (v + {{ k.loops.row }}u) <= end; v += {{ k.loops.row }}u) {
+                        {{ k.dtype }} y[{{ k.loops.row }}];
+                        for (size_t e = 0u; e < {{ k.loops.row }}u; ++e) {
                             y[e] = row_u[v + e] - (low * row_j[v + e]);
                         }
-                        for (size_t e = 0u; e < {{ w }}u; ++e) {
+                        for (size_t e = 0u; e < {{ k.loops.row }}u; ++e) {
                             row_u[v + e] = y[e];
                         }
                     }
@@ -333,7 +336,7 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
                 block[k][i] = {{ step.value }};
             }
         }
-        solved(first, {{ way }}, {{ step.matrix }}, inverse, {{ n }}u, block);
+        {{ k.name }}_solved(first, {{ way }}, {{ step.matrix }}, inverse, {{ n }}u, block);
         for (size_t k = 0u; k < {{ n }}u; ++k) {
             {{ step.into }} = block[k][0];
         }
@@ -348,7 +351,7 @@ static void solved(const unsigned char *first, const unsigned char *way, const {
                     block[k][i] = {{ step.value }};
                 }
             }
-            solved(first, {{ way }}, {{ step.matrix }}, inverse, rows, block);
+            {{ k.name }}_solved(first, {{ way }}, {{ step.matrix }}, inverse, rows, block);
             for (size_t k = 0u; k < rows; ++k) {
                 for (size_t i = 0u; i < (end - begin); ++i) {
                     {{ step.into }} = block[k][i];

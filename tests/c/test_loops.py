@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import random
+import re
 import shutil
 from collections.abc import Sequence
 from itertools import product
@@ -78,7 +79,8 @@ class Case:
         given = (*states, self.X, *arrays)
         call = getattr(self.library, f"{self.name}_{kernel}")
         call(*(a.ctypes.data_as(ctypes.c_void_p) for a in given))
-        return np.array(arrays) if len(arrays) > 1 else arrays[0]
+        alike = len({a.shape for a in arrays}) == 1
+        return arrays[0] if len(arrays) == 1 else np.array(arrays) if alike else arrays
 
 
 @pytest.mark.parametrize("name", sampled([n for n in LARGE if n != "chain7"], 1, ["humanoid"]))
@@ -99,6 +101,9 @@ def test_a_large_tree_has_loops_that_agree_with_pinocchio(name: str, tmp_path: P
             (witness.mass_matrix(q) @ called("solve_mass_matrix", q, qdd), qdd),
         ):
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+        L, D = called("mass_matrix_factor", q)
+        M = witness.mass_matrix(q)
+        np.testing.assert_allclose(L @ np.diag(D) @ L.T, M, rtol=0, atol=1e-12 * np.abs(M).max())
         accelerations = called("forward_dynamics", q, qd, qdd)  # qdd: torques
         back = witness.inverse_dynamics(q, qd, accelerations)
         terms = np.abs(witness.mass_matrix(q)) @ np.abs(accelerations)
@@ -135,17 +140,24 @@ def test_loops_of_derivatives_agree_with_pinocchio(
 
 
 def test_loops_say_where_a_mass_matrix_is_not_positive_definite(tmp_path: Path) -> None:
-    model = written(to_toml(LARGE["chain15"], "chain15"), tmp_path / "package", FIRST)
-    texts = {k: (tmp_path / f"package/chain15_{k}.c").read_text() for k in FIRST}
+    text = to_toml(LARGE["chain15"], "chain15")
+    written(text, tmp_path / "auto", FIRST)
+    texts = {k: (tmp_path / f"auto/chain15_{k}.c").read_text() for k in FIRST}
+    model = written(text, tmp_path / "package", FIRST, loops="always")
     assert {k for k, text in texts.items() if "size_t j" not in text} == set(MANY_OF)
     library = loaded(tmp_path)
     X = np.array(physical_parameters(model, random.Random(2)))
-    rng, out = np.random.default_rng(2), np.zeros(15)
-    states = rng.uniform(-1, 1, (3, 15))
-    for spoiled, status in ((X, 0), (-X, 1), (np.nan * X, 2)):
-        given = (*states, spoiled, out)
-        arguments = (a.ctypes.data_as(ctypes.c_void_p) for a in given)
-        assert library.chain15_forward_dynamics(*arguments) == status
+    states = np.random.default_rng(2).uniform(-1, 1, (3, 15))
+    for name, count in (
+        ("forward_dynamics", 3),
+        ("solve_mass_matrix", 2),
+        ("mass_matrix_factor", 1),
+    ):
+        outputs = [np.zeros(o.shape) for o in model.kernel(name).outputs]
+        for spoiled, status in ((X, 0), (-X, 1), (np.nan * X, 2)):
+            given = (*states[:count], spoiled, *outputs)
+            arguments = (a.ctypes.data_as(ctypes.c_void_p) for a in given)
+            assert getattr(library, f"chain15_{name}")(*arguments) == status
 
 
 def every_kind(seed: int, gravity: bool) -> str:
@@ -166,6 +178,9 @@ def test_loops_of_every_kind_of_joint_agree_with_their_50_digits(tmp_path: Path)
         written(every_kind(seed, gravity), folder, dtype=dtype, loops="always")
         name = "armf" if dtype == "float" else "arm"
         assert "[j + 1u]" in (folder / f"{name}_inverse_dynamics.c").read_text()
+        texts = [f.read_text() for f in c_files(folder) if not f.stem.endswith("_panels")]
+        own = [f for text in texts for f in re.findall(r"^static .* (\w+)\(", text, re.MULTILINE)]
+        assert len(set(own)) == len(own) >= 2  # MISRA C:2012 5.9
         run(["cc", *STRICT, "-O1", *c_files(folder, check=True), "-lm", "-o", "check"], folder)
         run([folder / "check"], folder)
 
