@@ -75,26 +75,25 @@ def status(kernel: Kernel, dtype: str, prefix: str, *, many: bool = False) -> li
         "    }",
         "}",
     ]
+    finite = [(o.size, f"(({o.name}[i] - {o.name}[i]) == {zero})") for o in kernel.outputs]
     if many:
         lines.append("int odd = 0;")
-    for output in kernel.outputs:
-        difference = f"{output.name}[i] - {output.name}[i]"
-        if many:
+        for size, same in finite:
             lines += [
-                f"for (size_t i = 0u; i < {output.size}u; ++i) {{",
-                f"    odd |= (({difference}) == {zero}) ? 0 : 1;",
+                f"for (size_t i = 0u; i < {size}u; ++i) {{",
+                f"    odd |= {same} ? 0 : 1;",
                 "}",
             ]
-            continue
+        lines += ["if ((odd != 0) && (status == 0)) {", f"    status = {prefix}_NOT_FINITE;", "}"]
+        return [*lines, "return status;"]
+    for size, same in finite:
         lines += [
-            f"for (size_t i = 0u; (i < {output.size}u) {going}",
-            f"    if (!(({difference}) == {zero})) {{",
+            f"for (size_t i = 0u; (i < {size}u) {going}",
+            f"    if (!{same}) {{",
             f"        status = {prefix}_NOT_FINITE;",
             "    }",
             "}",
         ]
-    if many:
-        lines += ["if ((odd != 0) && (status == 0)) {", f"    status = {prefix}_NOT_FINITE;", "}"]
     return [*lines, "return status;"]
 
 

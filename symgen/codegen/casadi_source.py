@@ -13,20 +13,21 @@ import sympy as sp
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
 from symgen.codegen.loops import (
-    MANY,
-    PROGRAMS,
     BodyPrinter,
     PairPrinter,
     Places,
     base_rows,
     body_kernel,
+    number,
     pair_kernel,
     pair_places,
+    program,
     reads_antecedent,
 )
 from symgen.codegen.model import Model
 from symgen.files import rendered
-from symgen.symbolic.rolled import Pairs, Program, Solution, Sweep, rollable
+from symgen.robot.types import Robot
+from symgen.symbolic.rolled import Pairs, Program, Solution, Sweep
 
 _WIDTH = 96
 #: Regressors that are derivatives by X of a kernel with loops, and its outputs: as many operations
@@ -53,23 +54,21 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel], choice: st
         kernels: kernels of the package.
         choice: whether statements or loops build them, one of `loops.CHOICES`.
     """
-    robot = model.robot
-    looped = choice == "always" or (choice == "auto" and robot.n >= MANY)
-    programs = {k.name: _program(k, model) if looped and rollable(robot) else None for k in kernels}
-    rolled = next(filter(None, programs.values()), None)
+    robot, base = model.robot, model.base
+    programs = [program(_source(k), robot, base, choice) for k in kernels]
+    looped = next(filter(None, programs), None)
     return rendered(
         "casadi/kernels.py",
         name=name,
         robot=robot.name,
-        kernels=[_described(name, model, k, programs[k.name]) for k in kernels],
-        tables=rolled and _tables(rolled, model),
+        kernels=[_described(name, model, *both) for both in zip(kernels, programs, strict=True)],
+        tables=looped and _tables(looped, robot),
     )
 
 
-def _program(kernel: Kernel, model: Model) -> Program | None:
-    """Return the loops of a kernel, or of the one whose derivative by X it is."""
-    name, _ = _DERIVED.get(kernel.name, (kernel.name, ()))
-    return PROGRAMS[name](model.robot, model.base) if name in PROGRAMS else None
+def _source(kernel: Kernel) -> str:
+    """Return the name of the kernel whose loops build a kernel: itself, or see `_DERIVED`."""
+    return _DERIVED.get(kernel.name, (kernel.name,))[0]
 
 
 def function_name(name: str, kernel: str) -> str:
@@ -113,15 +112,11 @@ class _Printer(_InPython):
             yield self.step(symbol, expr)
 
 
-def _tables(rolled: Program, model: Model) -> dict[str, Any]:
+def _tables(rolled: Program, robot: Robot) -> dict[str, Any]:
     """Return the tables that the loops of all kernels of a robot share, as lines."""
-    values = model.robot.values()
 
     def lines(*entries: Any) -> list[str]:
-        texts = (
-            literal(sp.sympify(x).subs(values), "double") if isinstance(x, sp.Expr) else repr(x)
-            for x in entries
-        )
+        texts = (number(x, robot) if isinstance(x, sp.Expr) else repr(x) for x in entries)
         return textwrap.wrap(", ".join(texts), _WIDTH - 4)
 
     present = list(dict.fromkeys(rolled.kinds))
@@ -131,14 +126,14 @@ def _tables(rolled: Program, model: Model) -> dict[str, Any]:
         "WAY": lines(0, *rolled.way),
         "KIND": lines(*(present.index(kind) for kind in rolled.kinds)),
         "ANGLES": lines(*rolled.angles),
-        "TURNS": lines(*(int(joint.turns) for joint in model.robot.movable)),
+        "TURNS": lines(*(int(joint.turns) for joint in robot.movable)),
         "GEOMETRY": [f"[{' '.join(lines(*row))}]," for row in rolled.geometry],
         "PLACES": lines(*map(list, rolled.places)),
     }
     return {
         "lines": tables,
         "joints": len(rolled.kinds),
-        "n": model.robot.n,
+        "n": robot.n,
         "columns": rolled.columns,
         "parameters": rolled.parameters,
         "kinds": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
@@ -179,13 +174,13 @@ def _loops(rolled: Program, model: Model, kernel: Kernel) -> dict[str, Any]:
                     f"{name}[0][1:]" if name in state else name for name in (step.into, step.right)
                 )
         steps.append(data)
-    _, columns = _DERIVED.get(kernel.name, (None, ()))
+    derived = _DERIVED.get(kernel.name, ("", ()))[1]
     outputs = [(o.name, o.size) for o in kernel.outputs]
     return {
         "state": base_rows(rolled, robot, "double", zeros=False),
         "steps": steps,
-        "outputs": [(name, robot.n) for name in columns] or outputs,
-        "columns": [(o.name, name) for o, name in zip(kernel.outputs, columns, strict=False)],
+        "outputs": [(name, robot.n) for name in derived] or outputs,
+        "columns": [(o.name, name) for o, name in zip(kernel.outputs, derived, strict=False)],
         "parameters": kernel.outputs[0].shape[-1],
         "matrices": rolled.matrices,
         "guards": len(kernel.guards),
@@ -199,13 +194,14 @@ def _described(name: str, model: Model, kernel: Kernel, rolled: Program | None) 
     outputs = []
     for output, entries in kernel.split(kernel.tape.outputs):
         written = f"{output.name}_out" if output.name in read else output.name
-        text = ", ".join(printer.expression(e) for e in entries)
-        width = output.shape[-1] if len(output.shape) > 1 and output.size else 0
+        text = "" if rolled else ", ".join(printer.expression(e) for e in entries)
+        flat = len(output.shape) == 1 or not output.size or (rolled and kernel.name in _DERIVED)
+        width = 0 if flat else output.shape[-1]
         outputs.append(
             {
                 "name": written,
                 "entries": textwrap.wrap(text, _WIDTH - 8),
-                "width": 0 if rolled and kernel.name in _DERIVED else width,
+                "width": width,
                 "rows": output.size // width if width else 0,
                 "empty": not output.size,
             }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import sympy as sp
@@ -47,19 +47,32 @@ PROGRAMS: dict[str, Callable[[Robot, BaseParameters], Program]] = {
 }
 
 
-def program(kernel: Kernel, robot: Robot, base: BaseParameters, choice: str) -> Program | None:
+def program(
+    kernel: str, robot: Robot, base: BaseParameters, choice: str, many: int = MANY
+) -> Program | None:
     """Return the program of a kernel, or None if it stays single statements.
 
     Args:
-        kernel: the kernel.
+        kernel: name of the kernel.
         robot: the robot.
         base: its base parameters.
         choice: one of CHOICES.
+        many: number of joints from which "auto" takes loops.
     """
-    wanted = choice == "always" or (choice == "auto" and robot.n >= MANY_OF.get(kernel.name, MANY))
-    if not wanted or kernel.name not in PROGRAMS or not rolled.rollable(robot):
+    wanted = choice == "always" or (choice == "auto" and robot.n >= many)
+    if not wanted or kernel not in PROGRAMS or not rolled.rollable(robot):
         return None
-    return PROGRAMS[kernel.name](robot, base)
+    return _derive(kernel, robot, base)
+
+
+@lru_cache(maxsize=32)  # C and CasADi print the same programs
+def _derive(kernel: str, robot: Robot, base: BaseParameters) -> Program:
+    return PROGRAMS[kernel](robot, base)
+
+
+def number(value: sp.Expr, robot: Robot, dtype: str = "double") -> str:
+    """Return a constant of a robot as a literal."""
+    return literal(sp.sympify(value).subs(robot.values()), dtype)
 
 
 def loop_data(
@@ -74,11 +87,7 @@ def loop_data(
         dtype: double or float.
         prefix: prefix of the package's names.
     """
-    values = robot.values()
-
-    def number(value: sp.Expr) -> str:
-        return literal(sp.sympify(value).subs(values), dtype)
-
+    literal_of = partial(number, robot=robot, dtype=dtype)
     present = list(dict.fromkeys(program.kinds))
     joints, n = len(program.kinds), robot.n
     width = program.width
@@ -94,14 +103,14 @@ def loop_data(
         "joints": joints,
         "n": n,
         "angles": joints + len(padding),
-        "theta": _lines(map(number, (*program.angles, *padding))),
+        "theta": _lines(map(literal_of, (*program.angles, *padding))),
         "revolute": all(joint.turns for joint in robot.movable),
-        "turns": _lines(number(sp.Integer(int(joint.turns))) for joint in robot.movable),
+        "turns": _lines(literal_of(sp.Integer(int(joint.turns))) for joint in robot.movable),
         "antecedents": _lines(f"{row}u" for row in program.antecedents),
         "way": _lines(f"{row}u" for row in program.way),
         "order": _lines(f"{row}u" for row in program.order),
         "columns": program.columns,
-        "geometry": [[number(x) for x in row] for row in program.geometry],
+        "geometry": [[literal_of(x) for x in row] for row in program.geometry],
         "parameters": program.parameters,
         "given": given,
         "rows": _lines(f"{row}u" for row, _ in program.places[:given]),
@@ -109,8 +118,8 @@ def loop_data(
         "called": ", ".join(f"{k} {kind.name}" for k, kind in enumerate(present)),
         "kinds": _lines(f"{present.index(kind)}u" for kind in program.kinds),
         "several": any(len(step.get("bodies", ())) > 1 for step in steps),
-        "zero": number(sp.S.Zero),
-        "one": number(sp.S.One),
+        "zero": literal_of(sp.S.Zero),
+        "one": literal_of(sp.S.One),
         "state": base_rows(program, robot, dtype, zeros=one),
         "paired": program.paired,
         "first": _lines(f"{row}u" for row in first),
@@ -118,13 +127,7 @@ def loop_data(
         "matrices": program.matrices,
         "width": width,
         "row": min(rolled.COLUMNS, n),
-        "reads_body": any(
-            name == "body"
-            for step in program.steps
-            if isinstance(step, Sweep)
-            for _, tape in step.bodies
-            for name, _ in tape.inputs
-        ),
+        "reads_body": any("body" in _read(s) for s in program.steps if isinstance(s, Sweep)),
         "blocks": -(-n // width),
         "left": -n % width,
         "factored": any(isinstance(step, Elimination) for step in program.steps),
@@ -151,7 +154,7 @@ def base_rows(
     word |= {-symbol: f"-{text}" for symbol, text in word.items()}
 
     def text(x: sp.Expr) -> str:
-        return word.get(x) or literal(sp.sympify(x).subs(robot.values()), dtype)
+        return word.get(x) or number(x, robot, dtype)
 
     return [
         (name, len(row), [(i, text(x)) for i, x in enumerate(row) if x or zeros])
@@ -161,8 +164,12 @@ def base_rows(
 
 def reads_antecedent(sweep: Sweep) -> bool:
     """Whether a sweep uses rows of the body before a joint."""
-    rows = [*sweep.written, *(group for _, tape in sweep.bodies for group in tape.inputs)]
-    return any(name.endswith(UP) for name, _ in rows)
+    return any(name.endswith(UP) for name in (*_read(sweep), *dict(sweep.written)))
+
+
+def _read(sweep: Sweep) -> set[str]:
+    """Return the arrays and tables of which a sweep reads rows."""
+    return {name for _, tape in sweep.bodies for name, _ in tape.inputs}
 
 
 def _step(step: Part, n: int, dtype: str, places: Places) -> dict[str, Any]:

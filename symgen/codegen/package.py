@@ -24,7 +24,7 @@ from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
 from symgen.codegen.c_printer import DTYPES, CFunction, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
-from symgen.codegen.loops import CHOICES, loop_data, program
+from symgen.codegen.loops import CHOICES, MANY, MANY_OF, loop_data, program
 from symgen.codegen.model import Model, uncollected
 from symgen.codegen.panels import panel, panelled
 from symgen.codegen.parts import in_parts
@@ -491,7 +491,10 @@ class _Writer:
     def programs(self) -> dict[str, Program]:
         """The loops of kernels that are not single statements, by name."""
         robot, base = self.model.robot, self.model.base
-        found = ((k.name, program(k, robot, base, self.loops)) for k in self.kernels)
+        found = (
+            (k.name, program(k.name, robot, base, self.loops, MANY_OF.get(k.name, MANY)))
+            for k in self.kernels
+        )
         return {name: loops for name, loops in found if loops is not None}
 
     def operations(self, kernel: Kernel) -> Operations:

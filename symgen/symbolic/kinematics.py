@@ -200,11 +200,11 @@ def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Fr
     """
     states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
     for step in way:
-        states[step.joint.number] = carried(states[step.joint.antecedent], step, tape)
+        states[step.joint.number] = next_frame(states[step.joint.antecedent], step, tape)
     return states
 
 
-def carried(frame: Frame, step: Step, tape: TapeBuilder) -> Frame:
+def next_frame(frame: Frame, step: Step, tape: TapeBuilder) -> Frame:
     """Return the state of the frame of joint j from that of the link before it."""
     j = step.joint.number
     for motion in step.before:

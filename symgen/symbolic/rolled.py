@@ -28,7 +28,7 @@ from symgen.symbolic.articulated import (
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia
 from symgen.symbolic.derivatives import Screws, felt
-from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, carried, cosine_sine
+from symgen.symbolic.kinematics import ARGUMENTS, Frame, Step, cosine_sine, next_frame
 from symgen.symbolic.motion import REAL, REFERENCE, Motion, handed_back, passed
 from symgen.symbolic.placement import Place, moved_place
 from symgen.symbolic.spatial import (
@@ -237,12 +237,10 @@ class Program:
                 total = total.plus(Operations(earlier + pairs - n, earlier, n, 0))
             else:
                 width = self.width
-                for block in range(1 if step.single else -(-n // width)):
-                    begin = max(0, (block + 1) * width - -n % width - width)
-                    rows = n if step.right else begin + width
-                    used = sum(ways[1 : rows + 1])
-                    counted = Operations(2 * used - rows, 2 * (used - rows) + rows, 0, 0)
-                    total = total.plus(counted, width)
+                for end in (n,) if step.single else range(n, 0, -width):  # blocks of columns
+                    rows = n if step.right else max(end, width)
+                    used = 2 * sum(ways[1 : rows + 1]) - rows
+                    total = total.plus(Operations(used, used, 0, 0), width)
         return total
 
 
@@ -333,8 +331,8 @@ def generalized_momentum(robot: Robot, base: BaseParameters) -> Program:
 
     def outward(at: _Template) -> Sequence[sp.Expr]:
         w, v, g = at.vectors(f"motion{UP}", 3)
-        before = Frame(w, v, g, sp.S.Zero)
-        now, body = carried(before, at.step(at.rate("qd", True)), at.tape), at.inertia
+        before, step = Frame(w, v, g, sp.S.Zero), at.step(at.rate("qd", True))
+        now, body = next_frame(before, step, at.tape), at.inertia
         momentum, weight = body.momentum(now.twist), body.momentum((ZERO, now.g))
         return [x for v in (*now.twist, now.g, *momentum, *weight) for x in v]
 
@@ -475,15 +473,6 @@ def _massive(robot: Robot, base: BaseParameters, into: str, *more: Part) -> Prog
             body = body.before(motion, 0, at.tape)
         return (*body.parameters.values(), *lin, *plus(ang, cross(origin, lin)))
 
-    at = _Template(table, table.kinds[0])
-    entry = acting(at.screw("force"), at.screw(f"screw{UP}"))
-    own = into != _MASS
-    pairs = Pairs(
-        "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
-        at.close((entry,)),
-        (((into,), (into,) if own else ()),),
-        (into, "rotor"),
-    )
     sweeps = (
         table.sweep(
             "Place and screw of each joint in frame 0, and the body alone.",
@@ -502,8 +491,27 @@ def _massive(robot: Robot, base: BaseParameters, into: str, *more: Part) -> Prog
         ),
     )
     sizes = {"screw": 6, "composite": 10, "rotor": 1, "force": 6}
-    state = (_BASE_PLACE, *_at_rest(sizes))
-    return table.program(state, (*sweeps, pairs, *more), () if own else (_MASS,))
+    steps = (*sweeps, _mass_pairs(table, "force", into), *more)
+    matrices = (_MASS,) if into == _MASS else ()
+    return table.program((_BASE_PLACE, *_at_rest(sizes)), steps, matrices)
+
+
+def _mass_pairs(table: _Table, force: str, into: str) -> Pairs:
+    """Return the pairs of the mass matrix, or of its lower half if it is no output.
+
+    Args:
+        table: of the robot.
+        force: name of the array of what unit acceleration of each joint needs.
+        into: name of the matrix.
+    """
+    at = _Template(table, table.kinds[0])
+    entry = acting(at.screw(force), at.screw(f"screw{UP}"))
+    return Pairs(
+        "Entry of two joints: the power of the force on one, of unit acceleration, on the other.",
+        at.close((entry,)),
+        (((into,), () if into == _MASS else (into,)),),
+        (into, "rotor"),
+    )
 
 
 def coriolis(robot: Robot, base: BaseParameters) -> Program:
@@ -629,11 +637,6 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
     def columns(at: _Template) -> Sequence[sp.Expr]:
         return _felt(at, at.named(_sum(at.screw("force"), at.screw("push"), sp.S.One), "FN"))
 
-    at = _Template(table, table.kinds[0])
-    entry = acting(at.screw("inertia"), at.screw(f"screw{UP}"))
-    mass = Pairs(
-        "Mass matrix.", at.close((entry,)), (((_MASS,), ()),), (_MASS, "rotor")
-    )  # fmt: skip
     steps = (
         table.sweep(_OUTWARD, outward, *_SCREW, ("slope", 1), ("rotor", 1), ("driving", 1)),
         table.sweep(
@@ -651,7 +654,7 @@ def forward_dynamics_derivatives(robot: Robot, base: BaseParameters) -> Program:
             ("right", 1),
             order=APART,
         ),
-        mass,
+        _mass_pairs(table, "inertia", _MASS),
         Elimination(_FACTORS, _MASS),
         Solution("Accelerations of joints.", _MASS, "right", "found", single=True),
         table.sweep("What they add to the motion of each body.", faster, ("more", 6)),
