@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import json
 import re
 import shutil
 import subprocess
@@ -44,6 +45,8 @@ _RUN = [
 ]
 _SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
+#: A script of the tests with what follows it, as pages name it.
+_SCRIPT = re.compile(r"(?:python|pytest)[^`\n]*? (?P<script>tests/[\w/]+\.py)(?P<options>[^`\n]*)")
 _FENCE = re.compile(r"^```.*?^```$", re.M | re.S)
 #: How a section ends: a full sentence, a table, a block, a picture, or entries of the reference.
 _ENDS = re.compile(r"([.!?]\)?|\||\(block\)|!\[[^\]]*\]\([^)]*\)|^:::.*(\n +.*)*)\Z", re.M)
@@ -257,6 +260,22 @@ def test_pages_docstrings_and_templates_have_no_misspelled_word() -> None:
         cwd=PROJECT, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_threat_model_has_the_figures_of_every_study_of_mutants() -> None:
+    figures = json.loads((PROJECT / "tests/robustness/mutation_figures.json").read_text("utf-8"))
+    page = (DOCS / "threat_model.md").read_text("utf-8")
+    for group, found in figures.items():
+        assert f"{found['survived']} of {found['tried']}" in page, group
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_scripts_that_a_page_names_exist_and_have_its_options(page: Path) -> None:
+    for command in _SCRIPT.finditer(page.read_text("utf-8")):
+        script = PROJECT / command["script"]
+        assert script.exists(), command[0]
+        for option in re.findall("--[a-z-]+", command["options"]):
+            assert option in script.read_text("utf-8"), command[0]
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:
