@@ -71,7 +71,8 @@ def _mkdocs(settings: Path, into: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def test_broken_links_stop_the_build(site: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("site")
+def test_broken_links_stop_the_build(tmp_path: Path) -> None:
     """With the settings and the command that build the site, on a page of its own."""
     settings, pages = tmp_path / "mkdocs.yml", tmp_path / "pages"
     settings.write_text(
@@ -198,10 +199,23 @@ def test_an_example_prints_what_its_page_shows(script: Path, tmp_path: Path) -> 
     done = shell(f"python {_PICTURES / script.name}", tmp_path)
     assert done.returncode == 0, done.stderr
     assert_same_output(done.stdout, script.with_suffix(".txt").read_text("utf-8"))
-    drawn, seen = ((at / f"{script.stem}.svg").read_text("utf-8") for at in (tmp_path, _PICTURES))
-    assert _NUMBER.sub("#", drawn) == _NUMBER.sub("#", seen)
-    points = zip(_NUMBER.findall(drawn), _NUMBER.findall(seen), strict=True)
-    assert max(abs(float(got) - float(want)) for got, want in points) <= 1  # pixel
+    _same_drawing(script.stem, tmp_path)
+
+
+PRINTED = "torque error: 1.27 %\njoint 3  39.7 %  1.89 N m\nnote: 15 of 22"
+
+
+@pytest.mark.parametrize("quotation", ["torque error: 1.28 %\n...\nnote: 15 of 22", "3 39.5 % ..."])
+def test_a_quotation_leaves_out_lines_and_may_differ_by_two_percent(quotation: str) -> None:
+    assert_quoted(quotation, PRINTED)
+
+
+@pytest.mark.parametrize(
+    "quotation", ["torque error: 1.39 %", "joint 2 39.7 %", "note: 15 of 22 ... joint 3", "a note"]
+)
+def test_a_quotation_that_was_not_printed_is_refused(quotation: str) -> None:
+    with pytest.raises(AssertionError):
+        assert_quoted(quotation, PRINTED)
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:
@@ -246,8 +260,15 @@ def _same_picture(name: str, folder: Path) -> None:
     """Draw a picture from what is in a folder, and compare it with the one that pages show."""
     done = shell(f"python {_PICTURES / name}.py {folder}", folder)
     assert done.returncode == 0, done.stderr
-    drawn, shown = (at / f"{name}.svg" for at in (folder, _PICTURES))
-    assert drawn.read_text("utf-8") == shown.read_text("utf-8"), name
+    _same_drawing(name, folder)
+
+
+def _same_drawing(name: str, folder: Path) -> None:
+    """Compare a picture in a folder with the one that pages show: lines to a pixel, words."""
+    drawn, shown = ((at / f"{name}.svg").read_text("utf-8") for at in (folder, _PICTURES))
+    assert _NUMBER.sub("#", drawn) == _NUMBER.sub("#", shown), name
+    points = zip(_NUMBER.findall(drawn), _NUMBER.findall(shown), strict=True)
+    assert max(abs(float(got) - float(want)) for got, want in points) <= 1  # pixel
 
 
 def test_pages_docstrings_and_templates_have_no_misspelled_word() -> None:
