@@ -218,11 +218,12 @@ def assess(
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    physical = consistency(evaluator.model, X, solution.covariance)
+    known = [] if trials.own_values is None else [trials.own_values]
+    physical = consistency(evaluator.model, X, solution.covariance, known)
     if chosen.columns is not None:
-        known = chosen.columns.known
+        determined = chosen.columns.known
         std = np.full(len(X), math.nan)
-        std[known] = solution.std[known]
+        std[determined] = solution.std[determined]
         physical = Consistency(None, None, f"not checked: {_OPEN}")
     parameters = parameter_estimates(evaluator, X, std)
     driven = driving_friction(evaluator, run.train, X, solution.covariance)

@@ -141,6 +141,7 @@ class Method:
         prior: for methods wls and consistent.
         given: the estimator object, if the user passed one.
         refined: whether output error refined the solution.
+        known: base parameters (p,) of the robot's file, for method consistent.
     """
 
     name: str
@@ -148,6 +149,7 @@ class Method:
     prior: Prior | None = None
     given: Estimator | None = None
     refined: bool = False
+    known: FloatArray | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -212,7 +214,7 @@ class Method:
             return self.given
         plain = self.prior or Wls()
         if self.name == Consistent.name:
-            return Consistent(evaluator.model, plain)
+            return Consistent(evaluator.model, plain, () if self.known is None else (self.known,))
         return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
