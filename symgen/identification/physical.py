@@ -310,8 +310,8 @@ _CERTAIN = math.sqrt(np.finfo(float).eps)
 _NEAREST = 1e-7
 #: ... and above which a robot is not asked for more.
 _ENOUGH = 1e-3
-#: Largest trace of a pseudo-inertia, in the robot's units, and that of the nearest parameters, whose
-#: unit of mass can be smaller.
+#: Largest trace of a pseudo-inertia, in the robot's units, and that in the search for the nearest
+#: parameters, whose unit of mass can be smaller.
 _LARGEST, _LARGEST_NEAREST = 300.0, 100.0
 #: Weights of the size of what a prior does not name, and of what has no other weight.
 _FAINT, _FAINTEST = 1e-3, 1e-6
