@@ -137,9 +137,7 @@ def identify(
             try:
                 file = identified_file(robot, estimate, folder=into)
                 if workers is None and model != "static":
-                    require_precise(
-                        file, source, validation or logs, estimate, options["reading"]
-                    )
+                    require_precise(file, source, validation or logs, estimate, options["reading"])
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:

@@ -17,8 +17,8 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
-from symgen.errors import ParameterError, plain
 from symgen.data.raw import Reading
+from symgen.errors import ParameterError, plain
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.values import FloatArray
