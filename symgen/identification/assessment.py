@@ -218,12 +218,11 @@ def assess(
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    known = [] if trials.own_values is None else [trials.own_values]
-    physical = consistency(evaluator.model, X, solution.covariance, known)
+    physical = consistency(evaluator.model, X, solution.covariance, trials.own_values)
     if chosen.columns is not None:
-        determined = chosen.columns.known
+        known = chosen.columns.known
         std = np.full(len(X), math.nan)
-        std[determined] = solution.std[determined]
+        std[known] = solution.std[known]
         physical = Consistency(None, None, f"not checked: {_OPEN}")
     parameters = parameter_estimates(evaluator, X, std)
     driven = driving_friction(evaluator, run.train, X, solution.covariance)

@@ -310,9 +310,8 @@ _CERTAIN = math.sqrt(np.finfo(float).eps)
 _NEAREST = 1e-7
 #: ... and above which a robot is not asked for more.
 _ENOUGH = 1e-3
-#: Largest trace of a pseudo-inertia, in the robot's units, and that in the search for the nearest
-#: parameters, whose unit of mass can be smaller.
-_LARGEST, _LARGEST_NEAREST = 300.0, 100.0
+#: Largest trace of a pseudo-inertia, in the robot's units.
+_LARGEST = 300.0
 #: Weights of the size of what a prior does not name, and of what has no other weight.
 _FAINT, _FAINTEST = 1e-3, 1e-6
 #: Units of distance in the search for the nearest, in standard deviations, one after the other.
@@ -440,10 +439,10 @@ class Feasibility:
         """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
             f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
-            for row, p, x, scale in zip(
-                self.G, self.parameters, self.X, self.scale[self.heads], strict=True
+            for row, p, x, size in zip(
+                self.G, self.parameters, self.X, self.at[self.heads], strict=True
             )
-            if x < -_ROUNDING * scale and row.min() >= 0 and self.never_negative[row > 0].all()
+            if size < -_ROUNDING and row.min() >= 0 and self.never_negative[row > 0].all()
         ]
         if wrong:
             return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
@@ -513,10 +512,12 @@ class Feasibility:
         floors[links] = _UNIT
         wider = np.column_stack([onto, -floors])
         t = np.eye(wider.shape[1])[-1]
+        trace = np.zeros((len(links), len(self.names)))
+        np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
         cones = [
             *self._consistent(wider, at, links),
             *self._within(np.pad(onto, ((0, 0), (0, 1))), at),
-            self._limit(np.pad(onto, ((0, 0), (0, 1))), at, links, _LARGEST),
+            Cone("nonnegative", -trace @ np.pad(onto, ((0, 0), (0, 1))), _LARGEST - trace @ at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
         y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
@@ -599,21 +600,20 @@ class Feasibility:
         return y if (_least((onto @ y + at)[links]) > 0).all() else widest
 
     def nearest(
-        self, covariance: FloatArray, known: Sequence[FloatArray] = ()
+        self, covariance: FloatArray, known: FloatArray | None = None
     ) -> tuple[FloatArray, float]:
         """Return the nearest physically possible base parameters, and their distance.
 
         Args:
             covariance: of X, (p, p).
-            known: parameters (p,) that a robot may have; the nearest is at most as far.
+            known: parameters (p,); if a robot can have them, the nearest are at most as far.
 
         Raises:
             ParameterError: the solver finds no possible parameters, or the covariance is not one.
         """
         p = len(self.X)
-        if covariance.shape != (p, p) or not (
-            np.isfinite(covariance).all() and (np.diag(covariance) > 0).all()
-        ):
+        variances = np.diag(covariance) if covariance.shape == (p, p) else np.zeros(p)
+        if not (np.isfinite(covariance).all() and (variances > 0).all()):
             raise ParameterError(
                 f"the covariance is not a ({p}, {p}) matrix with a positive diagonal"
             )
@@ -627,41 +627,30 @@ class Feasibility:
         cones = [
             *self._consistent(onto, self.at - margin, self.links),
             *self._within(onto, self.at, _NEAREST),
-            self._limit(onto, self.at, self.links, _LARGEST_NEAREST),
             Cone("zero", rows @ onto, rows @ self.at - sides),
         ]
-        candidates = [X for X in known if self._allows(X)]
+        candidates = [] if known is None or not self._allows(known) else [known]
         for move in nearest_moves(len(self.free), cones):
             s = (onto @ move + self.at) * self.scale
             s[self.positive] = np.maximum(s[self.positive], 0.0)
-            if self._allows(near := self.G @ s):
+            near = self.G @ s
+            if self._allows(near):
                 candidates.append(near)
                 break
         if not candidates:
             raise ParameterError(f"{self.robot}: no possible robot is near these parameters")
-        distances = [float(np.linalg.norm(np.linalg.solve(L, X - self.X))) for X in candidates]
+        distances = np.linalg.norm(np.linalg.solve(L, np.transpose(candidates - self.X)), axis=0)
         first = int(np.argmin(distances))
-        return candidates[first], distances[first]
+        return candidates[first], float(distances[first])
 
     def _allows(self, X: FloatArray) -> bool:
         """Return whether other base parameters are possible with the same facts."""
-        try:
-            return not Feasibility(self._model, X, self.facts).fault()
-        except ParameterError:  # not decided
-            return False
+        return not Feasibility(self._model, X, self.facts).fault()
 
     def _consistent(self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
         out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in links]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
-
-    def _limit(
-        self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp], largest: float
-    ) -> Cone:
-        """Return the cone of links whose pseudo-inertia has at most a certain trace."""
-        trace = np.zeros((len(links), len(self.names)))
-        np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
-        return Cone("nonnegative", -trace @ onto, largest - trace @ at)
 
     def _within(self, onto: FloatArray, at: FloatArray, least: float = 0.0) -> Iterator[Cone]:
         """Yield the cone of the facts that are no equations, of x = onto y + at, with room."""
@@ -827,9 +816,7 @@ def link_parameters(
                 f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
                 "accepted: nearest=covariance of X, for the nearest possible values"
             )
-        known = []
-        if prior.keys() >= set(problem.names):
-            known.append(problem.G @ np.array([prior[name] for name in problem.names]))
+        known = problem.G @ [prior.get(name, 0.0) for name in problem.names]
         near, sigmas = problem.nearest(np.asarray(nearest, dtype=float), known)
         problem = Feasibility(model, near, facts)
     s = problem.closest(prior)
@@ -869,7 +856,7 @@ def beyond_noise(
 
 
 def nearest_consistent(
-    model: Model, X: FloatArray, covariance: FloatArray, known: Sequence[FloatArray] = ()
+    model: Model, X: FloatArray, covariance: FloatArray, known: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
     """Return the nearest physically possible base parameters, and their distance.
 
@@ -882,8 +869,8 @@ def nearest_consistent(
         model: whose parameters they are.
         X: base parameters X0, (p,).
         covariance: C of X0, (p, p).
-        known: base parameters (p,) that a robot may have, such as those of its file. The nearest
-            ones are at most as far.
+        known: base parameters (p,), such as those of the robot's file. If a robot can have them,
+            the nearest ones are at most as far.
 
     Returns:
         The base parameters, and sqrt((X - X0)' C^-1 (X - X0)), which is 0 if X0 is possible.
@@ -898,7 +885,7 @@ def nearest_consistent(
 
 
 def consistency(
-    model: Model, X: FloatArray, covariance: FloatArray, known: Sequence[FloatArray] = ()
+    model: Model, X: FloatArray, covariance: FloatArray, known: FloatArray | None = None
 ) -> Consistency:
     """Return whether base parameters are physically possible, and the distance to the nearest.
 
@@ -956,12 +943,12 @@ class Consistent:
     Attributes:
         model: model of the robot.
         base: estimator of the base estimate.
-        known: base parameters (p,) that a robot may have, such as those of its file.
+        known: base parameters (p,), such as those of the robot's file, as in `nearest_consistent`.
     """
 
     model: Model
     base: Estimator = field(default_factory=Wls)
-    known: Sequence[FloatArray] = ()
+    known: FloatArray | None = None
     name: ClassVar[str] = "consistent"
     excludes: ClassVar[str] = (
         NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
@@ -979,18 +966,17 @@ class Consistent:
     def bounded(self, free: Solution, names: tuple[str, ...]) -> Solution:
         """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
         near, sigmas = nearest_consistent(self.model, free.X, free.covariance, self.known)
-        moved = f"the {self.base.name} estimate is physically possible and is kept"
-        if sigmas:
-            moved = (
-                f"the physically possible parameters differ from the {self.base.name} estimate by "
-                f"{sigmas:.3g} standard deviations in all"
-            )
-        if far := no_robot_near(sigmas, len(near)):
-            moved += f": {far}"
+        moved = (
+            f"the physically possible parameters differ from the {self.base.name} estimate by "
+            f"{sigmas:.3g} standard deviations in all"
+            if sigmas
+            else f"the {self.base.name} estimate is physically possible and is kept"
+        )
+        far = no_robot_near(sigmas, len(near))
         return replace(
             free,
             X=near,
-            notes=(*free.notes, moved),
+            notes=(*free.notes, *filter(None, (far, moved))),
             comparison=(
                 OtherEstimate.by(self.base.name, names, free.X, free.std),
                 *free.comparison,

@@ -218,7 +218,7 @@ class Method:
             return self.given
         plain = self.prior or Wls()
         if self.name == Consistent.name:
-            return Consistent(evaluator.model, plain, () if self.known is None else (self.known,))
+            return Consistent(evaluator.model, plain, self.known)
         return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
