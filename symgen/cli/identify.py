@@ -105,7 +105,7 @@ def identify(
     """
     import symgen
     from symgen.distributed import WorkFolder
-    from symgen.identification.export import identified_file
+    from symgen.identification.export import identified_file, require_precise
     from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
@@ -136,6 +136,8 @@ def identify(
         if robot.endswith(".urdf"):
             try:
                 file = identified_file(robot, estimate, folder=into)
+                if workers is None and model != "static":
+                    require_precise(file, source, validation or logs, estimate, options["reading"])
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:

@@ -218,7 +218,7 @@ def assess(
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    physical = consistency(evaluator.model, X, solution.covariance)
+    physical = consistency(evaluator.model, X, solution.covariance, trials.own_values)
     if chosen.columns is not None:
         known = chosen.columns.known
         std = np.full(len(X), math.nan)

@@ -136,11 +136,12 @@ class Method:
     """A method with its options.
 
     Attributes:
-        name: one of ALL_METHODS.
+        name: one of ALL_METHODS, or that of the estimator object.
         forgetting: for method recursive, in (0, 1].
         prior: for methods wls and consistent.
         given: the estimator object, if the user passed one.
         refined: whether output error refined the solution.
+        known: base parameters (p,) of the robot's file, for method consistent.
     """
 
     name: str
@@ -148,6 +149,7 @@ class Method:
     prior: Prior | None = None
     given: Estimator | None = None
     refined: bool = False
+    known: FloatArray | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -156,11 +158,13 @@ class Method:
             method = method.name
         if isinstance(method, str):
             return cls(method, forgetting)
-        prior = getattr(method, "prior", method if isinstance(method, Prior) else None)
+        prior = method.prior if isinstance(method, Wls) else None
+        if isinstance(method, Prior):
+            prior = method
         return cls("wls" if prior else method.name, forgetting, prior, method)
 
     def __post_init__(self) -> None:
-        if self.name not in ALL_METHODS:
+        if self.given is None and self.name not in ALL_METHODS:
             raise IdentificationError(f"method {self.name!r}; accepted: {', '.join(ALL_METHODS)}")
         if not (math.isfinite(self.forgetting) and 0 < self.forgetting <= 1):
             raise IdentificationError(
@@ -196,6 +200,8 @@ class Method:
         """The errors that its standard deviations do not include."""
         if self.refined:
             return _REFINED
+        if self.given is not None and self.prior is None:
+            return self.given.excludes
         if self.name == "recursive":
             return NOISE_BIAS
         if self.name == Consistent.name:
@@ -212,7 +218,7 @@ class Method:
             return self.given
         plain = self.prior or Wls()
         if self.name == Consistent.name:
-            return Consistent(evaluator.model, plain)
+            return Consistent(evaluator.model, plain, self.known)
         return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
@@ -250,7 +256,7 @@ def solve(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
         system = system.columns(kept)
-    if method.name != "recursive":
+    if method.given is not None or method.name != "recursive":
         found = method.estimator(evaluator).solve(system)
     elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")

@@ -158,6 +158,7 @@ def identify(
         with data as opened:
             if asked.prior is not None:
                 by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+            by = replace(by, known=values_of_file(robot, opened.evaluator.model))
             own_speeds = by.name == "iv" and not motions
             run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
             progress("asking what else could be wrong")
@@ -166,7 +167,7 @@ def identify(
             with blame_motion(chosen.fault):
                 found = opened.solve(chosen, by)
             by, found = _possible(opened, chosen, by, found)
-            trials = Trials(values_of_file(robot, opened.evaluator.model), gains_of(source))
+            trials = Trials(by.known, gains_of(source))
             if not refine:
                 progress("judging")
                 return assess(chosen, by, found, trials)
