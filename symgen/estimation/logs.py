@@ -65,7 +65,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             names=robot.joint_names, limits=robot.limits,
         )  # fmt: skip
     with located(log.name):
-        _require_within(log, robot)
+        _require_within(log, robot, bool(reading.unit))
         log = with_servo_torques(
             cut(log, reading.start, reading.until), robot.controller, reading.poses
         )
@@ -81,20 +81,32 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     return log
 
 
-def _require_within(log: Log, robot: Robot) -> None:
-    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side."""
+def _require_within(log: Log, robot: Robot, given: bool) -> None:
+    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side.
+
+    Args:
+        log: the log, in SI units.
+        robot: whose limits count.
+        given: whether the user gave units, so that the limits are wrong and not the units.
+    """
     limits = None if robot.limits is None else robot.limits.position
     for j, (low, high) in enumerate(limits or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
         if max(low - least, most - high) > BEYOND * (high - low):
             what = (
-                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
-                f"are {low:g} and {high:g}"
+                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
+                f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
             )
-            drive = "a log that [drive] maps into [limits]; see position_side"
-            refuse(
-                what, drive if log.mapped else "rad or m, within [limits]; --unit deg for degrees"
-            )
+            if log.mapped:
+                accepted = "a log that [drive] maps into [limits]; see position_side"
+            elif given:
+                accepted = "limits in the robot file that hold the motion"
+            else:
+                accepted = (
+                    "rad or m; --unit deg for degrees; wider limits in the robot file, if they "
+                    "are wrong"
+                )
+            refuse(what, accepted)
 
 
 def held_from(count: int) -> int:
