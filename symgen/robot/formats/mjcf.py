@@ -45,7 +45,7 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import Coupling
+from symgen.robot.types import MAX_RATIO, Coupling
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
@@ -338,15 +338,17 @@ class _Tree:
         tendons: fixed tendon between two joints, by their names.
         pushers: actuator of constant force on a joint, by its name.
         payload: the load, in the frame of the link that carries it, and that link.
+        mimics: joint -> the joint that it follows by an equality, the factor, and the offset.
         notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
-        self._path, self.model = path, _compiled(path)
+        self.notes: list[str] = []
+        self._path, self.model = path, _compiled(path, self.notes)
         self.shift: dict[str, FloatArray] = {}
         self.payload: tuple[Inertial, str] | None = None
         self.springs: dict[str, tuple[float, float]] = {}
-        self.notes: list[str] = []
+        self.mimics = self._mimics()
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
         m = self.model
@@ -354,8 +356,11 @@ class _Tree:
         for b in range(m.nbody):
             self._add(b)
         self.tendons, self.pushers = self._tendons(), self._pushers()
-        if m.neq:
-            self.notes.append(f"{m.neq} equality constraints of the file are not read")
+        if m.neq > len(self.mimics):
+            self.notes.append(
+                f"{m.neq - len(self.mimics)} equality constraints of the file are not read: they "
+                "make no joint a linear function of another"
+            )
         if m.body_gravcomp.any():
             self.notes.append("the gravity compensation of bodies (gravcomp) is not read")
         if m.ntendon > len(self.tendons):
@@ -385,22 +390,23 @@ class _Tree:
             bool(count) and int(m.jnt_type[first]) == 0
         )  # MuJoCo has them on bodies of the world
         count = 0 if floats else count
-        before, xyz, rpy = parent, at, _triple(turned_by(R))
+        before, xyz, turn = parent, at, R
         previous = np.zeros(3)
         for k in range(first, first + count):
             anchor = np.array(m.jnt_pos[k])
             xyz = at + R @ anchor if k == first else anchor - previous
             last = k == first + count - 1
             link = name if last else f"{name}:{k}"
-            joint = self._joint(k, before, link, xyz, rpy)
+            joint = self._joint(k, before, link, xyz, turn)
             self._joints[joint.name] = joint
             if not last:
                 self._links[link] = None
-            before, rpy, previous = link, ORIGIN, anchor
+            before, turn, previous = link, np.eye(3), anchor
         if count == 0:
             joint = UrdfJoint(
-                f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy, floats=floats
-            )
+                f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), _triple(turned_by(R)),
+                floats=floats,
+            )  # fmt: skip
             self._joints[joint.name] = joint
         self.shift[name] = previous
         self._links[name] = self._inertial(b, previous)
@@ -431,20 +437,52 @@ class _Tree:
         com = R.T @ (np.asarray(load.com) - self.model.body_pos[b])
         return replace(load, com=com, inertia=R.T @ load.inertia @ R)
 
-    def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
+    def _name(self, k: int) -> str:
+        return self.model.joint(k).name or f"joint{k + 1}"
+
+    def _zero(self, k: int) -> float:
+        """Return the position of a joint in the pose of the file."""
+        return float(self.model.qpos0[self.model.jnt_qposadr[k]])
+
+    def _mimics(self) -> dict[int, tuple[int, float, float]]:
+        """Return the joints that equalities make linear functions of others.
+
+        With the positions y0 and x0 in the pose of the file, y - y0 = a0 + a1 (x - x0).
+        """
+        import mujoco
+
+        m, out = self.model, dict[int, tuple[int, float, float]]()
+        for k in range(m.neq):
+            one, two = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
+            a0, a1, *higher = map(float, m.eq_data[k][:5])
+            of_joints = m.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT and two >= 0 and m.eq_active0[k]
+            if not of_joints or a1 == 0 or any(higher) or one in out:
+                continue
+            hinges = [m.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE for joint in (one, two)]
+            leader = two
+            while leader in out:
+                leader = out[leader][0]
+            if leader != one and (not hinges[0] or (hinges[1] and abs(a1) <= MAX_RATIO)):
+                out[one] = two, a1, self._zero(one) + a0 - a1 * self._zero(two)
+        return out
+
+    def _joint(
+        self, k: int, parent: str, child: str, xyz: FloatArray, turn: FloatArray
+    ) -> UrdfJoint:
         m = self.model
-        name = m.joint(k).name or f"joint{k + 1}"
+        name, zero = self._name(k), self._zero(k)
         kind = ("free", "ball", "slide", "hinge")[int(m.jnt_type[k])]
-        zero = float(m.qpos0[m.jnt_qposadr[k]])
         with located(f"joint {shortened(name)!r}"):
             if kind not in _SIGMA:
                 raise RobotError(f"it is {kind}; accepted: hinge, slide")
-            if zero != 0:
-                raise RobotError(f"its ref is {zero:g}; accepted: 0")
             if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # numbers beyond 1e154 overflow
                 raise RobotError(
                     "its axis has no direction; accepted: three finite numbers, not all 0"
                 )
+        if kind == "hinge":
+            turn = turn @ _turn(m.jnt_axis[k], -zero)
+        else:
+            xyz = xyz - turn @ m.jnt_axis[k] * zero
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
@@ -452,12 +490,21 @@ class _Tree:
             limit["effort"] = float(m.jnt_actfrcrange[k][1])
         dof = int(m.jnt_dofadr[k])
         stiffness = float(m.jnt_stiffness[k].flat[0])
-        if stiffness:
-            self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
         damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
+        armature, mimic = float(m.dof_armature[dof]), None
+        if k in self.mimics:
+            two, factor, offset = self.mimics[k]
+            mimic = self._name(two), _exact(factor), _exact(offset)
+            if stiffness or damping or friction or armature:
+                self.notes.append(
+                    f"joint {shortened(name)!r} follows {shortened(mimic[0])!r}: its spring, "
+                    "damping, friction and armature are not read"
+                )
+        elif stiffness:
+            self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
         return UrdfJoint(
-            name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
-            damping, friction, float(m.dof_armature[dof]),
+            name, _SIGMA[kind], parent, child, _triple(xyz), _triple(turned_by(turn)),
+            _triple(m.jnt_axis[k]), limit, damping, friction, armature, mimic,
         )  # fmt: skip
 
     def shapes(self) -> dict[str, list[Placed]]:
@@ -491,12 +538,13 @@ class _Tree:
             fixed = all(m.wrap_type[first + i] == mujoco.mjtWrap.mjWRAP_JOINT for i in range(count))
             if not fixed or count != 2 or m.wrap_prm[first] != 1 or m.tendon_stiffness[k].any():
                 continue
-            one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
+            joints = [int(m.wrap_objid[first + i]) for i in range(2)]
+            one, two = (m.joint(joint).name for joint in joints)
             losses = (
                 float(np.ravel(getattr(m, f"tendon_{key}")[k])[0])
                 for key in ("armature", "damping", "frictionloss")
             )
-            if one and two:
+            if one and two and not self.mimics.keys() & set(joints):
                 ratio = float(m.wrap_prm[first + 1])
                 out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
         return out
@@ -510,6 +558,8 @@ class _Tree:
             on_joint = m.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
             affine = m.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE
             bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
+            if m.actuator_trnid[k][0] in self.mimics:
+                continue
             if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
                 name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
                 out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
@@ -586,8 +636,12 @@ class _Tree:
         return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
-def _compiled(path: Path) -> Any:
-    """Return the MuJoCo model of a file.
+def _compiled(path: Path, notes: list[str]) -> Any:
+    """Return the MuJoCo model of a file; without meshes, where one is not there.
+
+    Args:
+        path: of the file.
+        notes: receives what is left out.
 
     Raises:
         RobotError: MuJoCo is not installed, or refuses the file.
@@ -600,11 +654,45 @@ def _compiled(path: Path) -> Any:
         ) from error
     mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        try:
+            return mujoco.MjModel.from_xml_path(str(path))
+        except (ValueError, OSError) as error:
+            model = _without_meshes(mujoco.MjSpec.from_file(str(path)))
+            notes.append(f"meshes are left out: {told_by(error)}")
+            return model
     except (ValueError, OSError) as error:
         raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}") from error
     finally:
         mujoco.set_mju_user_warning(None)
+
+
+def _without_meshes(spec: Any) -> Any:
+    """Return the model of a file without the meshes that determine no inertia of a moving body.
+
+    Raises:
+        ValueError: MuJoCo refuses it all the same.
+    """
+    import mujoco
+
+    forced = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    if spec.compiler.inertiafromgeom != forced:
+        shapes = [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]
+        for geom in shapes:
+            if geom.parent.explicitinertial or not _moves(geom.parent, spec.worldbody):
+                spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for shape in [m for m in spec.meshes if (m.name or Path(m.file).stem) not in used]:
+        spec.delete(shape)
+    return spec.compile()
+
+
+def _moves(body: Any, world: Any) -> bool:
+    """Whether a body of a file, or one that carries it, has a joint."""
+    while body != world:
+        if body.joints:
+            return True
+        body = body.parent
+    return False
 
 
 def _exact(value: float) -> sp.Rational:
@@ -615,6 +703,15 @@ def _exact(value: float) -> sp.Rational:
 def _triple(values: Iterable[float]) -> Triple:
     x, y, z = map(_exact, values)
     return x, y, z
+
+
+def _turn(axis: FloatArray, angle: float) -> FloatArray:
+    """Return the rotation about an axis."""
+    import mujoco
+
+    quaternion = np.zeros(4)
+    mujoco.mju_axisAngle2Quat(quaternion, axis, angle)
+    return _matrix(quaternion)
 
 
 def _matrix(quaternion: FloatArray) -> FloatArray:
