@@ -406,7 +406,7 @@ RECIPES: dict[str, Recipe] = {
     "standard_torque_regressor": lambda name, s: _columns(
         name,
         "columns of torque in every standard parameter, friction included",
-        regressor.torque_tape(s.robot, fixed=True),
+        regressor.torque_tape(s.robot),
         s.all_names,
         s.robot.n,
     ),

@@ -65,7 +65,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             names=robot.joint_names, limits=robot.limits,
         )  # fmt: skip
     with located(log.name):
-        _require_within(log, robot, bool(reading.unit))
+        _require_within(log, robot)
         log = with_servo_torques(
             cut(log, reading.start, reading.until), robot.controller, reading.poses
         )
@@ -81,14 +81,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     return log
 
 
-def _require_within(log: Log, robot: Robot, given: bool) -> None:
-    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side.
-
-    Args:
-        log: the log, in SI units.
-        robot: whose limits count.
-        given: whether the user gave units, so that the limits are wrong and not the units.
-    """
+def _require_within(log: Log, robot: Robot) -> None:
+    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side."""
     limits = None if robot.limits is None else robot.limits.position
     for j, (low, high) in enumerate(limits or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
@@ -97,16 +91,12 @@ def _require_within(log: Log, robot: Robot, given: bool) -> None:
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
                 f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
             )
-            if log.mapped:
-                accepted = "a log that [drive] maps into [limits]; see position_side"
-            elif given:
-                accepted = "limits in the robot file that hold the motion"
-            else:
-                accepted = (
-                    "rad or m; --unit deg for degrees; wider limits in the robot file, if they "
-                    "are wrong"
-                )
-            refuse(what, accepted)
+            drive = "a log that [drive] maps into [limits]; see position_side"
+            plain = (
+                "rad or m, or --unit deg for degrees; in rad or m, these limits are wrong: wider "
+                "ones in the robot file"
+            )
+            refuse(what, drive if log.mapped else plain)
 
 
 def held_from(count: int) -> int:

@@ -71,7 +71,6 @@ def parse(
     names: Collection[str] = (),
     functions: Mapping[str, Function] = FUNCTIONS,
     values: Mapping[str, sp.Expr] | None = None,
-    declare: str = "",
 ) -> sp.Expr:
     """Parse a text of the safe grammar to an exact expression.
 
@@ -80,7 +79,6 @@ def parse(
         names: names that may occur; each becomes a real symbol.
         functions: functions that may occur.
         values: name -> expression that replaces its symbol.
-        declare: where a name can be declared, for the message on an unknown one.
 
     Raises:
         ExpressionError: the text does not follow the grammar, uses an unknown name, divides by
@@ -91,7 +89,7 @@ def parse(
             f"expression of {len(text)} characters; accepted: at most {_MAX_LENGTH}"
         )
     with located(f"in {shortened(text)!r}"):
-        parser = _Parser(text, names, functions, values or {}, declare)
+        parser = _Parser(text, names, functions, values or {})
         expr = parser.sum()
         if parser.kind is not None:
             raise parser.error("an operator")
@@ -168,10 +166,8 @@ class _Parser:
         names: Collection[str],
         functions: Mapping[str, Function],
         values: Mapping[str, sp.Expr],
-        declare: str,
     ) -> None:
         self.text, self.names, self.functions, self.values = text, names, functions, values
-        self.declare = declare
         self.at, self.end, self.depth = 0, 0, 0
         self.kind: str | None = None
         self.token = ""
@@ -289,7 +285,7 @@ class _Parser:
             self.advance()
             return self.values.get(token, sp.Symbol(token, real=True))
         declared = ", ".join([*CONSTANTS, *self.functions, *self.names])
-        raise self.error(f"a number, '(' or one of {declared}{self.declare}")
+        raise self.error(f"a number, '(' or one of {declared}; [geometry] declares lengths")
 
 
 def text(expr: sp.Expr) -> str:

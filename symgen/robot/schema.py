@@ -232,13 +232,12 @@ _TABLES: dict[str, type[BaseModel]] = {
     "frame": FrameTable,
     "effect": EffectTable,
 }
-#: What the author of another Denavit-Hartenberg table needs, and the keys that show one.
+#: For the author of another Denavit-Hartenberg table.
 _TABLE = (
     "; the table is modified Denavit-Hartenberg: d is the length along x and r the length along z "
     "(Craig's a and d), and alpha and d come before theta and r; alpha and a of row j of a "
     "standard table are alpha and d of row j + 1"
 )
-_OTHER_TABLE = {"convention", "a", "offset"}
 # Error type of pydantic -> message for the author of the file.
 _WORDS = {
     "missing": "is missing; it must be given",
@@ -276,8 +275,9 @@ def validated(data: dict[str, object]) -> RobotFile:
         else:
             message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             what = f"accepted: {message}"
-        hint = _TABLE if fault["loc"][-1] in _OTHER_TABLE else ""
-        raise RobotError(f"{place}: {what}{hint}") from error
+        if fault["loc"][-1] in ("convention", "a"):
+            what += _TABLE
+        raise RobotError(f"{place}: {what}") from error
 
 
 def _place(loc: tuple[str | int, ...]) -> str:

@@ -64,7 +64,6 @@ _FOLLOWS = (
     "a joint that follows others has none of its own; accepted: on the joints that it follows, or "
     "as [[coupling]]"
 )
-_DECLARE = ", or a length with its value in [geometry]"
 _MAX_TURN = 4 * math.pi
 #: Largest condition number of a matrix of gears, its rows scaled to unit length.
 _MAX_CONDITION = 1e6
@@ -228,7 +227,7 @@ class _Reader:
         written = repr(shortened(str(value)))
         try:
             expr = (
-                expressions.parse(value, tuple(known), declare=_DECLARE if known != () else "")
+                expressions.parse(value, tuple(known))
                 if isinstance(value, str)
                 else expressions.exact(value)
             )

@@ -385,15 +385,6 @@ class Robot:
         return tuple(joint for joint in self.joints if not joint.fixed)
 
     @property
-    def carrying(self) -> tuple[Joint, ...]:
-        """The joints that move, and the fixed ones that carry one that moves."""
-        needed: set[int] = set()
-        for joint in reversed(self.joints):
-            if joint.number in needed or not joint.fixed:
-                needed |= {joint.number, joint.antecedent}
-        return tuple(joint for joint in self.joints if joint.number in needed)
-
-    @property
     def n(self) -> int:
         """Number of movable joints."""
         return len(self.movable)

@@ -186,9 +186,7 @@ def find_base(
         here = _Columns(plain, standard, energy_tape(plain))
         if here.select(here.fields()).pivots != first.pivots:
             return None
-    carried = [p.name for p in standard if p.inertial and p.name not in problem.names]
-    order = [*(problem.names[i] for i in first.order), *carried]
-    rows = Elimination(order, range(len(order)), [s.field for s in fields])
+    rows = Elimination(problem.names, first.order, [s.field for s in fields])
     missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
     try:
         for relation in structural_relations(robot):
@@ -199,12 +197,11 @@ def find_base(
                 rows.add(problem.relation(i, first))
     except NeedsValuesError:
         return None
-    own = {problem.names[i]: rows.rows.get(problem.names[i]) for i in missing}
-    if set(rows.rows) != {*own, *carried}:
+    if set(rows.rows) != {problem.names[i] for i in missing}:
         raise SymgenError("the regrouping relations do not match the exact rank")
     for k, sample in enumerate(fields):
-        sample.check(problem.names, own, k)
-    require_floats_agree(robot, problem.energy, problem.state, first.pivots, own)
+        sample.check(problem.names, rows.rows, k)
+    require_floats_agree(robot, energy, problem.state, first.pivots, rows.rows)
     proof = Proof(
         rank=len(first.pivots) + problem.path_only,
         primes=tuple(s.field.p for s in fields),
@@ -269,20 +266,15 @@ class _Selection:
 class _Columns:
     """The columns that are functions of the state: energies, and q_j for an offset OF_j.
 
-    Fixed links have none: each of their bodies is a body of the link that carries them.
     FS and FV integrate along the path. No combination of them depends on its ends alone, so they
     are base parameters without further proof.
     """
 
     def __init__(self, robot: Robot, standard: Sequence[Parameter], energy: Tape) -> None:
-        self.robot = robot
-        moving = {j.number for j in robot.moving}
-        inertial = [p for p in standard if p.inertial]
-        self.energy = energy.keep([i for i, p in enumerate(inertial) if p.joint in moving])
-        offsets = [p for p in standard if p.prefix == "OF"]
-        self.state = [*(p for p in inertial if p.joint in moving), *offsets]
+        self.robot, self.energy = robot, energy
+        self.state = [p for p in standard if p.inertial or p.prefix == "OF"]
         self.names = [p.name for p in self.state]
-        self.path_only = sum(not p.load for p in standard) - len(inertial) - len(offsets)
+        self.path_only = sum(not p.load for p in standard) - len(self.state)
         turned = [j.theta + j.offset for j in robot.joints if j.turns]
         self.angles = [a for j in robot.joints for a in (j.gamma, j.alpha, j.theta)] + turned
         ratios = [c for j in robot.joints for _, c in j.shares if j.turns]

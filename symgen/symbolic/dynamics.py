@@ -67,12 +67,12 @@ class Plant:
 
     @cached_property
     def bodies(self) -> Mapping[int, Inertia]:
-        """The bodies of the links that move in base parameters, by joint number."""
+        """The bodies of all links in base parameters, by joint number."""
         return {
             j.number: Inertia.of(
                 {prefix: self.value(f"{prefix}{j.number}") for prefix in names.LINK}
             )
-            for j in self.robot.moving
+            for j in self.robot.joints
         }
 
     def momenta(self, moving: Mapping[int, Frame]) -> Wrenches:

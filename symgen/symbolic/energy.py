@@ -44,8 +44,7 @@ def energy_tape(robot: Robot) -> Tape:
     """Derive the column of total energy of every inertial standard parameter.
 
     Returns:
-        A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`. The
-        columns of fixed links are 0, as their bodies count as part of the link that carries them.
+        A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     tape = builder(robot)
     links = frames(steps(robot, tape), gravity(robot, tape), tape)
@@ -60,7 +59,7 @@ def separate_tape(robot: Robot) -> Tape:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
     tape = builder(robot)
-    way, base = steps(robot, tape, fixed=True), gravity(robot, tape)
+    way, base = steps(robot, tape), gravity(robot, tape)
     columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
     return tape.tape(
         arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
@@ -91,10 +90,7 @@ def _columns(
     states: Sequence[tuple[str, Mapping[int, Frame]]],
     tape: TapeBuilder,
 ) -> list[list[sp.Expr]]:
-    """Return a row for every parameter: its energy in each state; rotors move in the first.
-
-    A link without a frame has no energy.
-    """
+    """Return a row for every parameter: its energy in each state; rotors move in the first."""
     speed = by_joint(robot, variables(robot).qd)
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     rows = []
@@ -103,8 +99,6 @@ def _columns(
             rows.append(
                 [
                     _link_column(p.prefix, links[p.joint], f"{letter}{p.prefix}{p.joint}", tape)
-                    if p.joint in links
-                    else sp.S.Zero
                     for letter, links in states
                 ]
             )

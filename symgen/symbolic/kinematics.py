@@ -33,7 +33,7 @@ ARGUMENTS = frozenset(
     "inertia g".split()
 )
 
-#: The way from the base to every joint, in file order, see `steps`.
+#: The way from the base to every joint, in file order.
 Way = tuple["Step", ...]
 
 
@@ -139,39 +139,17 @@ def path(robot: Robot, number: int) -> list[int]:
     return out
 
 
-def steps(robot: Robot, tape: TapeBuilder, *, fixed: bool = False) -> Way:
-    """Return the way to every joint that moves, in file order, from the one that carries it.
-
-    Fixed joints are part of the way to the next joint that moves. Sines and cosines become steps
-    of the tape.
-
-    Args:
-        robot: the mechanism.
-        tape: receives the named steps.
-        fixed: whether fixed joints have steps of their own.
-    """
+def steps(robot: Robot, tape: TapeBuilder) -> Way:
+    """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
     variable = variables(robot)
     q, qd = by_joint(robot, variable.q), by_joint(robot, variable.qd)
     out = []
-    merged: dict[int, Step] = {}
     for joint in robot.joints:
         j = joint.number
         at = tape.name(f"Q{j}", followed(joint, q, tape))
         rate = followed(joint, qd, tape)
-        step = _step(joint, at, tape.name(f"qd{j}", rate), rate, tape)
-        if joint.antecedent in merged:
-            step = _after(merged[joint.antecedent], step)
-        if joint.fixed and not fixed:
-            merged[j] = step
-        else:
-            out.append(step)
+        out.append(_step(joint, at, tape.name(f"qd{j}", rate), rate, tape))
     return tuple(out)
-
-
-def _after(fixed: Step, step: Step) -> Step:
-    """Return the step to a joint on a fixed one, from the joint that carries both."""
-    joint = replace(step.joint, antecedent=fixed.joint.antecedent)
-    return replace(step, joint=joint, before=(*fixed.way, *step.before))
 
 
 def _step(joint: Joint, q: sp.Expr, qd: sp.Expr, rate: sp.Expr, tape: TapeBuilder) -> Step:
@@ -213,7 +191,7 @@ def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
 
 
 def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
-    """Derive the state of the link frame of every step, by joint number; 0 is the base.
+    """Derive the state of every link frame, fixed links included, by joint number; 0 is the base.
 
     Args:
         way: from `steps`.

@@ -31,7 +31,7 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
     plain = robot.with_values()
     near = [
         (joint.number, key, fraction)
-        for joint in plain.carrying
+        for joint in plain.joints
         for key in ANGLES
         if (fraction := _fraction(joint, key)) is not None
     ]

@@ -37,7 +37,7 @@ Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
     """Return the pose of every frame in frame 0, by joint number, and the steps that lead there."""
-    way = steps(robot, tape, fixed=True)
+    way = steps(robot, tape)
     out: dict[int, Place] = {0: (*map(unit, range(3)), ZERO)}
     for step in way:
         place = out[step.joint.antecedent]

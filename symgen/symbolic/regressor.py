@@ -64,15 +64,13 @@ class _Scene:
     ) -> Tape:
         """Return the tape of torques: wrenches of links, rotors at accelerations, and friction."""
         columns = [
-            self.projected(p, wrench) if p.prefix in names.LINK else _rotor(self, p, acceleration)
+            _projected(self, p, wrench(p), "T")
+            if p.prefix in names.LINK
+            else _rotor(self, p, acceleration)
             for p in self.parameters
         ]
         rubbing = friction.torque_columns(self.robot, self.tape)
         return self.close(inputs, [*columns, *(column for _, column in rubbing)])
-
-    def projected(self, p: Parameter, wrench: Callable[[Parameter], Screw]) -> ByJoint:
-        """Return the torque column of a link; a link without a frame has none."""
-        return _projected(self, p, wrench(p), "T") if p.joint in self.screw else {}
 
     def close(self, inputs: Sequence[str], *matrices: Columns) -> Tape:
         """Return the tape of some matrices (n, columns), row-major, one after the other."""
@@ -89,11 +87,9 @@ class _Scene:
         return self.tape.tape(arrays(self.robot, *inputs), rows)
 
 
-def _scene(
-    robot: Robot, fixed: bool = False
-) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
+def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
     tape = builder(robot)
-    way = steps(robot, tape, fixed=fixed)
+    way = steps(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, by_joint(robot, variables(robot).qdd), tape)
     base = gravity(robot, tape)
@@ -102,14 +98,9 @@ def _scene(
     return scene, frames(way, base, tape), motions(way, base, qdd, tape)
 
 
-def torque_tape(robot: Robot, *, fixed: bool = False) -> Tape:
-    """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd.
-
-    Args:
-        robot: the mechanism.
-        fixed: whether fixed links have columns of their own; otherwise theirs are 0.
-    """
-    scene, _, motion = _scene(robot, fixed)
+def torque_tape(robot: Robot) -> Tape:
+    """Derive the torque regressor, friction included: (n, standard parameters) of q, qd, qdd."""
+    scene, _, motion = _scene(robot)
 
     def wrench(p: Parameter) -> Screw:
         return unit_wrench(p.prefix, motion[p.joint], p.joint, scene.tape)
@@ -153,10 +144,6 @@ def momentum_tape(robot: Robot) -> Tape:
             momentum.append(_rotor(scene, p, scene.qd))
             slope.append({})
             continue
-        if p.joint not in frame:  # a fixed link
-            momentum.append({})
-            slope.append({})
-            continue
         here = frame[p.joint]
         unit_momentum = Inertia.of({p.prefix: sp.S.One}).momentum(here.twist)
         momentum.append(_projected(scene, p, unit_momentum, "Q"))
@@ -183,9 +170,7 @@ def power_tape(robot: Robot) -> Tape:
     outputs: list[sp.Expr] = []
     drives = {c.second: friction.drive_speed(c, scene.qd, tape) for c in robot.couplings}
     for p in scene.parameters:
-        if p.prefix in names.LINK and p.joint not in frame:  # a fixed link
-            outputs.append(sp.S.Zero)
-        elif p.prefix in names.LINK:
+        if p.prefix in names.LINK:
             wrench = unit_wrench(p.prefix, motion[p.joint], p.joint, tape)
             outputs.append(tape.name(f"R{p.name}", acting(wrench, frame[p.joint].twist)))
         else:

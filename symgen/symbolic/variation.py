@@ -19,6 +19,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
 from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.kinematics import path
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
@@ -42,11 +43,12 @@ class Variation:
 
         The lengths of fixed joints that carry none that moves are left out.
         """
+        carrying = {k for joint in self.robot.moving for k in path(self.robot, joint.number)}
         return tuple(
             (joint.number, key)
-            for joint in self._plain.carrying
+            for joint in self._plain.joints
             for key in _LENGTHS
-            if getattr(joint, key) != 0
+            if joint.number in carrying and getattr(joint, key) != 0
         )
 
     @cached_property
@@ -126,10 +128,10 @@ class Variation:
             # Names that no step of the tape may take; their values come with each run.
             geometry=tuple((s.name, sp.S.One) for s in (*gravity, *self._values)),
         )
-        moving = {joint.number for joint in robot.moving}
-        standard = tuple(p for p in standard_parameters(robot) if p.joint in moving)
-        every = tuple(BaseParameter(p.name, i, (), p.unit, True) for i, p in enumerate(standard))
-        p = plant(robot, BaseParameters(every, standard, (), _UNPROVED))
+        every = standard_parameters(robot)
+        standard = tuple(p for p in every if not robot.joint(p.joint).fixed)
+        own = tuple(BaseParameter(p.name, i, (), p.unit, True) for i, p in enumerate(standard))
+        p = plant(robot, BaseParameters(own, standard, (), _UNPROVED))
         torque = inverse_dynamics(p)
         return p.close(("q", "qd", "qdd"), [torque[j] for j in p.numbers])
 

@@ -24,7 +24,6 @@ from symgen.robot.imported import Imported
 from symgen.robot.types import EARTH, MAX_RATIO, Frame, Joint, Limits, Robot, Typed, joint_variable
 
 _FAR = 10  # m
-_SLIGHT = (1e-6, 0.1)  # rad: tilts of axes that count as nearly parallel
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
 ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
@@ -84,7 +83,7 @@ class Chain:
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
         self.notes: list[str] = []
-        self.assumed: list[str] = []
+        self.far: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
         self.link = self._link_frames()
@@ -94,7 +93,6 @@ class Chain:
         self.line = {name: self._line(urdf.joints[name]) for name in self.order}
         self.frame: dict[str, Array] = {"": np.eye(4, dtype=object)}
         self.table: dict[str, dict[str, sp.Expr]] = {}
-        self.tilt: dict[str, float] = {}
         for name in self.order:
             self._place(urdf.joints[name])
         for joint in urdf.joints.values():
@@ -103,13 +101,11 @@ class Chain:
                     f"joint {shortened(joint.name)!r} is free in the file: the base "
                     f"{shortened(joint.child)!r} is fixed, as symgen models arms on a fixed base"
                 )
-            for key in ("damping", "friction"):
-                if getattr(joint, key) < 0:
-                    self.notes.append(
-                        f"joint {shortened(joint.name)!r}: its {key} is {getattr(joint, key):g} in "
-                        "the file, and would drive it; symgen keeps the value"
-                    )
-        self._note_lengths()
+            if min(joint.damping, joint.friction) < 0:
+                self.notes.append(
+                    f"joint {shortened(joint.name)!r}: its friction is negative in the file and "
+                    "would drive it; symgen keeps the value"
+                )
         if self.snapped:
             shown = first_of(list(self.snapped), 4)
             self.notes.insert(0, f"rounded angles read as multiples of pi/24: {shown}")
@@ -195,30 +191,8 @@ class Chain:
             **{key: exact_numbers.angle(value) for key, value in angles.items()},
             **{key: exact_numbers.length(value) for key, value in lengths.items()},
         }
-        if joint.fixed:
-            return
-        across = dh.norm(np.cross(base[:3, 2], line[1]))  # rounding may exceed 1
-        self.tilt[joint.name] = float(context().atan2(across, abs(base[:3, 2] @ line[1])))
-
-    def _note_lengths(self) -> None:
-        """Name the axes that make lengths large; without such axes, ask for the unit of lengths."""
-        rows = [self.table[name] for name in self.tilt]
-        largest = {
-            key: max((abs(float(row[key])) for row in rows), default=0.0) for key in ("b", "d", "r")
-        }
-        slight = [name for name, tilt in self.tilt.items() if _SLIGHT[0] < tilt < _SLIGHT[1]]
-        along, far = max(largest["b"], largest["r"]), max(largest.values())
-        if far > _FAR and (largest["d"] > _FAR or not slight):
-            self.assumed.append(
-                f"lengths of up to {far:.4g} are read as m; are they in mm? accepted: a file with "
-                "lengths in m"
-            )
-        elif along > _FAR:
-            self.notes += (
-                f"joint {shortened(name)!r}: its axis is {self.tilt[name]:.3g} rad from parallel "
-                f"to the one before, which puts lengths along them at up to {along:.4g} m"
-                for name in slight
-            )
+        if not joint.fixed and max(map(abs, lengths.values())) > _FAR:
+            self.far.append(repr(shortened(joint.name)))
 
     def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
         """Return theta and r, which fix x and the origin of the frame on its z axis."""
@@ -268,8 +242,12 @@ class Chain:
             name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
             frames=tuple(self._frame(link) for link in self.urdf.links if link != self.urdf.root),
         )  # fmt: skip
-        notes, assumed = tuple(self.notes), tuple(self.assumed)
-        return Imported(robot, tuple(self._parameters()), notes, assumed)
+        assumed = (
+            f"lengths of more than {_FAR} m at joint {first_of(self.far, 3)}: is the file in mm? "
+            "accepted: m; in m, axes that are nearly parallel have lengths as large"
+        )
+        notes, questions = tuple(self.notes), (assumed,) if self.far else ()
+        return Imported(robot, tuple(self._parameters()), notes, questions)
 
     def _frame(self, link: str) -> Frame:
         """Return the frame of a link, constant in that of the joint that moves it."""

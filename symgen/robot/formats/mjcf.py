@@ -27,6 +27,7 @@ from symgen.robot import dh, expressions
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, FloatArray, JointDynamics
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions, of_library
+from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.geometry import mesh, primitive
@@ -45,7 +46,7 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import MAX_RATIO, Coupling
+from symgen.robot.types import Coupling
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
@@ -90,10 +91,13 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         if rest:
             offsets[name] = offsets.get(name, 0.0) - stiffness * rest
     pushed = {chain.number[name]: torque for name, torque in offsets.items()}
-    joints = (
-        replace(j, friction=(*j.friction, "offset")) if j.number in pushed else j
-        for j in robot.joints
-    )
+    joints = []
+    for joint in robot.joints:
+        if joint.number in pushed:
+            joint = replace(joint, friction=(*joint.friction, "offset"))
+        key = "r" if joint.slides else "theta"
+        zero = angle(context().mpf(tree.zeros.get(joint.name, 0.0)))
+        joints.append(replace(joint, **{key: getattr(joint, key) - zero}))
     values += [(f"OF{number}", torque) for number, torque in pushed.items()]
     robot = replace(robot, joints=tuple(joints))
     if tree.payload is not None:
@@ -338,17 +342,19 @@ class _Tree:
         tendons: fixed tendon between two joints, by their names.
         pushers: actuator of constant force on a joint, by its name.
         payload: the load, in the frame of the link that carries it, and that link.
-        mimics: joint -> the joint that it follows by an equality, the factor, and the offset.
+        mimics: joints that follow others: the leader, factor and offset, as in a URDF.
+        zeros: positions of joints in the pose of the file (ref), rad or m.
         notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
         self.notes: list[str] = []
         self._path, self.model = path, _compiled(path, self.notes)
+        self.mimics = self._mimics()
+        self.zeros: dict[str, float] = {}
         self.shift: dict[str, FloatArray] = {}
         self.payload: tuple[Inertial, str] | None = None
         self.springs: dict[str, tuple[float, float]] = {}
-        self.mimics = self._mimics()
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
         m = self.model
@@ -357,10 +363,8 @@ class _Tree:
             self._add(b)
         self.tendons, self.pushers = self._tendons(), self._pushers()
         if m.neq > len(self.mimics):
-            self.notes.append(
-                f"{m.neq - len(self.mimics)} equality constraints of the file are not read: they "
-                "make no joint a linear function of another"
-            )
+            count = m.neq - len(self.mimics)
+            self.notes.append(f"{count} equality constraints of the file are not read")
         if m.body_gravcomp.any():
             self.notes.append("the gravity compensation of bodies (gravcomp) is not read")
         if m.ntendon > len(self.tendons):
@@ -390,26 +394,26 @@ class _Tree:
             bool(count) and int(m.jnt_type[first]) == 0
         )  # MuJoCo has them on bodies of the world
         count = 0 if floats else count
-        before, xyz, turn = parent, at, R
+        before, xyz, rpy = parent, at, _triple(turned_by(R))
         previous = np.zeros(3)
         for k in range(first, first + count):
             anchor = np.array(m.jnt_pos[k])
             xyz = at + R @ anchor if k == first else anchor - previous
             last = k == first + count - 1
             link = name if last else f"{name}:{k}"
-            joint = self._joint(k, before, link, xyz, turn)
+            joint = self._joint(k, before, link, xyz, rpy)
             self._joints[joint.name] = joint
             if not last:
                 self._links[link] = None
-            before, turn, previous = link, np.eye(3), anchor
+            before, rpy, previous = link, ORIGIN, anchor
         if count == 0:
             joint = UrdfJoint(
-                f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), _triple(turned_by(R)),
-                floats=floats,
-            )  # fmt: skip
+                f"{name}_fixed", names.FIXED, parent, name, _triple(xyz), rpy, floats=floats
+            )
             self._joints[joint.name] = joint
         self.shift[name] = previous
-        self._links[name] = self._inertial(b, previous)
+        body = self._inertial(b, np.eye(3), -previous)
+        self._links[name] = body if body.mass else None
 
     def _is_payload(self, b: int) -> bool:
         """Whether a body is a load: one of that name with mass, fixed to a link that moves."""
@@ -422,13 +426,9 @@ class _Tree:
 
     def _in_parent(self, b: int) -> Inertial:
         """Return the inertia of a body in the link frame of its parent."""
-        m, R = self.model, _matrix(self.model.body_quat[b])
-        own = R @ _matrix(m.body_iquat[b])
-        tensor = own @ np.diag(m.body_inertia[b]) @ own.T
-        values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
-        parent = self._body_names[m.body_parentid[b]]
-        centre = np.array(m.body_pos[b]) + R @ np.array(m.body_ipos[b]) - self.shift[parent]
-        return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
+        parent = self._body_names[self.model.body_parentid[b]]
+        origin = np.array(self.model.body_pos[b]) - self.shift[parent]
+        return self._inertial(b, _matrix(self.model.body_quat[b]), origin)
 
     def in_payload(self, load: Body) -> Body:
         """Return a load that is in the body frame of its parent in the frame of its own body."""
@@ -437,41 +437,28 @@ class _Tree:
         com = R.T @ (np.asarray(load.com) - self.model.body_pos[b])
         return replace(load, com=com, inertia=R.T @ load.inertia @ R)
 
-    def _name(self, k: int) -> str:
-        return self.model.joint(k).name or f"joint{k + 1}"
-
-    def _zero(self, k: int) -> float:
-        """Return the position of a joint in the pose of the file."""
-        return float(self.model.qpos0[self.model.jnt_qposadr[k]])
-
-    def _mimics(self) -> dict[int, tuple[int, float, float]]:
-        """Return the joints that equalities make linear functions of others.
+    def _mimics(self) -> dict[str, tuple[str, sp.Rational, sp.Rational]]:
+        """Return the joints that an equality makes a linear function of another of their type.
 
         With the positions y0 and x0 in the pose of the file, y - y0 = a0 + a1 (x - x0).
         """
         import mujoco
 
-        m, out = self.model, dict[int, tuple[int, float, float]]()
-        for k in range(m.neq):
-            one, two = int(m.eq_obj1id[k]), int(m.eq_obj2id[k])
-            a0, a1, *higher = map(float, m.eq_data[k][:5])
-            of_joints = m.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT and two >= 0 and m.eq_active0[k]
-            if not of_joints or a1 == 0 or any(higher) or one in out:
-                continue
-            hinges = [m.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE for joint in (one, two)]
-            leader = two
-            while leader in out:
-                leader = out[leader][0]
-            if leader != one and (not hinges[0] or (hinges[1] and abs(a1) <= MAX_RATIO)):
-                out[one] = two, a1, self._zero(one) + a0 - a1 * self._zero(two)
+        m, out = self.model, {}
+        for k in np.flatnonzero(m.eq_type == mujoco.mjtEq.mjEQ_JOINT):
+            joints = [int(m.eq_obj1id[k]), int(m.eq_obj2id[k])]
+            y0, x0 = m.qpos0[m.jnt_qposadr[joints]]
+            a0, a1, *higher = m.eq_data[k][:5]
+            if joints[1] >= 0 and a1 and not any(higher) and len({*m.jnt_type[joints]}) == 1:
+                follower, leader = (m.joint(joint).name for joint in joints)
+                out[follower] = leader, _exact(a1), _exact(y0 + a0 - a1 * x0)
         return out
 
-    def _joint(
-        self, k: int, parent: str, child: str, xyz: FloatArray, turn: FloatArray
-    ) -> UrdfJoint:
+    def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
-        name, zero = self._name(k), self._zero(k)
+        name = m.joint(k).name or f"joint{k + 1}"
         kind = ("free", "ball", "slide", "hinge")[int(m.jnt_type[k])]
+        self.zeros[name] = float(m.qpos0[m.jnt_qposadr[k]])
         with located(f"joint {shortened(name)!r}"):
             if kind not in _SIGMA:
                 raise RobotError(f"it is {kind}; accepted: hinge, slide")
@@ -479,10 +466,6 @@ class _Tree:
                 raise RobotError(
                     "its axis has no direction; accepted: three finite numbers, not all 0"
                 )
-        if kind == "hinge":
-            turn = turn @ _turn(m.jnt_axis[k], -zero)
-        else:
-            xyz = xyz - turn @ m.jnt_axis[k] * zero
         limit = {}
         if m.jnt_limited[k]:
             limit["lower"], limit["upper"] = map(float, m.jnt_range[k])
@@ -490,21 +473,12 @@ class _Tree:
             limit["effort"] = float(m.jnt_actfrcrange[k][1])
         dof = int(m.jnt_dofadr[k])
         stiffness = float(m.jnt_stiffness[k].flat[0])
-        damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
-        armature, mimic = float(m.dof_armature[dof]), None
-        if k in self.mimics:
-            two, factor, offset = self.mimics[k]
-            mimic = self._name(two), _exact(factor), _exact(offset)
-            if stiffness or damping or friction or armature:
-                self.notes.append(
-                    f"joint {shortened(name)!r} follows {shortened(mimic[0])!r}: its spring, "
-                    "damping, friction and armature are not read"
-                )
-        elif stiffness:
+        if stiffness and name not in self.mimics:
             self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
+        damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
         return UrdfJoint(
-            name, _SIGMA[kind], parent, child, _triple(xyz), _triple(turned_by(turn)),
-            _triple(m.jnt_axis[k]), limit, damping, friction, armature, mimic,
+            name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
+            damping, friction, float(m.dof_armature[dof]), self.mimics.get(name),
         )  # fmt: skip
 
     def shapes(self) -> dict[str, list[Placed]]:
@@ -538,13 +512,12 @@ class _Tree:
             fixed = all(m.wrap_type[first + i] == mujoco.mjtWrap.mjWRAP_JOINT for i in range(count))
             if not fixed or count != 2 or m.wrap_prm[first] != 1 or m.tendon_stiffness[k].any():
                 continue
-            joints = [int(m.wrap_objid[first + i]) for i in range(2)]
-            one, two = (m.joint(joint).name for joint in joints)
+            one, two = (m.joint(int(m.wrap_objid[first + i])).name for i in range(2))
             losses = (
                 float(np.ravel(getattr(m, f"tendon_{key}")[k])[0])
                 for key in ("armature", "damping", "frictionloss")
             )
-            if one and two and not self.mimics.keys() & set(joints):
+            if one and two and not self.mimics.keys() & {one, two}:
                 ratio = float(m.wrap_prm[first + 1])
                 out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
         return out
@@ -558,12 +531,10 @@ class _Tree:
             on_joint = m.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
             affine = m.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE
             bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
-            if m.actuator_trnid[k][0] in self.mimics:
-                continue
             if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
                 name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
                 out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
-        return out
+        return {name: pusher for name, pusher in out.items() if name not in self.mimics}
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
@@ -624,20 +595,18 @@ class _Tree:
                 "without this setting"
             )
 
-    def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
-        """Return the inertia of a body in its link frame; None if it has no mass."""
+    def _inertial(self, b: int, turn: FloatArray, origin: FloatArray) -> Inertial:
+        """Return the inertia of a body in a frame where its own has this turn and origin."""
         m = self.model
-        if m.body_mass[b] == 0:
-            return None
-        R = _matrix(m.body_iquat[b])
+        R = turn @ _matrix(m.body_iquat[b])
         tensor = R @ np.diag(m.body_inertia[b]) @ R.T
         values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
-        centre = np.array(m.body_ipos[b]) - shift
+        centre = origin + turn @ np.array(m.body_ipos[b])
         return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
 def _compiled(path: Path, notes: list[str]) -> Any:
-    """Return the MuJoCo model of a file; without meshes, where one is not there.
+    """Return the MuJoCo model of a file; where a mesh is not there, without meshes.
 
     Args:
         path: of the file.
@@ -654,45 +623,37 @@ def _compiled(path: Path, notes: list[str]) -> Any:
         ) from error
     mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo would print, and write MUJOCO_LOG.TXT
     try:
-        try:
-            return mujoco.MjModel.from_xml_path(str(path))
-        except (ValueError, OSError) as error:
-            model = _without_meshes(mujoco.MjSpec.from_file(str(path)))
-            notes.append(f"meshes are left out: {told_by(error)}")
-            return model
+        return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}") from error
+        notes.append(f"meshes are left out: {told_by(error)}")
+        try:
+            return _without_meshes(mujoco.MjSpec.from_file(str(path)))
+        except (ValueError, OSError):
+            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}"
+            raise RobotError(what) from error
     finally:
         mujoco.set_mju_user_warning(None)
 
 
 def _without_meshes(spec: Any) -> Any:
-    """Return the model of a file without the meshes that determine no inertia of a moving body.
+    """Return the model of a file without meshes, except those that determine an inertia.
 
     Raises:
-        ValueError: MuJoCo refuses it all the same.
+        ValueError: MuJoCo refuses it.
     """
     import mujoco
 
-    forced = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-    if spec.compiler.inertiafromgeom != forced:
-        shapes = [g for g in spec.geoms if g.type == mujoco.mjtGeom.mjGEOM_MESH]
-        for geom in shapes:
-            if geom.parent.explicitinertial or not _moves(geom.parent, spec.worldbody):
-                spec.delete(geom)
+    forced = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    for geom in spec.geoms:
+        body = geom.parent
+        shown = body == spec.worldbody or (body.explicitinertial and not forced)
+        if shown and geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            spec.delete(geom)
     used = {geom.meshname for geom in spec.geoms}
-    for shape in [m for m in spec.meshes if (m.name or Path(m.file).stem) not in used]:
-        spec.delete(shape)
+    for shape in spec.meshes:
+        if shape.name not in used:
+            spec.delete(shape)
     return spec.compile()
-
-
-def _moves(body: Any, world: Any) -> bool:
-    """Whether a body of a file, or one that carries it, has a joint."""
-    while body != world:
-        if body.joints:
-            return True
-        body = body.parent
-    return False
 
 
 def _exact(value: float) -> sp.Rational:
@@ -703,15 +664,6 @@ def _exact(value: float) -> sp.Rational:
 def _triple(values: Iterable[float]) -> Triple:
     x, y, z = map(_exact, values)
     return x, y, z
-
-
-def _turn(axis: FloatArray, angle: float) -> FloatArray:
-    """Return the rotation about an axis."""
-    import mujoco
-
-    quaternion = np.zeros(4)
-    mujoco.mju_axisAngle2Quat(quaternion, axis, angle)
-    return _matrix(quaternion)
 
 
 def _matrix(quaternion: FloatArray) -> FloatArray:
