@@ -156,12 +156,13 @@ def _of_links(option: str, given: tuple[str, ...], count: int) -> dict[str, list
 
 def _same_robot(path: Path, source: Path) -> bool:
     """Whether a file that would be replaced is of the robot of another one."""
-    from symgen.identification.parameters import same_frames
+    from symgen.identification.parameters import with_fixed_links
     from symgen.robot.toml_io import read_imported
 
     if path == source:
         return True
     try:
-        return same_frames(read_imported(path).robot, read_imported(source).robot)
+        with_fixed_links(read_imported(path).robot, read_imported(source).robot, path)
     except SymgenError:
         return False
+    return True

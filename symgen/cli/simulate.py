@@ -55,5 +55,5 @@ def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> 
             temperature=course, runs=runs, progress=say, meter=advance, **options
         )
     write_files(done.files(into))
-    print_simulation(done)
+    print_simulation(done, symgen.read_robot(options["robot"]))
     click.echo(f"written: {', '.join(map(str, paths))}")

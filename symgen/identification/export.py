@@ -28,7 +28,7 @@ from symgen.identification.parameters import (
     cad_parameters,
     estimate_facts,
     read_parameters,
-    same_frames,
+    with_fixed_links,
 )
 from symgen.identification.physical import (
     LinkFact,
@@ -210,14 +210,10 @@ def identified_file(
     """
     path = Path(path)
     found = read_imported(path)
-    model = derive(found.robot if robot is None else robot)
-    if model.base.names != tuple(p.name for p in estimate.parameters):
+    model = derive(with_fixed_links(robot or found.robot, found.robot, path))
+    ours, theirs = model.base.names, (p.name for p in estimate.parameters)
+    if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
-    if not same_frames(found.robot, model.robot):
-        raise ParameterError(
-            f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
-            "robot was imported from"
-        )
     facts = tuple((known or Known()).facts(path, model.robot))
     if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
         raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")

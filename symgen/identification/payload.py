@@ -669,8 +669,8 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
     if found.joint != link:
         own = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
         raise RobotError(
-            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load on "
-            f"that of joint {link}; accepted: {own}"
+            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load "
+            f"on that of {robot.label(link)}; accepted: {own}"
         )
     return found
 
