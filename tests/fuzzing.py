@@ -163,9 +163,8 @@ def read_messages(path: Path) -> None:
 
 def read_map(path: Path) -> None:
     """Read names of columns, and the log beside it by them."""
-    from symgen.data.columns import columns_from
     from symgen.data.log import read_log
-    from symgen.data.raw import Reading
+    from symgen.data.raw import Reading, columns_from
 
     log = read_log(path.with_name("log.csv"), reading=Reading(columns=columns_from(str(path))))
     _finite(log.t, log.q, log.qd, log.tau)

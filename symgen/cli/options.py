@@ -112,8 +112,13 @@ def into(marker: str, **options: Any) -> Command:
 
 
 _READING = (
-    click.option("--columns", help="Column names of the file: t=time,q1=..; or a .toml file."),
-    click.option("--joints", help="Joint names of a bag, in the order of the robot: a,b,.."),
+    click.option(
+        "--columns",
+        default="",
+        show_default=False,
+        help="Column names of the file: t=time,q1=..; or a .toml file.",
+    ),
+    click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
     click.option(
         "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
     ),
@@ -132,6 +137,13 @@ _READING = (
         default="",
         show_default=False,
         help="Character between the columns of a CSV: ';', ',' or tab; chosen by default.",
+    ),
+    click.option(
+        "--no-header",
+        "header",
+        is_flag=True,
+        callback=lambda _context, _option, out: not out,
+        help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
     ),
     click.option("--from", "start", type=float, help="First time of each log to use, s."),
     click.option("--until", type=float, help="Last time of each log to use, s."),
@@ -212,13 +224,11 @@ def reading_options(command: Command) -> Command:
 
     @wraps(command)
     def with_reading(**options: Any) -> Any:
-        from symgen.data.columns import IMPORT, columns_from, units_from
-        from symgen.data.raw import Reading
+        from symgen.data.columns import IMPORT
+        from symgen.data.raw import Reading, units_from
         from symgen.errors import LogError
         from symgen.robot.imported import FORMATS
 
-        columns = options["columns"]
-        options["columns"] = {} if columns is None else columns_from(columns)
         options |= {key: listed(options[key]) for key in ("joints", "mask")}
         options["unit"] = units_from(options["unit"] or "")
         options["separator"] = options["separator"].replace("tab", "\t").replace("\\t", "\t")

@@ -88,7 +88,7 @@ class CsvForm:
             yield from (row for row in csv.reader(file, delimiter=self.separator) if row)
 
 
-def csv_form(path: Path, separator: str = "") -> CsvForm:
+def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
     A separator is right if header and first row have equal numbers of cells.
@@ -96,9 +96,11 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
     Args:
         path: the file.
         separator: its separator; "" to find it.
+        headed: whether it has a header; without one, its columns are 1, 2, ..
 
     Raises:
-        LogError: the file is no text in UTF-8, or two separators are possible.
+        LogError: the file is no text in UTF-8, has numbers as header, or two separators are
+            possible.
     """
     try:
         # utf-8-sig removes the byte order mark of spreadsheets.
@@ -111,7 +113,7 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
     forms = []
     for one in candidates:
         with suppress(csv.Error):  # a long header without this separator is a field too long
-            forms.append(_parsed(text, one, asked is not None))
+            forms.append(_parsed(text, one, asked is not None, headed))
     if not forms:
         refuse("is not a text file", "CSV in UTF-8")
     several = [f for f in forms if len(f.header) > 1]
@@ -120,6 +122,10 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
         shown = " or ".join(f.shown for f in even)
         refuse(f"columns may be separated by {shown}", f"--separator '{even[0].separator}'")
     form = (even or sorted(several, key=lambda f: -len(f.header)) or forms)[0]
+    numbers = [name for name in form.header if _COMMA.fullmatch(name) or _POINT.fullmatch(name)]
+    if headed and len(form.header) > 1 and 2 * len(numbers) > len(form.header):
+        what = f"the first line has numbers, such as {numbers[0]}, and no names of columns"
+        refuse(what, f'a header, or --no-header --columns "{_numbered(len(form.header))}"')
     if even or not form.first:
         return form
     if len(form.first[0]) > len(form.header):
@@ -137,12 +143,25 @@ def _lines(file: Iterable[str]) -> Iterator[str]:
             return
 
 
-def _parsed(text: str, separator: str, hinted: bool) -> CsvForm:
+def _numbered(count: int) -> str:
+    """Return the mapping of so many columns of a file without a header: t, q, qd, tau."""
+    roles = ("q", "qd", "tau") if count % 3 == 1 else ("q", "tau")
+    n = max((count - 1) // len(roles), 1)
+    names = ["t", *(f"{role}{j + 1}" for role in roles for j in range(n))]
+    return ",".join(f"{name}={k}" for k, name in enumerate(names, 1))
+
+
+def _parsed(text: str, separator: str, hinted: bool, headed: bool) -> CsvForm:
     reader = csv.reader(StringIO(text), delimiter=separator)
     if hinted:
         next(reader)
-    header = [name.strip() for name in next((row for row in reader if row), [])]
     skipped = reader.line_num
+    header = [name.strip() for name in next((row for row in reader if row), [])]
+    if headed:
+        skipped = reader.line_num
+    else:
+        reader = csv.reader(islice(StringIO(text), skipped, None), delimiter=separator)
+        header = [str(k + 1) for k in range(len(header))]
     first = [tuple(row) for row in islice((row for row in reader if row), _ROWS + 1)]
     first = first[:-1] if len(first) > 1 else first  # the last one may be cut off
     if first:  # a separator at the end of lines, of the header or of the rows

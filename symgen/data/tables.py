@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.columns import matched
+from symgen.data.columns import joints_of_file, matched, suggested
 from symgen.data.csv_form import CsvForm, csv_form
 from symgen.data.raw import (
     BESIDE,
@@ -53,6 +53,7 @@ _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
 #: Characters that may separate the columns of a table that was read as one column.
 _MARKS = ",;|: "
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
+_NAMED = re.compile(r"(|.*[^A-Za-z])names?(\W*[0-9]+\W*)")
 _LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
@@ -61,6 +62,8 @@ _SIGNATURE = b"PK\x03\x04"
 _MOTION = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
 #: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
+#: Endings of a single file, not of the logs in a folder.
+TEXTS = (".tsv", ".txt")
 
 
 @contextmanager
@@ -255,8 +258,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    form = csv_form(path, wanted.reading.separator)
-    names, groups, notes = _assigned(form.header, path.name, wanted)
+    form = csv_form(path, wanted.reading.separator, wanted.reading.header)
+    header, wanted = _with_joints(form, wanted)
+    names, groups, notes = _assigned(header, path.name, wanted)
     used = _columns(groups)
     # Numbers stand for columns: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
@@ -292,6 +296,35 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
         notes, lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
+
+
+def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
+    """Name columns by their joint where columns of texts name it: field.name0 is the elbow.
+
+    Returns:
+        The header, and the robot with the names of its joints in the file.
+
+    Raises:
+        LogError: the names change, or are not those of the robot's joints.
+    """
+    header, present = list(form.header), []
+    for place, name in enumerate(form.header):
+        match = _NAMED.fullmatch(name)
+        cells = dict.fromkeys(form.cells(place))
+        if match is None or not cells:
+            continue
+        if len(cells) > 1:
+            refuse(f"column {plain(name)} has {listed(list(cells))}", "one joint in all rows")
+        (joint,) = cells
+        present.append(joint)
+        other = re.compile(re.escape(match[1]) + "([A-Za-z_]+)" + re.escape(match[2]))
+        for k, column in enumerate(form.header):
+            if k != place and (same := other.fullmatch(column)):
+                header[k] = f"{match[1]}{same[1]}.{joint}"
+    if not present:
+        return header, wanted
+    joints = joints_of_file(wanted.reading.joints, wanted.joints, present)
+    return header, replace(wanted, joints=joints)
 
 
 def _time_type(cells: Sequence[str]) -> Any:
@@ -409,7 +442,9 @@ def _assigned(
     Raises:
         LogError: a column is missing, or occurs twice.
     """
-    names, columns = [name.strip() for name in stored], dict(wanted.reading.columns)
+    names = [name.strip() for name in stored]
+    own = "t" in names and any(NUMBERED.fullmatch(name) for name in names)
+    columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
         if ours != "t" and NUMBERED.fullmatch(ours) is None:
@@ -427,7 +462,16 @@ def _assigned(
         own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
+    numbered = [NUMBERED.fullmatch(name) for name in given]
+    based = {match[1] for match in numbered if match and match[2] == "0"}
+    given = [
+        f"{match[1]}{int(match[2]) + 1}" if match and match[1] in based else name
+        for name, match in zip(given, numbered, strict=True)
+    ]
     found, notes = matched(file, given, patterns, wanted)
+    if based:
+        notes = (*notes, f"{file}: columns {', '.join(f'{role}0..' for role in sorted(based))} "
+                 "count the joints from 0")  # fmt: skip
     return found, _groups(found, names, wanted), notes
 
 
@@ -462,7 +506,9 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
                     "torques from the gains of a controller",
                 )
         if not present:
-            how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
+            missing = [r for r in ("q", "tau") if not numbers[r]]
+            pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
+            how = f"{COLUMNS}, or {pairs}"
             others = [
                 own
                 for own, name in zip(stored, names, strict=True)
@@ -570,7 +616,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     """
     if not zipfile.is_zipfile(path):
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    columns, poses = wanted.reading.columns, wanted.reading.poses
+    columns, poses = wanted.reading.pairs, wanted.reading.poses
     names = {role: columns.get(role, role) for role in ROLES}
     for role in (*["t"] * poses, *["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
         del names[role]

@@ -21,9 +21,9 @@ import pytest
 from support import PROJECT, heeds_ctrl_c, messages
 
 import symgen
-from symgen.data.columns import columns_from
 from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
+from symgen.data.raw import columns_from
 from symgen.diagnosis.fleet import grouped
 from symgen.errors import plain
 from symgen.files import load_json, load_toml, write_folder
@@ -378,7 +378,7 @@ def _bomb(path: Path, claimed: int) -> Path:
 READ = """
 import resource, sys
 import symgen
-from symgen.data.columns import columns_from
+from symgen.data.raw import columns_from
 from symgen.data.log import read_log
 from symgen.identification.curves import read_curves
 from pathlib import Path

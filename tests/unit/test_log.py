@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symgen.data.columns import columns_from
 from symgen.data.log import Log, make_log, read_log
-from symgen.data.raw import Reading
+from symgen.data.raw import Reading, columns_from
 from symgen.errors import LogError
 
 N, JOINTS = 40, 2
