@@ -116,7 +116,7 @@ _READING = (
         "--columns",
         default="",
         show_default=False,
-        help="Column names of the file: t=time,q1=..; or a .toml file.",
+        help="Column names of the file: t=time,q1=..; default: [log] columns of the robot.",
     ),
     click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
     click.option(

@@ -92,8 +92,9 @@ def read_joint_states(
         refuse("has no message of joint states", _ACCEPTED)
     present = list(dict.fromkeys(name for m in found for name in m.names))
     joints = joints_of_file(reading.joints, names, present)
-    named = [m for m in found if not set(joints).isdisjoint(m.names)]
-    complete = [m for m in named if set(joints) <= set(m.names)] or named
+    complete = [m for m in found if set(joints) <= set(m.names)]
+    if not complete:
+        refuse("no message has all joints of the robot", "all joints in one message")
     contents = [frozenset(f for f in fields.values() if len(getattr(m, f))) for m in complete]
     count = Counter(contents)
     needed = {f for role, f in fields.items() if role != "qd"}
@@ -108,10 +109,11 @@ def read_joint_states(
     stamps = np.array([m.stamp for m in wanted], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
-        rows = [_row(m, field, order) for m, order in zip(wanted, orders, strict=True)]
-        array = _array(rows)
-        if array is not None:
-            arrays[role] = array
+        if field in content:
+            pairs = zip(wanted, orders, strict=True)
+            arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
+            if np.isnan(arrays[role]).all():  # ros2_control has NaN for what is not measured
+                del arrays[role]
     again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
@@ -121,15 +123,10 @@ def read_joint_states(
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    read, other, twice = len(found), len(found) - len(named), int(again.sum())
-    partly = len(named) - len(wanted)
+    read, other, twice = len(found), len(found) - len(wanted), int(again.sum())
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
-        (other, f"{other} messages of other joints left out"),
-        (
-            partly,
-            f"{partly} messages with other joints or fields left out, as of a second publisher",
-        ),
+        (other, f"{other} messages of other joints, or with other fields, left out"),
         (unstamped, "the stamps in the headers are 0; t is the time when a message was received"),
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
@@ -211,32 +208,17 @@ def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
             continue
         if len(set(names)) < len(names):
             refuse(f"{_when(m)}: a joint is named twice", "every joint once in a message")
-        missing = [name for name in joints if name not in names]
-        if missing:
-            what = f"{_when(m)} lacks the joint {missing[0]!r}"
-            refuse(what, "all joints in one message")
         known[names] = [names.index(name) for name in joints]
     return [known[tuple(m.names)] for m in messages]
 
 
 def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
-    """Return one field for the robot's joints, (n,), or (0,) if it is empty in the message."""
+    """Return one field for the robot's joints, (n,)."""
     values: FloatArray = getattr(m, field)
-    if len(values) == 0:
-        return values
     if len(values) != len(m.names):
         what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
         refuse(what, "one value a name, or none")
     return values[order]
-
-
-def _array(rows: list[FloatArray]) -> FloatArray | None:
-    """Return a field as (N, n); None if no message has it, or all values are NaN."""
-    if len(rows[0]) == 0:
-        return None
-    array = np.array(rows)
-    # ros2_control publishes NaN for quantities that a joint does not measure.
-    return None if np.isnan(array).all() else array
 
 
 def _when(m: _Message) -> str:

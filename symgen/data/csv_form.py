@@ -17,6 +17,7 @@ from symgen.data.raw import refuse
 SEPARATORS = (",", ";", "\t")
 _CHARACTERS = 1 << 20  # to look at
 _ROWS = 200
+_NUMBER = re.compile(r"[+-]?([0-9.,]+([eE][+-]?[0-9]+)?|nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?")
 _SHOWN = {"\t": "tabs", ";": "semicolons", " ": "blanks", ",": "commas"}
@@ -88,7 +89,7 @@ class CsvForm:
             yield from (row for row in csv.reader(file, delimiter=self.separator) if row)
 
 
-def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
+def csv_form(path: Path, separator: str = "", headed: bool = True, n: int | None = None) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
     A separator is right if header and first row have equal numbers of cells.
@@ -97,6 +98,7 @@ def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
         path: the file.
         separator: its separator; "" to find it.
         headed: whether it has a header; without one, its columns are 1, 2, ..
+        n: number of joints of the robot, for a message; None if unknown.
 
     Raises:
         LogError: the file is no text in UTF-8, has numbers as header, or two separators are
@@ -122,10 +124,9 @@ def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
         shown = " or ".join(f.shown for f in even)
         refuse(f"columns may be separated by {shown}", f"--separator '{even[0].separator}'")
     form = (even or sorted(several, key=lambda f: -len(f.header)) or forms)[0]
-    numbers = [name for name in form.header if _COMMA.fullmatch(name) or _POINT.fullmatch(name)]
-    if headed and len(form.header) > 1 and 2 * len(numbers) > len(form.header):
-        what = f"the first line has numbers, such as {numbers[0]}, and no names of columns"
-        refuse(what, f'a header, or --no-header --columns "{_numbered(len(form.header))}"')
+    if headed and len(form.header) > 1 and all(map(_NUMBER.fullmatch, form.header)):
+        what = f"the first line, {form.header[0]}.., has no names of columns"
+        refuse(what, f'a header, or --no-header --columns "{_numbered(len(form.header), n)}"')
     if even or not form.first:
         return form
     if len(form.first[0]) > len(form.header):
@@ -143,10 +144,10 @@ def _lines(file: Iterable[str]) -> Iterator[str]:
             return
 
 
-def _numbered(count: int) -> str:
-    """Return the mapping of so many columns of a file without a header: t, q, qd, tau."""
-    roles = ("q", "qd", "tau") if count % 3 == 1 else ("q", "tau")
-    n = max((count - 1) // len(roles), 1)
+def _numbered(count: int, n: int | None) -> str:
+    """Return the usual mapping of so many columns without names: t, q, qd if they suffice, tau."""
+    n = n or max((count - 1) // 3, 1)
+    roles = ("q", "qd", "tau") if count > 3 * n else ("q", "tau")
     names = ["t", *(f"{role}{j + 1}" for role in roles for j in range(n))]
     return ",".join(f"{name}={k}" for k, name in enumerate(names, 1))
 
@@ -156,13 +157,14 @@ def _parsed(text: str, separator: str, hinted: bool, headed: bool) -> CsvForm:
     if hinted:
         next(reader)
     skipped = reader.line_num
-    header = [name.strip() for name in next((row for row in reader if row), [])]
+    header = [name.strip() for name in next(filter(None, reader), [])]
+    first = []
     if headed:
         skipped = reader.line_num
     else:
-        reader = csv.reader(islice(StringIO(text), skipped, None), delimiter=separator)
+        first = [tuple(header)]
         header = [str(k + 1) for k in range(len(header))]
-    first = [tuple(row) for row in islice((row for row in reader if row), _ROWS + 1)]
+    first += [tuple(row) for row in islice(filter(None, reader), _ROWS + 1)]
     first = first[:-1] if len(first) > 1 else first  # the last one may be cut off
     if first:  # a separator at the end of lines, of the header or of the rows
         if len(first[0]) == len(header) + 1 and not first[0][-1].strip():

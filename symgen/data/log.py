@@ -52,7 +52,7 @@ MIN_SAMPLES = 10
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
 _DEGREES = 180.0 / np.pi
-_REPEATED = 0.05  # share of stamps that repeat where a file rounds them
+_CHANGING = 0.95  # share of stamps that differ from the one before where a file rounds them
 _LOOKED_AT = 1 << 14  # samples that show the unit of speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
@@ -295,27 +295,22 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
         LogError: the clock goes back, or stamps repeat in another way.
     """
     steps = np.diff(t)
-    if steps.min() > 0:
+    change, back = np.flatnonzero(steps > 0) + 1, np.flatnonzero(steps < 0) + 1
+    if len(change) == len(steps):
         return t, ()
-    accepted = "strictly increasing time in s"
-    k = int(np.argmax(steps <= 0)) + 1
-    what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-    if steps.min() < 0:
-        k = int(np.argmax(steps < 0)) + 1
-        what = f"column {column}, sample {k}: the clock goes back from {t[k - 1]:.9g} s to {t[k]:.9g} s"
-        before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
-        refuse(
-            what,
-            f"{accepted}; --until {before} for the samples before, --from {after} for those after",
-        )
-    change = np.flatnonzero(steps > 0) + 1
-    if len(steps) - len(change) > _REPEATED * len(steps) and len(change) > MIN_SAMPLES:
+    if len(back) == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
         step, start = np.polyfit(change, t[change], 1)
         if np.abs(t[change] - start - step * change).max() < 1.5 * step:
             says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
             return read_only(start + step * np.arange(len(t))), ((column, says, done),)
-    refuse(what, f"{accepted}, with more digits")
+    k, how = int(np.argmax(steps <= 0)) + 1, ", with more digits"
+    if len(back):
+        k = int(back[0])
+        before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+        how = f"; --until {before} keeps what is before, --from {after} what is after"
+    what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
+    return refuse(what, f"strictly increasing time in s{how}")
 
 
 def given_roles(reading: Reading) -> set[str]:

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from symgen.errors import LogError, SymgenError, plain
-from symgen.files import load_toml
 
 if TYPE_CHECKING:
     from symgen.robot.types import Drive, Limits
@@ -34,7 +33,7 @@ COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 #: Limits on the unpacked size of a file: bytes, and multiple of its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
-_PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
+_PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
@@ -44,16 +43,11 @@ _ROLES = (
 
 
 def columns_from(text: str) -> dict[str, str]:
-    """Return log column -> column of the file, for `Reading.columns`.
-
-    Args:
-        text: "t=time,q1=shoulder_pos", or the path of a TOML file with a table [columns].
+    """Return log column -> column of the file, from "t=time,q1=shoulder_pos".
 
     Raises:
-        LogError: the text or the file has another form.
+        LogError: the text has another form, or names a column twice.
     """
-    if text.endswith(".toml"):
-        return _from_file(Path(text))
     found: dict[str, str] = {}
     for pair in text.split(",") if text else ():
         ours, sign, theirs = (part.strip() for part in pair.partition("="))
@@ -69,21 +63,6 @@ def units_from(text: str) -> dict[str, str]:
     """Return column or role -> unit, for `Reading.unit`, from "deg" or "q=deg,tau2=mNm"."""
     pairs = [part.strip().partition("=") for part in text.split(",") if part.strip()]
     return {ours.strip() if sign else "": (unit or ours).strip() for ours, sign, unit in pairs}
-
-
-def _from_file(path: Path) -> dict[str, str]:
-    accepted = 'accepted: a table [columns] of texts, such as q1 = "shoulder_pos"'
-    try:
-        data = load_toml(path.read_text("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise LogError(f"--columns {path}: {error}; {accepted}") from error
-    table = data.get("columns")
-    if set(data) != {"columns"} or not isinstance(table, dict):
-        raise LogError(f"--columns {path}: holds {', '.join(data) or 'nothing'}; {accepted}")
-    for ours, theirs in table.items():
-        if not isinstance(theirs, str):
-            raise LogError(f"--columns {path}: {ours} is not a text; {accepted}")
-    return dict(table)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from symgen.data.convolution import (
 )
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms
-from symgen.data.raw import FloatArray, read_only
+from symgen.data.raw import FloatArray, read_only, refuse
 from symgen.data.stretch import holes
 from symgen.errors import LogError
 
@@ -107,8 +108,8 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         cutoff: cutoff of the filter in Hz; None to choose it from the bandwidth of the motion.
 
     Raises:
-        LogError: gaps in time that are longer than the log, a cutoff that is not between 0 and the Nyquist frequency, or
-            currents instead of torques.
+        LogError: gaps in time that are longer than the log, a cutoff that is not between 0 and the
+            Nyquist frequency, or currents instead of torques.
     """
     s = sampled(log)
     if cutoff is not None:
@@ -148,11 +149,8 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     log, inserted = _bridged(log, median)
     if inserted.any():
         mask = Mask(np.repeat(inserted[:, None], log.q.shape[1], axis=1), inserted)
-        k = int(np.argmax(inserted))
-        notes.append(
-            f"{log.name}: gaps in time, masked; the first one begins at t = {log.t[k - 1]:.6g} s; "
-            f"all are {median * inserted.sum():.3g} s long"
-        )
+        at, lost = log.t[int(np.argmax(inserted)) - 1], median * inserted.sum()
+        notes.append(f"{log.name}: gaps of {lost:.3g} s, masked; the first is at t = {at:.6g} s")
     t = log.t
     off = np.abs(np.diff(t) - median) > STEP_TOLERANCE * median
     count = len(t)
@@ -202,10 +200,8 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
     missing = np.round(np.diff(t) / step).astype(int) - 1
     if missing[wide].sum() > len(t):
         k = int(np.argmax(missing))
-        raise LogError(
-            f"{log.name}: no samples between t = {t[k]:.6g} s and t = {t[k + 1]:.6g} s; accepted: "
-            f"gaps shorter than the log; --until {t[k]} or --from {t[k + 1]}"
-        )
+        what = f"{log.name}: no samples between t = {t[k]:.9g} s and t = {t[k + 1]:.9g} s"
+        refuse(what, f"gaps shorter than the log, as with --until {t[k]} or --from {t[k + 1]}")
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
     bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
     wide = holes(t, step, max(longest, 0.25 / bandwidth))
@@ -218,15 +214,16 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
     """Interpolate a log by cubic splines, or without overshoot; columns with NaN are NaN."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
-    arrays = {"t": times}
+    arrays: dict[str, Any] = {"t": read_only(times)}
     for key in ("q", "qd", "tau", "command", "temp", "qs"):
         x = getattr(log, key)
         if x is not None:
             curve = CubicSpline if smooth and key != "temp" else PchipInterpolator
             known = np.isfinite(x).all(axis=0)
-            arrays[key] = np.full((len(times), x.shape[1]), np.nan)
-            arrays[key][:, known] = curve(log.t, x[:, known])(times)
-    return replace(log, **{key: read_only(x) for key, x in arrays.items()})
+            out = np.full((len(times), x.shape[1]), np.nan)
+            out[:, known] = curve(log.t, x[:, known])(times)
+            arrays[key] = read_only(out)
+    return replace(log, **arrays)
 
 
 def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -59,7 +59,6 @@ _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
 _SIGNATURE = b"PK\x03\x04"
-_MOTION = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
 #: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
 #: Endings of a single file, not of the logs in a folder.
@@ -258,7 +257,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    form = csv_form(path, wanted.reading.separator, wanted.reading.header)
+    form = csv_form(path, wanted.reading.separator, wanted.reading.header, wanted.n)
     header, wanted = _with_joints(form, wanted)
     names, groups, notes = _assigned(header, path.name, wanted)
     used = _columns(groups)
@@ -307,24 +306,22 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
     Raises:
         LogError: the names change, or are not those of the robot's joints.
     """
-    header, present = list(form.header), []
+    header, present = list(form.header), list[str]()
     for place, name in enumerate(form.header):
-        match = _NAMED.fullmatch(name)
-        cells = dict.fromkeys(form.cells(place))
+        match, cells = _NAMED.fullmatch(name), form.cells(place)
         if match is None or not cells:
             continue
-        if len(cells) > 1:
-            refuse(f"column {plain(name)} has {listed(list(cells))}", "one joint in all rows")
-        (joint,) = cells
-        present.append(joint)
-        other = re.compile(re.escape(match[1]) + "([A-Za-z_]+)" + re.escape(match[2]))
+        if len(set(cells)) > 1:
+            refuse(f"column {plain(name)} has {listed(cells)}", "one joint in all rows")
+        present.append(cells[0])
+        other = re.compile(f"{re.escape(match[1])}([A-Za-z_]+){re.escape(match[2])}")
         for k, column in enumerate(form.header):
-            if k != place and (same := other.fullmatch(column)):
-                header[k] = f"{match[1]}{same[1]}.{joint}"
-    if not present:
-        return header, wanted
-    joints = joints_of_file(wanted.reading.joints, wanted.joints, present)
-    return header, replace(wanted, joints=joints)
+            if same := other.fullmatch(column):
+                header[k] = f"{match[1]}{same[1]}.{cells[0]}"
+    if present:
+        joints = joints_of_file(wanted.reading.joints, wanted.joints, present)
+        wanted = replace(wanted, joints=joints)
+    return header, wanted
 
 
 def _time_type(cells: Sequence[str]) -> Any:
@@ -470,8 +467,7 @@ def _assigned(
     ]
     found, notes = matched(file, given, patterns, wanted)
     if based:
-        notes = (*notes, f"{file}: columns {', '.join(f'{role}0..' for role in sorted(based))} "
-                 "count the joints from 0")  # fmt: skip
+        notes = (*notes, f"{file}: {', '.join(sorted(based))} count the joints from 0")
     return found, _groups(found, names, wanted), notes
 
 
@@ -723,31 +719,17 @@ def read_columns(
     Raises:
         LogError: the file cannot be read, a column is missing, or a value is not a finite number.
     """
-    with located(path):
-        try:
-            with Path(path).open(encoding="utf-8-sig", newline="") as file:
-                rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
-        except (OSError, ValueError, csv.Error) as error:
-            reason = getattr(error, "strerror", None) or "not a text file"
-            refuse(f"cannot be read ({reason})", accepted)
-        header = [name.strip() for name in rows[0]] if rows else []
-        counts = Counter(match[1] for name in header if (match := _MOTION.fullmatch(name)))
-        if "t" not in header or not counts.keys() >= set(needed):
-            refuse(f"columns {', '.join(header[:12]) or 'none'}", accepted)
-        if len(rows) < 3:
-            refuse("fewer than 2 samples", accepted)
-        try:
-            table = np.array(rows[1:], dtype=float)
-        except ValueError as error:
-            refuse(f"not a table of numbers ({error})", accepted)
-        if table.shape[1] != len(header) or not np.isfinite(table).all():
-            refuse("a value is not a finite number, or rows differ in length", accepted)
-        columns, out = dict(zip(header, table.T, strict=True)), {}
-        if np.diff(columns["t"]).min() <= 0:
-            refuse("time does not increase", accepted)
-        for role in (role for role in (*needed, *optional) if role in counts):
-            names = [f"{role}{j}" for j in range(1, counts[needed[0]] + 1)]
-            if counts[role] != len(names) or not columns.keys() >= set(names):
-                refuse(f"the columns of {role} are not numbered 1 to {len(names)}", accepted)
-            out[role] = np.column_stack([columns[name] for name in names])
+    with located(path), readable("cannot be read", accepted):
+        form = csv_form(Path(path))
+        table = np.array([*form.rows(Path(path))], dtype=float)
+        columns, out = dict(zip(form.header, table.T, strict=True)), {}
+        for role in (*needed, *optional):
+            count = sum(re.fullmatch(f"{role}[1-9][0-9]*", name) is not None for name in columns)
+            if count or role in needed:
+                names = [f"{role}{j}" for j in range(1, max(count, 1) + 1)]
+                out[role] = np.column_stack([columns[name] for name in names])
+        if len({x.shape for x in out.values()}) > 1:
+            refuse(f"columns {listed(form.header)}", f"{accepted}, as many of each")
+        if len(table) < 2 or not np.isfinite(table).all() or np.diff(columns["t"]).min() <= 0:
+            refuse("2 samples or more, of finite numbers and increasing time, are needed", accepted)
         return columns["t"], out
