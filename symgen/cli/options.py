@@ -145,8 +145,6 @@ _READING = (
         callback=lambda _context, _option, out: not out,
         help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
     ),
-    click.option("--from", "start", type=float, help="First time of each log to use, s."),
-    click.option("--until", type=float, help="Last time of each log to use, s."),
 )
 
 _RECORDING = (
@@ -219,8 +217,13 @@ def taken(kind: Any, options: dict[str, Any]) -> Any:
     return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
 
 
-def reading_options(command: Command) -> Command:
-    """Add the options for reading logs to a command, as one argument `reading`."""
+def reading_options(command: Command, start: str = "--from") -> Command:
+    """Add the options for reading logs to a command, as one argument `reading`.
+
+    Args:
+        command: the command.
+        start: name of the option for the first time to use.
+    """
 
     @wraps(command)
     def with_reading(**options: Any) -> Any:
@@ -237,14 +240,16 @@ def reading_options(command: Command) -> Command:
             return command(reading=reading, **options)
         except LogError as error:  # only here is the robot file of the advice known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
-            robot = next(str(path) for path in given if path is not None)
+            robot = next((str(path) for path in given if path is not None), "FILE")
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 then = "" if options["robot"] else ", then --robot robot.toml"
                 raise LogError(text + then) from error
             raise
 
-    return _with(_READING, with_reading)
+    first = click.option(start, "start", type=float, help="First time of each log to use, s.")
+    last = click.option("--until", type=float, help="Last time of each log to use, s.")
+    return _with((*_READING, first, last), with_reading)
 
 
 def recording_options(command: Command) -> Command:

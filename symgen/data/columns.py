@@ -235,13 +235,12 @@ def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
             if len(match[0]) < 4:
                 pattern = f"{name[: match.start()]}*{name[match.end() :]}"
                 out.setdefault(pattern, {})[int(match[0])] = name
-    return {p: c for p, c in out.items() if _runs(c) and (len(c) > 1 or n is None)}
-
-
-def _runs(numbers: Pattern) -> bool:
-    """Whether numbers run from 0 or from 1 without gaps."""
-    count = len(numbers)
-    return sorted(numbers) in (list(range(count)), list(range(1, count + 1)))
+    return {
+        pattern: columns
+        for pattern, columns in out.items()
+        if sorted(columns) in (list(range(len(columns))), list(range(1, len(columns) + 1)))
+        and (len(columns) > 1 or n is None)
+    }
 
 
 def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
@@ -249,17 +248,10 @@ def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pat
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
     texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
     found = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
-    joints, n = wanted.joints, wanted.n
-    if joints and found.keys() >= set(joints):
-        return {k: found[joint] for k, joint in enumerate(joints)}
-    numbered: dict[str, Pattern] = {}
-    for text, name in found.items():
-        if number := re.search("[0-9]+$", text):
-            numbered.setdefault(text[: number.start()], {})[int(number[0])] = name
-    runs = (numbered[stem] for stem in sorted(numbered, key=len) if _runs(numbered[stem]))
-    columns = next((c for c in runs if n in (None, len(c))), None)
-    if columns is None:
+    groups = by_name([*found], wanted.joints) | by_number([*found], wanted.n)
+    whole = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
+    if not whole:
         what = f"--columns {role}={pattern}: no such column of every joint"
         shown = ", ".join(name for name in names if name)[:300]
         refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
-    return columns
+    return {joint: found[star] for joint, star in groups[min(whole, key=len)].items()}

@@ -89,7 +89,7 @@ class CsvForm:
             yield from (row for row in csv.reader(file, delimiter=self.separator) if row)
 
 
-def csv_form(path: Path, separator: str = "", headed: bool = True, n: int | None = None) -> CsvForm:
+def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
     A separator is right if header and first row have equal numbers of cells.
@@ -98,7 +98,6 @@ def csv_form(path: Path, separator: str = "", headed: bool = True, n: int | None
         path: the file.
         separator: its separator; "" to find it.
         headed: whether it has a header; without one, its columns are 1, 2, ..
-        n: number of joints of the robot, for a message; None if unknown.
 
     Raises:
         LogError: the file is no text in UTF-8, has numbers as header, or two separators are
@@ -126,7 +125,7 @@ def csv_form(path: Path, separator: str = "", headed: bool = True, n: int | None
     form = (even or sorted(several, key=lambda f: -len(f.header)) or forms)[0]
     if headed and len(form.header) > 1 and all(map(_NUMBER.fullmatch, form.header)):
         what = f"the first line, {form.header[0]}.., has no names of columns"
-        refuse(what, f'a header, or --no-header --columns "{_numbered(len(form.header), n)}"')
+        refuse(what, '--no-header --columns "t=1,q1=2,..", with the places of t, q1.., tau1..')
     if even or not form.first:
         return form
     if len(form.first[0]) > len(form.header):
@@ -142,14 +141,6 @@ def _lines(file: Iterable[str]) -> Iterator[str]:
         size += len(line)
         if k > 3 and size > _CHARACTERS:
             return
-
-
-def _numbered(count: int, n: int | None) -> str:
-    """Return the usual mapping of so many columns without names: t, q, qd if they suffice, tau."""
-    n = n or max((count - 1) // 3, 1)
-    roles = ("q", "qd", "tau") if count > 3 * n else ("q", "tau")
-    names = ["t", *(f"{role}{j + 1}" for role in roles for j in range(n))]
-    return ",".join(f"{name}={k}" for k, name in enumerate(names, 1))
 
 
 def _parsed(text: str, separator: str, hinted: bool, headed: bool) -> CsvForm:

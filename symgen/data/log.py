@@ -295,22 +295,22 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
         LogError: the clock goes back, or stamps repeat in another way.
     """
     steps = np.diff(t)
-    change, back = np.flatnonzero(steps > 0) + 1, np.flatnonzero(steps < 0) + 1
-    if len(change) == len(steps):
+    change = np.flatnonzero(steps) + 1
+    if steps.min() > 0:
         return t, ()
-    if len(back) == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
+    if steps.min() == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
         step, start = np.polyfit(change, t[change], 1)
         if np.abs(t[change] - start - step * change).max() < 1.5 * step:
             says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
             return read_only(start + step * np.arange(len(t))), ((column, says, done),)
-    k, how = int(np.argmax(steps <= 0)) + 1, ", with more digits"
-    if len(back):
-        k = int(back[0])
-        before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
-        how = f"; --until {before} keeps what is before, --from {after} what is after"
-    what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-    return refuse(what, f"strictly increasing time in s{how}")
+    k = int(np.argmin(steps)) + 1
+    before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+    return refuse(
+        f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s",
+        f"strictly increasing time in s, with all digits; --until {before} uses the samples before "
+        f"a clock was set back, --from {after} those after",
+    )
 
 
 def given_roles(reading: Reading) -> set[str]:

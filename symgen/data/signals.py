@@ -193,18 +193,16 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
         LogError: the gaps are longer than the log.
     """
     t = log.t
-    longest = _LOST * step
-    wide = holes(t, step, longest)
-    if len(wide) == 0:
-        return log, np.zeros(len(t), dtype=bool)
     missing = np.round(np.diff(t) / step).astype(int) - 1
-    if missing[wide].sum() > len(t):
+    if missing.max() < _LOST:
+        return log, np.zeros(len(t), dtype=bool)
+    if missing.sum() > len(t):
         k = int(np.argmax(missing))
         what = f"{log.name}: no samples between t = {t[k]:.9g} s and t = {t[k + 1]:.9g} s"
         refuse(what, f"gaps shorter than the log, as with --until {t[k]} or --from {t[k + 1]}")
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
     bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
-    wide = holes(t, step, max(longest, 0.25 / bandwidth))
+    wide = holes(t, step, max(_LOST * step, 0.25 / bandwidth))
     added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
     times = np.sort(np.concatenate([t, *added]))
     return _resampled(log, times, smooth=False), ~np.isin(times, t)

@@ -53,7 +53,7 @@ _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
 #: Characters that may separate the columns of a table that was read as one column.
 _MARKS = ",;|: "
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
-_NAMED = re.compile(r"(|.*[^A-Za-z])names?(\W*[0-9]+\W*)")
+_INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")  # of an array of a message
 _LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
@@ -257,7 +257,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    form = csv_form(path, wanted.reading.separator, wanted.reading.header, wanted.n)
+    form = csv_form(path, wanted.reading.separator, wanted.reading.header)
     header, wanted = _with_joints(form, wanted)
     names, groups, notes = _assigned(header, path.name, wanted)
     used = _columns(groups)
@@ -306,20 +306,15 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
     Raises:
         LogError: the names change, or are not those of the robot's joints.
     """
-    header, present = list(form.header), list[str]()
+    header, named = list(form.header), dict[str, str]()
+    for place, name in enumerate(header):
+        if (match := _INDEXED.fullmatch(name)) and match[2] == "name":
+            named[match[1] + match[3]] = " ".join(dict.fromkeys(form.cells(place)))
     for place, name in enumerate(form.header):
-        match, cells = _NAMED.fullmatch(name), form.cells(place)
-        if match is None or not cells:
-            continue
-        if len(set(cells)) > 1:
-            refuse(f"column {plain(name)} has {listed(cells)}", "one joint in all rows")
-        present.append(cells[0])
-        other = re.compile(f"{re.escape(match[1])}([A-Za-z_]+){re.escape(match[2])}")
-        for k, column in enumerate(form.header):
-            if same := other.fullmatch(column):
-                header[k] = f"{match[1]}{same[1]}.{cells[0]}"
-    if present:
-        joints = joints_of_file(wanted.reading.joints, wanted.joints, present)
+        if (match := _INDEXED.fullmatch(name)) and match[1] + match[3] in named:
+            header[place] = f"{match[1]}{match[2]}.{named[match[1] + match[3]]}"
+    if named:
+        joints = joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
         wanted = replace(wanted, joints=joints)
     return header, wanted
 
@@ -440,7 +435,7 @@ def _assigned(
         LogError: a column is missing, or occurs twice.
     """
     names = [name.strip() for name in stored]
-    own = "t" in names and any(NUMBERED.fullmatch(name) for name in names)
+    own = "q1" in names and ("tau1" in names or "i1" in names)
     columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
@@ -459,15 +454,15 @@ def _assigned(
         own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
-    numbered = [NUMBERED.fullmatch(name) for name in given]
-    based = {match[1] for match in numbered if match and match[2] == "0"}
-    given = [
-        f"{match[1]}{int(match[2]) + 1}" if match and match[1] in based else name
-        for name, match in zip(given, numbered, strict=True)
-    ]
+    from_zero = {"q0", "tau0", "i0"} & {*given}
+    if from_zero:
+        given = [
+            f"{match[1]}{int(match[2]) + 1}" if (match := NUMBERED.fullmatch(name)) else name
+            for name in given
+        ]
     found, notes = matched(file, given, patterns, wanted)
-    if based:
-        notes = (*notes, f"{file}: {', '.join(sorted(based))} count the joints from 0")
+    if from_zero:
+        notes = (*notes, f"{file}: columns count joints from 0")
     return found, _groups(found, names, wanted), notes
 
 

@@ -141,6 +141,7 @@ def torque_errors(
     parameters: Sequence[FloatArray],
     band: Band | None = None,
     shifts: Sequence[Fault] = (),
+    reading: Reading | None = None,
 ) -> list[float]:
     """Return the relative torque error of some parameters along a log, in one band.
 
@@ -150,12 +151,13 @@ def torque_errors(
         parameters: (p,) base parameters of each.
         band: the filters; by default those that suit the log best.
         shifts: of the torques of all logs, done by the estimate.
+        reading: how the log is read.
 
     Raises:
         LogError: the log cannot be read or belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    seen, _ = _filtered(evaluator, open_samples(log, robot), band, shifts=shifts)
+    seen, _ = _filtered(evaluator, open_samples(log, robot, reading), band, shifts=shifts)
     return [fit(evaluator, [seen], X).residual.relative for X in parameters]
 
 
