@@ -24,7 +24,7 @@ from symgen.data.convolution import (
     spline_slope,
 )
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, Mask, on_grid, rms
+from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
 from symgen.data.stretch import holes
 from symgen.errors import LogError
@@ -149,8 +149,9 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     log, inserted = _bridged(log, median)
     if inserted.any():
         mask = Mask(np.repeat(inserted[:, None], log.q.shape[1], axis=1), inserted)
-        at, lost = log.t[int(np.argmax(inserted)) - 1], median * inserted.sum()
-        notes.append(f"{log.name}: gaps of {lost:.3g} s, masked; the first is at t = {at:.6g} s")
+        first = log.t[int(np.argmax(inserted))]
+        lost = median * inserted.sum()
+        notes.append(f"{log.name}: gaps in time: {lost:.3g} s from t = {first:.6g} s on are masked")
     t = log.t
     off = np.abs(np.diff(t) - median) > STEP_TOLERANCE * median
     count = len(t)
@@ -202,10 +203,12 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
         refuse(what, f"gaps shorter than the log, as with --until {t[k]} or --from {t[k + 1]}")
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
     bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
-    wide = holes(t, step, max(_LOST * step, 0.25 / bandwidth))
+    longest = max(_LOST * step, 0.125 / bandwidth)
+    wide = holes(t, step, longest)
     added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
     times = np.sort(np.concatenate([t, *added]))
-    return _resampled(log, times, smooth=False), ~np.isin(times, t)
+    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach so far
+    return _resampled(log, times, smooth=False), lost
 
 
 def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:

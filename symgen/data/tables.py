@@ -306,13 +306,14 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
     Raises:
         LogError: the names change, or are not those of the robot's joints.
     """
-    header, named = list(form.header), dict[str, str]()
-    for place, name in enumerate(header):
-        if (match := _INDEXED.fullmatch(name)) and match[2] == "name":
-            named[match[1] + match[3]] = " ".join(dict.fromkeys(form.cells(place)))
-    for place, name in enumerate(form.header):
-        if (match := _INDEXED.fullmatch(name)) and match[1] + match[3] in named:
-            header[place] = f"{match[1]}{match[2]}.{named[match[1] + match[3]]}"
+    header = list(form.header)
+    matches = [(k, m) for k, name in enumerate(header) if (m := _INDEXED.fullmatch(name))]
+    named = {
+        m.group(1, 3): " ".join(dict.fromkeys(form.cells(k))) for k, m in matches if m[2] == "name"
+    }
+    for k, m in matches:
+        if joint := named.get(m.group(1, 3)):
+            header[k] = f"{m[1]}{m[2]}.{joint}"
     if named:
         joints = joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
         wanted = replace(wanted, joints=joints)
@@ -454,15 +455,14 @@ def _assigned(
         own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
-    from_zero = {"q0", "tau0", "i0"} & {*given}
-    if from_zero:
-        given = [
-            f"{match[1]}{int(match[2]) + 1}" if (match := NUMBERED.fullmatch(name)) else name
-            for name in given
-        ]
+    from_zero = [role for role in ROLES if f"{role}0" in given]
+    for place, name in enumerate(given):
+        match = NUMBERED.fullmatch(name)
+        if match and match[1] in from_zero:
+            given[place] = f"{match[1]}{int(match[2]) + 1}"
     found, notes = matched(file, given, patterns, wanted)
     if from_zero:
-        notes = (*notes, f"{file}: columns count joints from 0")
+        notes = (*notes, f"{file}: {', '.join(from_zero)} count joints from 0")
     return found, _groups(found, names, wanted), notes
 
 
