@@ -110,15 +110,7 @@ MJCF = """<mujoco model="two">
   </worldbody>
 </mujoco>
 """
-MAP = """# the recorder's names
-[columns]
-t = "time"
-q1 = "shoulder pos"
-q2 = "elbow pos"
-tau1 = "shoulder_\\u03c4"
-tau2 = "elbow_effort"
-# the speeds are derived
-"""
+MAP = "t=time,q1=shoulder pos,q2=elbow pos,tau1=shoulder_\u03c4,tau2=elbow_effort"
 ESTIMATE = {
     "schema": "symgen.estimate/1",
     "robot": "planar2r",
@@ -206,7 +198,7 @@ def write_seeds(reader: str, folder: Path) -> None:
         (beside / "map").mkdir()
         (beside / "map" / "log.csv").write_text(f"{head}\n{_rows(t, q, q, t)}\n")
     elif reader == "motion":
-        (seeds / "a").write_text(f"# of excite\nt,q1,q2,qd1,qd2\n{_rows(t, q, q)}\n")
+        (seeds / "a").write_text(f"t,q1,q2,qd1,qd2\n{_rows(t, q, q)}\n")
     elif reader == "estimate":
         (seeds / "a").write_text(json.dumps(ESTIMATE, indent=1))
         for kind in ("estimate-1", "estimate-2"):

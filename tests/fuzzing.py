@@ -163,11 +163,11 @@ def read_messages(path: Path) -> None:
 
 def read_map(path: Path) -> None:
     """Read names of columns, and the log beside it by them."""
-    from symgen.data.columns import columns_from
     from symgen.data.log import read_log
     from symgen.data.raw import Reading
 
-    log = read_log(path.with_name("log.csv"), reading=Reading(columns=columns_from(str(path))))
+    names = Reading(columns=path.read_text("utf-8", "replace"))
+    log = read_log(path.with_name("log.csv"), reading=names)
     _finite(log.t, log.q, log.qd, log.tau)
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli.options import PATH, PERCENT
+from symgen.cli.options import PATH, PERCENT, reading_options
 from symgen.cli.progress import say
 from symgen.errors import PackageError, SymgenError
+
+if TYPE_CHECKING:
+    from symgen.data.raw import Reading
 
 _GEOMETRY = "geometry"
 
@@ -37,6 +42,7 @@ _GEOMETRY = "geometry"
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
+@partial(reading_options, start="--start")
 def export(
     estimate: Path,
     to: Path,
@@ -49,6 +55,7 @@ def export(
     actuators: bool,
     samples: int | None,
     seed: int,
+    reading: Reading,
 ) -> int:
     """Write the identified values of ESTIMATE into the URDF or MJCF of the robot.
 
@@ -58,8 +65,10 @@ def export(
     --mass and --box. Exit code 1: the torque error of the written file on a --log is above that of
     the estimate by more than --least.
     """
+    from symgen.faults.logs import open_samples
     from symgen.files import json_text, replace_file, write_folder
     from symgen.identification import export as exports
+    from symgen.robot.toml_io import read_robot
 
     copied = source or to
     kinds = {copied.suffix.lower()} if samples else {copied.suffix.lower(), to.suffix.lower()}
@@ -71,6 +80,9 @@ def export(
     chosen = {name: (v[:3], v[3:]) for name, v in _of_links("--box", given, 6).items()}
     read = exports.geometry_boxes(copied) if len(given) < len(boxes) else None
     boxed = {**(read.boxes if read else {}), **chosen}
+    found, known = exports.read_identified(estimate, robot)
+    for log in logs:  # a log that cannot be read leaves no file
+        open_samples(log, known or read_robot(copied), reading)
     say("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
     encoding = "utf-8-sig" if marked else "utf-8"
@@ -122,8 +134,7 @@ def export(
     code = 0
     for log in logs:
         say(f"comparing with {log}")
-        found, own = exports.read_identified(estimate, robot)
-        errors = exports.file_errors(paths, log, found, own or copied)
+        errors = exports.file_errors(paths, log, found, known or copied, reading)
         each = [100 * error for error in errors.files]
         told = f"{each[0]:.3g} %"
         if samples:

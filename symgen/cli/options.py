@@ -113,8 +113,13 @@ def into(marker: str, **options: Any) -> Command:
 
 
 _READING = (
-    click.option("--columns", help="Column names of the file: t=time,q1=..; or a .toml file."),
-    click.option("--joints", help="Joint names of a bag, in the order of the robot: a,b,.."),
+    click.option(
+        "--columns",
+        default="",
+        show_default=False,
+        help="Column names of the file: t=time,q1=..; default: [log] columns of the robot.",
+    ),
+    click.option("--joints", help="Joint names in the file, in the order of the robot: a,b,.."),
     click.option(
         "--topic", default="", show_default=False, help="Topic of the joint states in a bag."
     ),
@@ -134,8 +139,13 @@ _READING = (
         show_default=False,
         help="Character between the columns of a CSV: ';', ',' or tab; chosen by default.",
     ),
-    click.option("--from", "start", type=float, help="First time of each log to use, s."),
-    click.option("--until", type=float, help="Last time of each log to use, s."),
+    click.option(
+        "--no-header",
+        "header",
+        is_flag=True,
+        callback=lambda _context, _option, out: not out,
+        help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
+    ),
 )
 
 _RECORDING = (
@@ -208,18 +218,21 @@ def taken(kind: Any, options: dict[str, Any]) -> Any:
     return kind(**{f.name: options.pop(f.name) for f in fields(kind) if f.name in options})
 
 
-def reading_options(command: Command) -> Command:
-    """Add the options for reading logs to a command, as one argument `reading`."""
+def reading_options(command: Command, start: str = "--from") -> Command:
+    """Add the options for reading logs to a command, as one argument `reading`.
+
+    Args:
+        command: the command.
+        start: name of the option for the first time to use.
+    """
 
     @wraps(command)
     def with_reading(**options: Any) -> Any:
-        from symgen.data.columns import IMPORT, columns_from, units_from
-        from symgen.data.raw import Reading
+        from symgen.data.columns import IMPORT
+        from symgen.data.raw import Reading, units_from
         from symgen.errors import LogError
         from symgen.robot.imported import FORMATS
 
-        columns = options["columns"]
-        options["columns"] = {} if columns is None else columns_from(columns)
         options |= {key: listed(options[key]) for key in ("joints", "mask")}
         options["unit"] = units_from(options["unit"] or "")
         options["separator"] = options["separator"].replace("tab", "\t").replace("\\t", "\t")
@@ -228,14 +241,16 @@ def reading_options(command: Command) -> Command:
             return command(reading=reading, **options)
         except LogError as error:  # only here is the robot file of the advice known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
-            robot = next(str(path) for path in given if path is not None)
+            robot = next((str(path) for path in given if path is not None), "FILE")
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 then = "" if options["robot"] else ", then --robot robot.toml"
                 raise LogError(text + then) from error
             raise
 
-    return _with(_READING, with_reading)
+    first = click.option(start, "start", type=float, help="First time of each log to use, s.")
+    last = click.option("--until", type=float, help="Last time of each log to use, s.")
+    return _with((*_READING, first, last), with_reading)
 
 
 def recording_options(command: Command) -> Command:

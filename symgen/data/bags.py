@@ -6,6 +6,7 @@ process; limits on memory and time follow from the size of the file.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -16,31 +17,34 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symgen.data.bounded import read_bounded
-from symgen.data.columns import held_still
+from symgen.data.columns import joints_of_file
 from symgen.data.raw import FloatArray, Raw, Reading, refuse
 from symgen.errors import LogError
 
 _TYPE = "sensor_msgs/msg/JointState"
 _TYPES = (_TYPE, "sensor_msgs/JointState")
 _FIELDS = {"q": "position", "qd": "velocity", "tau": "effort"}
+#: Fields of a message.
+FIELDS = tuple(_FIELDS.values())
 _ACCEPTED = f"an MCAP file or a ROS 2 bag with messages {_TYPE}"
 _SUFFIXES = (".mcap", ".db3")
 
 
 class _Message(NamedTuple):
-    """One message: time stamp in ns, and field -> values (m,) of the joints `names`."""
+    """One message: times in ns, and field -> values (m,) of the joints `names`."""
 
     stamp: int
+    received: int
     names: list[str]
     position: FloatArray
     velocity: FloatArray
     effort: FloatArray
 
     @classmethod
-    def of(cls, m: Any) -> _Message:
+    def of(cls, m: Any, received: int) -> _Message:
         """Convert a message of rosbags."""
         stamp = int(m.header.stamp.sec) * 10**9 + int(m.header.stamp.nanosec)
-        return cls(stamp, list(m.name), m.position, m.velocity, m.effort)
+        return cls(stamp, received, list(m.name), m.position, m.velocity, m.effort)
 
 
 def is_bag(path: Path) -> bool:
@@ -86,20 +90,30 @@ def read_joint_states(
         found = list(messages)
     if not found:
         refuse("has no message of joint states", _ACCEPTED)
-    joints = _joints(reading.joints, names, found)
-    wanted = [m for m in found if not set(joints).isdisjoint(m.names)]
-    if all(m.stamp == 0 for m in wanted):
-        refuse("the stamps in the headers are 0", "messages with the time in header.stamp")
+    present = list(dict.fromkeys(name for m in found for name in m.names))
+    joints = joints_of_file(reading.joints, names, present)
+    complete = [m for m in found if set(joints) <= set(m.names)]
+    if not complete:
+        refuse("no message has all joints of the robot", "all joints in one message")
+    contents = [frozenset(f for f in fields.values() if len(getattr(m, f))) for m in complete]
+    count = Counter(contents)
+    needed = {f for role, f in fields.items() if role != "qd"}
+    content = max(count, key=lambda c: (c >= needed, count[c]))
+    wanted = [m for m, its in zip(complete, contents, strict=True) if its == content]
+    unstamped = all(m.stamp == 0 for m in wanted)
+    if unstamped:
+        wanted = [m._replace(stamp=m.received) for m in wanted]
     late = sum(b.stamp < a.stamp for a, b in pairwise(wanted))
     wanted.sort(key=lambda m: m.stamp)
     orders = _orders(wanted, joints)
     stamps = np.array([m.stamp for m in wanted], dtype=np.int64)
     arrays: dict[str, FloatArray] = {}
     for role, field in fields.items():
-        rows = [_row(m, field, order) for m, order in zip(wanted, orders, strict=True)]
-        array = _array(role, field, rows)
-        if array is not None:
-            arrays[role] = array
+        if field in content:
+            pairs = zip(wanted, orders, strict=True)
+            arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
+            if np.isnan(arrays[role]).all():  # ros2_control has NaN for what is not measured
+                del arrays[role]
     again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):
         if not all(np.array_equal(x[k], x[k - 1], equal_nan=True) for x in arrays.values()):
@@ -112,7 +126,8 @@ def read_joint_states(
     read, other, twice = len(found), len(found) - len(wanted), int(again.sum())
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
-        (other, f"{other} messages of other joints left out"),
+        (other, f"{other} messages of other joints, or with other fields, left out"),
+        (unstamped, "the stamps in the headers are 0; t is the time when a message was received"),
         (late, f"{late} messages came out of order and were sorted by stamp"),
         (twice, f"{twice} repeated messages left out"),
     )
@@ -124,16 +139,15 @@ def read_joint_states(
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:
     """Return array of the log -> field of the message."""
-    known = tuple(_FIELDS.values())
-    for ours, theirs in reading.columns.items():
-        if ours not in ("q", "qd", "tau", "i") or theirs not in known:
+    for ours, theirs in reading.pairs.items():
+        if ours not in ("q", "qd", "tau", "i") or theirs not in FIELDS:
             what = f"--columns {ours}={theirs}: a bag has fields for all joints"
-            refuse(what, f"q, qd, tau or i = {', '.join(known)}; --joints for the joints")
-    if "i" in reading.columns and not currents:
+            refuse(what, f"q, qd, tau or i = {', '.join(FIELDS)}; --joints for the joints")
+    if "i" in reading.pairs and not currents:
         refuse("motor currents (--columns i)", "torque_constant in [drive] of the robot file")
-    taken = reading.columns.values()
+    taken = reading.pairs.values()
     own = {role: field for role, field in _FIELDS.items() if field not in taken}
-    return own | dict(reading.columns)
+    return own | dict(reading.pairs)
 
 
 @contextmanager
@@ -158,9 +172,14 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
                 encoding = getattr(c.ext, "serialization_format", "")
                 if encoding != "cdr":
                     refuse(f"the messages are encoded as {encoding!r}", "cdr, as in ROS 2")
-            raw = (data for _, _, data in bag.messages(states))
             announced = sum(c.msgcount for c in states)
-            yield announced, (_Message.of(store.deserialize_cdr(data, _TYPE)) for data in raw)
+            yield (
+                announced,
+                (
+                    _Message.of(store.deserialize_cdr(data, _TYPE), received)
+                    for _, received, data in bag.messages(states)
+                ),
+            )
     except (LogError, MemoryError):
         raise
     except Exception as error:  # a damaged bag can raise any exception
@@ -180,25 +199,6 @@ def _topic(asked: str, topics: list[str], every: list[str]) -> str:
     return asked or topics[0]
 
 
-def _joints(asked: Sequence[str], own: Sequence[str], found: Sequence[_Message]) -> list[str]:
-    """Return the message names of the robot's joints, in the order of the robot."""
-    present = list(dict.fromkeys(name for m in found for name in m.names))
-    listed = ", ".join(present[:24]) or "none"
-    how = "--joints with the names in the robot's order, separated by commas"
-    if asked:
-        missing = [name for name in asked if name not in present]
-        if missing:
-            refuse(f"no message has the joint {missing[0]!r} (--joints)", f"of {listed}")
-        return list(asked)
-    if not own or not all(own):
-        refuse(f"the robot's joints have no names; the messages have {listed}", how)
-    missing = [name for name in own if name not in present]
-    if missing:
-        how = how if len(missing) == len(own) else f"{how}, or {held_still(missing)}"
-        refuse(f"the robot's joint {missing[0]!r} is not among {listed}", how)
-    return list(own)
-
-
 def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
     """Return the positions of the robot's joints in each message."""
     known: dict[tuple[str, ...], list[int]] = {}
@@ -208,37 +208,17 @@ def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:
             continue
         if len(set(names)) < len(names):
             refuse(f"{_when(m)}: a joint is named twice", "every joint once in a message")
-        missing = [name for name in joints if name not in names]
-        if missing:
-            what = f"{_when(m)} lacks the joint {missing[0]!r}"
-            refuse(what, "all joints in one message")
         known[names] = [names.index(name) for name in joints]
     return [known[tuple(m.names)] for m in messages]
 
 
 def _row(m: _Message, field: str, order: list[int]) -> FloatArray:
-    """Return one field for the robot's joints, (n,), or (0,) if it is empty in the message."""
+    """Return one field for the robot's joints, (n,)."""
     values: FloatArray = getattr(m, field)
-    if len(values) == 0:
-        return values
     if len(values) != len(m.names):
         what = f"{_when(m)}: {len(values)} values of {field} for {len(m.names)} names"
         refuse(what, "one value a name, or none")
     return values[order]
-
-
-def _array(role: str, field: str, rows: list[FloatArray]) -> FloatArray | None:
-    """Return a field as (N, n); None if no message has it, or all values are NaN."""
-    have = [len(row) > 0 for row in rows]
-    if not any(have):
-        return None
-    if not all(have):
-        k = have.index(False)
-        what = f"{sum(have)} of {len(rows)} messages have {field} ({role}), the one {k} has not"
-        refuse(what, f"{field} in every message, or in none")
-    array = np.array(rows)
-    # ros2_control publishes NaN for quantities that a joint does not measure.
-    return None if np.isnan(array).all() else array
 
 
 def _when(m: _Message) -> str:

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
-from symgen.errors import LogError, plain
-from symgen.files import load_toml
+from symgen.errors import plain
 
 #: Start of the command that fixes joints; the command line inserts the file.
 IMPORT = "symgen import FILE "
-_ACCEPTED = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos, or a .toml file"
 _WORDS = {
     "q": {"q", "pos", "position", "positions", "angle"},
     "qd": {"qd", "dq", "vel", "velocity", "velocities", "speed"},
@@ -33,49 +30,6 @@ _FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # i
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
 #: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
-
-
-def columns_from(text: str) -> dict[str, str]:
-    """Return log column -> column of the file, for `Reading.columns`.
-
-    Args:
-        text: "t=time,q1=shoulder_pos", or the path of a TOML file with a table [columns].
-
-    Raises:
-        LogError: the text or the file has another form.
-    """
-    if text.endswith(".toml"):
-        return _from_file(Path(text))
-    found: dict[str, str] = {}
-    for pair in text.split(","):
-        ours, sign, theirs = (part.strip() for part in pair.partition("="))
-        if not (ours and sign and theirs):
-            raise LogError(f"--columns: {pair[:40]!r}; accepted: {_ACCEPTED}")
-        if ours in found:
-            raise LogError(f"--columns: {ours} is given twice; accepted: {_ACCEPTED}")
-        found[ours] = theirs
-    return found
-
-
-def units_from(text: str) -> dict[str, str]:
-    """Return column or role -> unit, for `Reading.unit`, from "deg" or "q=deg,tau2=mNm"."""
-    pairs = [part.strip().partition("=") for part in text.split(",") if part.strip()]
-    return {ours.strip() if sign else "": (unit or ours).strip() for ours, sign, unit in pairs}
-
-
-def _from_file(path: Path) -> dict[str, str]:
-    accepted = 'accepted: a table [columns] of texts, such as q1 = "shoulder_pos"'
-    try:
-        data = load_toml(path.read_text("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise LogError(f"--columns {path}: {error}; {accepted}") from error
-    table = data.get("columns")
-    if set(data) != {"columns"} or not isinstance(table, dict):
-        raise LogError(f"--columns {path}: holds {', '.join(data) or 'nothing'}; {accepted}")
-    for ours, theirs in table.items():
-        if not isinstance(theirs, str):
-            raise LogError(f"--columns {path}: {ours} is not a text; {accepted}")
-    return dict(table)
 
 
 def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str, str]:
@@ -98,6 +52,35 @@ def held_still(joints: Sequence[str]) -> str:
     """Return the command that fixes joints of an imported robot."""
     fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
     return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"
+
+
+def joints_of_file(
+    asked: Sequence[str], joints: Sequence[str], present: Sequence[str]
+) -> list[str]:
+    """Return the names of the robot's joints in a file that names joints.
+
+    Args:
+        asked: names from the user, in the order of the robot; empty for those of the robot.
+        joints: names of the movable joints.
+        present: names in the file.
+
+    Raises:
+        LogError: the file lacks a joint, or the robot has no names.
+    """
+    listed = ", ".join(map(plain, present[:24])) or "none"
+    how = "--joints with the names in the robot's order, separated by commas"
+    if asked:
+        missing = [name for name in asked if name not in present]
+        if missing:
+            refuse(f"the file does not have the joint {missing[0]!r} (--joints)", f"of {listed}")
+        return list(asked)
+    if not joints or not all(joints):
+        refuse(f"the robot's joints have no names; the file has {listed}", how)
+    missing = [name for name in joints if name not in present]
+    if missing:
+        how = how if len(missing) == len(joints) else f"{how}, or {held_still(missing)}"
+        refuse(f"the robot's joint {missing[0]!r} is not among {listed}", how)
+    return list(joints)
 
 
 def matched(
@@ -131,10 +114,10 @@ def matched(
     of = ""
     for role in ("q", "qd", "tau", "i"):
         found_torque = "tau" in own or "tau1" in ours.values()
-        if role in own or (role == "i" and found_torque and not wanted.currents):
-            continue
         if role in patterns:
             pattern, columns = patterns[role], _asked(names, role, patterns[role], wanted)
+        elif role in own or (role == "i" and found_torque and not wanted.currents):
+            continue
         else:
             pattern, columns = _found(names, role, wanted)
         if columns:
@@ -143,7 +126,7 @@ def matched(
             said.append(f"{role} = {pattern}")
             if "*" in pattern:
                 joints = wanted.joints if first == 0 and last < len(wanted.joints) else ()
-                named = joints and columns[0] == pattern.replace("*", joints[0])
+                named = joints and joints[0] in columns[0]
                 of = f"; * = {', '.join(joints) if named else f'{first} to {last}'}"
     line = f"{file}: columns by name: {', '.join(said)}{of}"
     return [ours.get(name, name) for name in names], (line,) if said else ()
@@ -178,9 +161,10 @@ def _shown(name: str) -> str:
     return plain(name[:80])
 
 
-def _role(rest: str) -> str | None:
-    """Return the quantity from a column name without its joint; None if unclear."""
-    tokens = {token.lower() for token in _TOKEN.findall(split_unit(rest.strip(" _"))[0])}
+def _role(pattern: str) -> str | None:
+    """Return the quantity from a column name with * for its joint; None if unclear."""
+    text = pattern.replace("*", "1").strip(" _")
+    tokens = {token.lower() for token in _TOKEN.findall(split_unit(text)[0])}
     if tokens & (_ASKED | _FOREIGN):
         return None
     found = [role for role, words in _WORDS.items() if tokens & words]
@@ -190,7 +174,7 @@ def _role(rest: str) -> str | None:
 def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
     """Return the only pattern of a role with its columns by joint, if there is one."""
     joints, n = wanted.joints, wanted.n
-    named = _by_name(names, role, joints)
+    named = {p: c for p, c in by_name(names, joints).items() if _role(p) == role}
     whole = {p: c for p, c in named.items() if len(c) == len(joints)}
     if named and not whole:
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
@@ -198,7 +182,7 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
         what = f"{_shown(pattern)} has no column for {', '.join(missing)}"
         refuse(what, f"columns of all joints, or {held_still(missing)}")
     if not whole:
-        runs = _by_number(names, role, n)
+        runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
         whole = {p: c for p, c in runs.items() if len(c) == n} or runs
     preferred = _in_si(list(whole), QUANTITIES[role])
     whole = {p: c for p, c in whole.items() if p in preferred}
@@ -209,8 +193,22 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
     return next(iter(whole.items()), ("", {}))
 
 
-def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str, Pattern]:
-    """Return the patterns of a role whose columns contain names of the robot's joints."""
+def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str:
+    """Return the option --columns that the header suggests for some roles, or ""."""
+    patterns = {**by_name(names, wanted.joints), **by_number(names, wanted.n)}
+    pairs = []
+    for role in roles:
+        words = [word for word in _WORDS[role] if len(word) > 2]
+        for pattern in patterns:
+            tokens = {token.lower() for token in _TOKEN.findall(pattern)}
+            if not tokens & _ASKED and any(word in pattern.lower() for word in words):
+                pairs.append(f"{role}={_shown(split_unit(pattern)[0])}")
+                break
+    return f'--columns "{",".join(pairs)}"' if pairs else ""
+
+
+def by_name(names: Sequence[str], joints: Sequence[str]) -> dict[str, Pattern]:
+    """Return the patterns of columns whose names contain names of the robot's joints."""
     out: dict[str, Pattern] = {}
     longest = sorted((j for j in joints if j), key=len, reverse=True)
     if not longest:
@@ -218,27 +216,21 @@ def _by_name(names: Sequence[str], role: str, joints: Sequence[str]) -> dict[str
     any_joint = re.compile(rf"(?<![A-Za-z0-9])({'|'.join(map(re.escape, longest))})(?![A-Za-z0-9])")
     place = {joint: k for k, joint in enumerate(joints)}
     for name in names:
-        match = any_joint.search(name)
-        if match is None:
-            continue
-        before, after = name[: match.start()], name[match.end() :]
-        if _role(f"{before} {after}") == role:
-            out.setdefault(f"{before}*{after}", {})[place[match[1]]] = name
+        if match := any_joint.search(name):
+            pattern = f"{name[: match.start()]}*{name[match.end() :]}"
+            out.setdefault(pattern, {})[place[match[1]]] = name
     return out
 
 
-def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Pattern]:
+def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
     """Return the patterns whose numbers run from 0 or from 1 without gaps.
 
     For a robot with one joint, a column needs no number.
     """
+    if n == 1:
+        return {name: {0: name} for name in names}
     out: dict[str, Pattern] = {}
     for name in names:
-        if _role(name) != role:
-            continue
-        if n == 1:
-            out[name] = {0: name}
-            continue
         for match in re.finditer("[0-9]+", name):
             if len(match[0]) < 4:
                 pattern = f"{name[: match.start()]}*{name[match.end() :]}"
@@ -247,20 +239,19 @@ def _by_number(names: Sequence[str], role: str, n: int | None) -> dict[str, Patt
         pattern: columns
         for pattern, columns in out.items()
         if sorted(columns) in (list(range(len(columns))), list(range(1, len(columns) + 1)))
-        and (len(columns) > 1 or n in (None, 1))
+        and (len(columns) > 1 or n is None)
     }
 
 
 def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
-    """Return the columns of a pattern from the user."""
-    joints = wanted.joints
-    count = wanted.n or sum(pattern.replace("*", str(k)) in names for k in range(1000))
-    keys = [dict(enumerate(joints))] if joints and all(joints) else []
-    keys += [{k: str(k) for k in range(first, first + count)} for first in (1, 0)]
-    tried = [{k: pattern.replace("*", key) for k, key in own.items()} for own in keys]
-    columns = next((c for c in tried if c and set(names).issuperset(c.values())), None)
-    if columns is None:
+    """Return the columns of a pattern from the user; * is a joint's name or ends in its number."""
+    form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
+    texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
+    found = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}
+    groups = by_name([*found], wanted.joints) | by_number([*found], wanted.n)
+    whole = [stars for stars, columns in groups.items() if wanted.n in (None, len(columns))]
+    if not whole:
         what = f"--columns {role}={pattern}: no such column of every joint"
         shown = ", ".join(name for name in names if name)[:300]
         refuse(what, f"a pattern with * for the joint's name or number, of {shown}")
-    return columns
+    return {joint: found[star] for joint, star in groups[min(whole, key=len)].items()}

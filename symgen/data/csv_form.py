@@ -17,6 +17,7 @@ from symgen.data.raw import refuse
 SEPARATORS = (",", ";", "\t")
 _CHARACTERS = 1 << 20  # to look at
 _ROWS = 200
+_NUMBER = re.compile(r"[+-]?([0-9.,]+([eE][+-]?[0-9]+)?|nan|inf)", re.IGNORECASE)
 _COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _POINT = re.compile(r"[+-]?[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?")
 _SHOWN = {"\t": "tabs", ";": "semicolons", " ": "blanks", ",": "commas"}
@@ -88,7 +89,7 @@ class CsvForm:
             yield from (row for row in csv.reader(file, delimiter=self.separator) if row)
 
 
-def csv_form(path: Path, separator: str = "") -> CsvForm:
+def csv_form(path: Path, separator: str = "", headed: bool = True) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
     A separator is right if header and first row have equal numbers of cells.
@@ -96,9 +97,11 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
     Args:
         path: the file.
         separator: its separator; "" to find it.
+        headed: whether it has a header; without one, its columns are 1, 2, ..
 
     Raises:
-        LogError: the file is no text in UTF-8, or two separators are possible.
+        LogError: the file is no text in UTF-8, has numbers as header, or two separators are
+            possible.
     """
     try:
         # utf-8-sig removes the byte order mark of spreadsheets.
@@ -111,7 +114,7 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
     forms = []
     for one in candidates:
         with suppress(csv.Error):  # a long header without this separator is a field too long
-            forms.append(_parsed(text, one, asked is not None))
+            forms.append(_parsed(text, one, asked is not None, headed))
     if not forms:
         refuse("is not a text file", "CSV in UTF-8")
     several = [f for f in forms if len(f.header) > 1]
@@ -120,6 +123,9 @@ def csv_form(path: Path, separator: str = "") -> CsvForm:
         shown = " or ".join(f.shown for f in even)
         refuse(f"columns may be separated by {shown}", f"--separator '{even[0].separator}'")
     form = (even or sorted(several, key=lambda f: -len(f.header)) or forms)[0]
+    if headed and len(form.header) > 1 and all(map(_NUMBER.fullmatch, form.header)):
+        what = f"the first line, {form.header[0]}.., has no names of columns"
+        refuse(what, '--no-header --columns "t=1,q1=2,..", with the places of t, q1.., tau1..')
     if even or not form.first:
         return form
     if len(form.first[0]) > len(form.header):
@@ -137,13 +143,19 @@ def _lines(file: Iterable[str]) -> Iterator[str]:
             return
 
 
-def _parsed(text: str, separator: str, hinted: bool) -> CsvForm:
+def _parsed(text: str, separator: str, hinted: bool, headed: bool) -> CsvForm:
     reader = csv.reader(StringIO(text), delimiter=separator)
     if hinted:
         next(reader)
-    header = [name.strip() for name in next((row for row in reader if row), [])]
     skipped = reader.line_num
-    first = [tuple(row) for row in islice((row for row in reader if row), _ROWS + 1)]
+    header = [name.strip() for name in next(filter(None, reader), [])]
+    first = []
+    if headed:
+        skipped = reader.line_num
+    else:
+        first = [tuple(header)]
+        header = [str(k + 1) for k in range(len(header))]
+    first += [tuple(row) for row in islice(filter(None, reader), _ROWS + 1)]
     first = first[:-1] if len(first) > 1 else first  # the last one may be cut off
     if first:  # a separator at the end of lines, of the header or of the rows
         if len(first[0]) == len(header) + 1 and not first[0][-1].strip():

@@ -11,7 +11,7 @@ import glob
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
-from symgen.data.log import Log, checked, given_roles
-from symgen.data.raw import Reading, Wanted, listed, refuse
+from symgen.data.log import Log, checked
+from symgen.data.raw import Reading, Wanted, columns_from, listed, refuse
 from symgen.data.stretch import Stretch, holes, within
 from symgen.data.tables import SUFFIXES, Table, arrow_reads, batches, open_table, parquet_file
 from symgen.data.units import Units
@@ -168,15 +168,14 @@ class DataSet:
             LogError: the file cannot be read, or its rows fail the checks of a log.
         """
         robot, name, label = self.robot, stretch.file, label or stretch.name
-        sure = "q" in given_roles(self.reading)
+        units = replace(self.reading, start=None, until=None)
         # `stretches` has checked the file, and found its units.
         with located(name), self._open(name, True, stretch.units) as table:
             for (first, last), raw in zip(spans, table.spans(spans), strict=True):
                 with located(f"rows {first} to {last}"):
                     log = checked(
-                        label, raw, None, robot.sigma, robot.drive, robot.joint_names,
-                        sure=sure, part=True,
-                    )  # fmt: skip
+                        label, raw, None, robot.sigma, robot.drive, robot.joint_names, units, True
+                    )
                 yield log
 
     def _open(
@@ -185,6 +184,7 @@ class DataSet:
         robot = self.robot
         # Robots that need temperatures or link positions are not estimated in chunks.
         wanted = Wanted(
-            self.reading, robot.drive, robot.joint_names, robot.n, False, robot.sigma, robot.limits
-        )
+            self.reading, robot.drive, robot.joint_names, robot.n, False, robot.sigma,
+            robot.limits, columns_from(robot.log_columns),
+        )  # fmt: skip
         return open_table(name, wanted, sound, units)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from symgen.data.bags import is_bag, read_bag
+from symgen.data.bags import FIELDS, is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
 from symgen.data.mask import spans
@@ -28,14 +28,15 @@ from symgen.data.raw import (
     Raw,
     Reading,
     Wanted,
+    columns_from,
     refuse,
     require_shapes,
 )
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
-from symgen.data.tables import SUFFIXES, open_table, whole
-from symgen.data.units import MAX_RANGE, slope_ratios
+from symgen.data.tables import SUFFIXES, TEXTS, open_table, whole
+from symgen.data.units import MAX_RANGE, Converted, slope_ratios
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
@@ -51,8 +52,15 @@ MIN_SAMPLES = 10
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
 _DEGREES = 180.0 / np.pi
+_CHANGING = 0.95  # share of stamps that differ from the one before where a file rounds them
 _LOOKED_AT = 1 << 14  # samples that show the unit of speeds
-_FILES = "a .csv, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
+_FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
+#: Ending of a file that symgen does not read -> how to convert it.
+_CONVERTED = {
+    ".mat": "an .npz: numpy.savez('log.npz', **{k: x for k, x in "
+    "scipy.io.loadmat('log.mat', squeeze_me=True).items() if k[0] != '_'})",
+    ".bag": "a ROS 2 bag: rosbags-convert --src log.bag --dst log",
+}
 
 
 def read_log(
@@ -64,6 +72,7 @@ def read_log(
     reading: Reading | None = None,
     names: Sequence[str] = (),
     limits: Limits | None = None,
+    columns: str = "",
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
@@ -84,6 +93,7 @@ def read_log(
         reading: names of columns, joints and topic in the file, and the span of time.
         names: names of the movable joints of the robot, for bags and column names.
         limits: limits of the robot, which show the unit of a column.
+        columns: names of columns in [log] of the robot, for a file without those of a log.
 
     Returns:
         The checked log.
@@ -94,8 +104,9 @@ def read_log(
     path = Path(path)
     reading = reading or Reading()
     n = n if sigma is None else len(sigma)
-    wanted = Wanted(reading, drive, names, n, True, tuple(sigma or ()), limits)
     with located(path):
+        mapping = columns_from(columns)
+        wanted = Wanted(reading, drive, names, n, True, tuple(sigma or ()), limits, mapping)
         try:
             if path.is_dir() and not is_bag(path):
                 refuse("is a folder", _FILES)
@@ -104,24 +115,18 @@ def read_log(
             if is_bag(path):
                 if reading.unit or reading.time_unit:
                     refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
-                raw = read_bag(path, reading, names, wanted.currents)
-            elif path.suffix.lower() not in SUFFIXES:
-                refuse(f"the extension {path.suffix!r} is not known", _FILES)
+                fields = {ours: theirs for ours, theirs in mapping.items() if theirs in FIELDS}
+                asked = replace(reading, columns=reading.pairs or fields)
+                raw = read_bag(path, asked, names, wanted.currents)
+            elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
+                how = _CONVERTED.get(path.suffix.lower(), _FILES)
+                refuse(f"the extension {path.suffix!r} is not known", how)
             else:
                 with open_table(str(path), wanted) as table:
                     raw = whole(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
-        return checked(
-            plain(path.name),
-            raw,
-            n,
-            sigma,
-            drive,
-            names,
-            reading.poses,
-            "q" in given_roles(reading),
-        )
+        return checked(plain(path.name), raw, n, sigma, drive, names, reading)
 
 
 def make_log(
@@ -177,19 +182,28 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
     Raises:
         LogError: fewer than 10 samples remain.
     """
-    if start is None and until is None:
-        return log
-    low, high = Reading(start=start, until=until).span
-    inside = np.flatnonzero((log.t >= low) & (log.t <= high))
-    have = f"the log runs from {log.t[0]:.6g} s to {log.t[-1]:.6g} s"
-    if len(inside) < MIN_SAMPLES:
-        what = f"{len(inside)} samples lie between {low:g} s and {high:g} s; {have}"
+    span, notes = _used(log.name, log.t, Reading(start=start, until=until))
+    return replace(rows(log, span), notes=(*log.notes, *notes)) if notes else log
+
+
+def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str, ...]]:
+    """Return the rows of the span to use, and a line that says so.
+
+    The clock may go back: the rows begin after the last one before the span, and end before the
+    first one after it.
+    """
+    low, high = reading.span
+    if reading.start is None and reading.until is None:
+        return slice(None), ()
+    begin = int(np.max(np.flatnonzero(t < low), initial=-1)) + 1
+    late = np.flatnonzero(t[begin:] > high)
+    end = begin + int(late[0]) if len(late) else len(t)
+    if end - begin < MIN_SAMPLES:
+        have = f"the log runs from {t[0]:.6g} s to {t[-1]:.6g} s"
+        what = f"{end - begin} samples lie between {low:g} s and {high:g} s; {have}"
         refuse(what, f"a span with at least {MIN_SAMPLES} samples")
-    span = slice(int(inside[0]), int(inside[-1]) + 1)
-    out = rows(log, span)
-    ends = f"t = {out.t[0]:.6g} s to {out.t[-1]:.6g} s"
-    note = f"{log.name}: cut to {ends}, {len(out.t)} of {len(log.t)} samples"
-    return replace(out, notes=(*log.notes, note))
+    ends = f"t = {t[begin]:.6g} s to {t[end - 1]:.6g} s"
+    return slice(begin, end), (f"{name}: cut to {ends}, {end - begin} of {len(t)} samples",)
 
 
 def rows(log: Rows, chosen: slice | Bools) -> Rows:
@@ -207,8 +221,7 @@ def checked(
     sigma: Sequence[int] | None,
     drive: Drive | None,
     names: Sequence[str] = (),
-    poses: bool = False,
-    sure: bool = False,
+    reading: Reading | None = None,
     part: bool = False,
 ) -> Log:
     """Check the content of a file and return it as a log on the joint side; see `read_log`.
@@ -217,8 +230,7 @@ def checked(
         name: name of the log.
         raw: content of the file.
         n, sigma, drive, names: of the robot.
-        poses: whether each row is a pose at rest.
-        sure: whether the user gave the unit of positions.
+        reading: the span of time, whether rows are poses, and units that the user gave.
         part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
@@ -238,12 +250,12 @@ def checked(
     if n is not None and joints != n:
         refuse(*another_number(joints, n, names))
     _require_finite("t", t[:, None], t, raw.names)
-    late = np.flatnonzero(np.diff(t) <= 0)
-    if len(late):
-        k = int(late[0]) + 1
-        column = _shown("t", raw.names)
-        what = f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s"
-        refuse(what, "strictly increasing time in s")
+    reading = reading or Reading()
+    span, notes = _used(name, t, reading)
+    if notes:
+        t = read_only(t[span])
+        arrays = {role: read_only(x[span]) for role, x in arrays.items()}
+    t, rounded = _clock(t, _shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
         whole = _beside(role, arrays.pop(role), t)
         arrays |= {} if np.isnan(whole).all() else {role: whole}
@@ -259,13 +271,47 @@ def checked(
     missing.setflags(write=False)
     qd, tau, current, temp, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
     log = Log(
-        name, t, arrays["q"], qd, tau, raw.ignored, current, raw.notes, temp=temp, qs=qs,
-        qr=qr, qdr=qdr, missing=missing if missing.any() else None, converted=raw.converted,
+        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), temp=temp, qs=qs,
+        qr=qr, qdr=qdr, missing=missing if missing.any() else None,
+        converted=(*raw.converted, *rounded),
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    _require_radians(t, log.q, None if poses else log.qd, revolute, sure, raw.names)
+    sure = "q" in given_roles(reading)
+    _require_radians(t, log.q, None if reading.poses else log.qd, revolute, sure, raw.names)
     return log
+
+
+def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...]]:
+    """Return times that increase: those of the log, or of a uniform clock that rounding hid.
+
+    Stamps are rounded where some repeat, and where each new stamp comes within a sample of the
+    place that a uniform clock gives it.
+
+    Args:
+        t: (N,) stamps, s.
+        column: their column, for messages.
+
+    Raises:
+        LogError: the clock goes back, or stamps repeat in another way.
+    """
+    steps = np.diff(t)
+    change = np.flatnonzero(steps) + 1
+    if steps.min() > 0:
+        return t, ()
+    if steps.min() == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
+        step, start = np.polyfit(change, t[change], 1)
+        if np.abs(t[change] - start - step * change).max() < 1.5 * step:
+            says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
+            done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
+            return read_only(start + step * np.arange(len(t))), ((column, says, done),)
+    k = int(np.argmax(steps < 0 if steps.min() < 0 else steps == 0)) + 1
+    before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+    return refuse(
+        f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s",
+        f"strictly increasing time in s, with all digits; --until {before} uses the samples before "
+        f"a clock was set back, --from {after} those after",
+    )
 
 
 def given_roles(reading: Reading) -> set[str]:

@@ -33,6 +33,7 @@ COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 #: Limits on the unpacked size of a file: bytes, and multiple of its size on the disk.
 _UNPACKED, _PACKING = 256 << 20, 20
+_PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
@@ -41,15 +42,39 @@ _ROLES = (
 )
 
 
+def columns_from(text: str) -> dict[str, str]:
+    """Return log column -> column of the file, from "t=time,q1=shoulder_pos".
+
+    Raises:
+        LogError: the text has another form, or names a column twice.
+    """
+    found: dict[str, str] = {}
+    for pair in text.split(",") if text else ():
+        ours, sign, theirs = (part.strip() for part in pair.partition("="))
+        if not (ours and sign and theirs):
+            raise LogError(f"--columns: {pair[:40]!r}; accepted: {_PAIRS}")
+        if ours in found:
+            raise LogError(f"--columns: {ours} is given twice; accepted: {_PAIRS}")
+        found[ours] = theirs
+    return found
+
+
+def units_from(text: str) -> dict[str, str]:
+    """Return column or role -> unit, for `Reading.unit`, from "deg" or "q=deg,tau2=mNm"."""
+    pairs = [part.strip().partition("=") for part in text.split(",") if part.strip()]
+    return {ours.strip() if sign else "": (unit or ours).strip() for ours, sign, unit in pairs}
+
+
 @dataclass(frozen=True)
 class Reading:
     """How logs are read; the same for every log of a command.
 
     Attributes:
         columns: log column -> column of the file, {"t": "time", "q1": "shoulder"}; or a pattern
-            with * for the joint, {"q": "*_position"}; or the field of a message, {"i": "effort"}.
-        joints: names of the movable joints in the messages of a bag, in the order of the robot;
-            empty for the names of the robot.
+            with * for the joint, {"q": "*_position"}; or the field of a message, {"i": "effort"};
+            or the text of --columns, "t=time,q=*_position". Empty for [log] of the robot.
+        joints: names of the movable joints in the file, in the order of the robot; empty for the
+            names of the robot.
         topic: topic of the messages in a bag; "" if only one topic has joint states.
         start, until: first and last time of each log to use, s of its column t; None for all.
         mask: samples to leave out of the equations: "rest", "saturation", or both.
@@ -59,9 +84,11 @@ class Reading:
             angles, {"": "deg"}.
         time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if header and rate say it.
         separator: character between the columns of a CSV; "" for that of its header.
+        header: whether the first line of a CSV has the names of its columns; they are 1, 2, ..
+            without it.
     """
 
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, str] | str = field(default_factory=dict)
     joints: tuple[str, ...] = ()
     topic: str = ""
     start: float | None = None
@@ -71,6 +98,7 @@ class Reading:
     unit: Mapping[str, str] = field(default_factory=dict)
     time_unit: str = ""
     separator: str = ""
+    header: bool = True
 
     def __post_init__(self) -> None:
         """Check the options.
@@ -79,6 +107,8 @@ class Reading:
             LogError: an unknown column, mask or unit, a repeated name, an empty span of time, or a
                 separator of several characters.
         """
+        if isinstance(self.columns, str):
+            object.__setattr__(self, "columns", columns_from(self.columns))
         for column, unit in self.unit.items():
             known = not column or column in ROLES[1:] or NUMBERED.fullmatch(column)
             if not (known and (column or unit in ("deg", "rad"))):
@@ -88,10 +118,10 @@ class Reading:
             raise LogError(f"--time-unit {self.time_unit}: accepted: {', '.join(TIME_UNITS)}")
         if len(self.separator) > 1 or self.separator in ('"', ".", "\n", "\r"):
             raise LogError(f"--separator {self.separator!r}: accepted: ';', ',' or tab")
-        for ours in self.columns:
+        for ours in self.pairs:
             if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
-        for what, given in (("--columns", self.columns.values()), ("--joints", self.joints)):
+        for what, given in (("--columns", self.pairs.values()), ("--joints", self.joints)):
             names = list(given)
             twice = [name for name in names if names.count(name) > 1]
             if twice or not all(names):
@@ -105,6 +135,12 @@ class Reading:
         low, high = self.span
         if not low < high:
             raise LogError(f"--from {low:g} --until {high:g}: accepted: a span above 0 s")
+
+    @property
+    def pairs(self) -> Mapping[str, str]:
+        """Log column -> column of the file."""
+        assert not isinstance(self.columns, str)
+        return self.columns
 
     @property
     def span(self) -> tuple[float, float]:
@@ -125,6 +161,7 @@ class Wanted:
         beside: whether to read temperatures and link positions.
         sigma: types of the movable joints; revolute where there is none.
         limits: limits of the robot, or None.
+        columns: mapping of columns in the robot file, for files without the names of a log.
     """
 
     reading: Reading
@@ -134,6 +171,7 @@ class Wanted:
     beside: bool = True
     sigma: Sequence[int] = ()
     limits: Limits | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def currents(self) -> bool:

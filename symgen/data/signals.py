@@ -9,10 +9,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from symgen.data.bandwidth import HIGHEST, motion_bandwidth
+from symgen.data.bandwidth import HIGHEST, MARGIN, motion_bandwidth
 from symgen.data.convolution import (
     CARDINAL,
     cardinal_slope,
@@ -23,8 +24,8 @@ from symgen.data.convolution import (
     spline_slope,
 )
 from symgen.data.log import Log, rows
-from symgen.data.mask import Bools, Mask, rms
-from symgen.data.raw import FloatArray, read_only
+from symgen.data.mask import Bools, Mask, on_grid, rms, touched
+from symgen.data.raw import FloatArray, read_only, refuse
 from symgen.data.stretch import holes
 from symgen.errors import LogError
 
@@ -35,6 +36,7 @@ STEP_TOLERANCE = 0.01
 TAIL = 9.6
 
 _SLOW = 10.0  # Hz
+_LOST = 3.0  # steps that jitter or a lost row may take, whatever the motion
 _MISSING = 0.3  # share of steps that may differ from the clock
 _ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are recomputed
 
@@ -106,8 +108,8 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
         cutoff: cutoff of the filter in Hz; None to choose it from the bandwidth of the motion.
 
     Raises:
-        LogError: a gap in time, a cutoff that is not between 0 and the Nyquist frequency, or
-            currents instead of torques.
+        LogError: gaps in time that are longer than the log, a cutoff that is not between 0 and the
+            Nyquist frequency, or currents instead of torques.
     """
     s = sampled(log)
     if cutoff is not None:
@@ -123,6 +125,7 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     """Give a log uniform time steps, without a filter (the band of a run filters later).
 
+    Gaps in time are masked: the samples on both sides keep their own windows and filters.
     If speeds were not measured, `qd` is the derivative of positions below 10 Hz. This is enough to
     distinguish rest from motion; equations compute their own derivatives.
 
@@ -132,25 +135,25 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
             chunk uses the ticks of this clock.
 
     Raises:
-        LogError: a gap in time, or currents instead of torques.
+        LogError: gaps in time that are longer than the log, or currents instead of torques.
     """
-    t, q, qd, tau, temp, qs = log.t, log.q, log.qd, log.tau, log.temp, log.qs
-    command = log.command
-    if tau is None:
+    if log.tau is None:
         raise LogError(
             f"{log.name}: has currents and no torques; accepted: a log mapped by the torque "
             "constants in [drive] of the robot file"
         )
-    notes = list(log.notes)
-    steps = np.diff(t)
+    steps = np.diff(log.t)
     median = float(np.median(steps))
-    for hole in holes(t, median)[:1]:
-        raise LogError(
-            f"{log.name}: no samples between t = {t[hole]:.6g} s and t = {t[hole + 1]:.6g} s, "
-            f"where the step is {median:.4g} s elsewhere; accepted: a log without gaps, so split "
-            "it there"
-        )
-    off = np.abs(steps - median) > STEP_TOLERANCE * median
+    notes = list(log.notes)
+    mask = None
+    log, inserted = _bridged(log, median)
+    if inserted.any():
+        mask = Mask(np.repeat(inserted[:, None], log.q.shape[1], axis=1), inserted)
+        first = log.t[int(np.argmax(inserted))]
+        lost = median * inserted.sum()
+        notes.append(f"{log.name}: gaps in time: {lost:.3g} s from t = {first:.6g} s on are masked")
+    t = log.t
+    off = np.abs(np.diff(t) - median) > STEP_TOLERANCE * median
     count = len(t)
     if off.any() and off.mean() < _MISSING:  # a regular clock with missing rows
         count = round((t[-1] - t[0]) / median) + 1
@@ -161,30 +164,67 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
             ticks = (t[[0, -1]] - clock[0]) / step
             first, last = math.ceil(ticks[0] - 1e-6), math.floor(ticks[1] + 1e-6)
             grid = np.clip(clock[0] + step * np.arange(first, last + 1), t[0], t[-1])
-        q, tau = interpolated(t, q)(grid), interpolated(t, tau)(grid)
-        qd = None if qd is None else interpolated(t, qd)(grid)
-        command = None if command is None else read_only(interpolated(t, command)(grid))
-        if temp is not None:
-            temp = read_only(np.column_stack([np.interp(grid, t, column) for column in temp.T]))
-        if qs is not None:
-            known, links = np.isfinite(qs).all(axis=0), np.full((len(grid), qs.shape[1]), np.nan)
-            links[:, known] = interpolated(t, qs[:, known])(grid)
-            qs = read_only(links)
-        t = grid
+        mask = None if mask is None else Mask(*(on_grid(x, t, grid) for x in vars(mask).values()))
+        log = _resampled(log, grid, smooth=True)
         notes.append(
             f"{log.name}: steps between {steps.min():.4g} s and {steps.max():.4g} s were resampled "
             f"to {step:.4g} s by a cubic spline"
         )
-    derived = qd is None
+    q, qd = log.q, log.qd
     if qd is None:
         slow = lowpass(q, step, _SLOW) if can_filter(_SLOW, step) else q
-        qd = differentiate(slow, step)
+        qd = read_only(differentiate(slow, step))
         notes.append(f"{log.name}: qd is missing and is derived from q")
-    t, q, qd, tau = map(read_only, (t, q, qd, tau))
+    assert log.tau is not None
     return Samples(
-        log.name, t, q, qd, tau, step, None, tuple(notes), derived, temp=temp, qs=qs,
-        command=command,
+        log.name, log.t, q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
+        temp=log.temp, qs=log.qs, command=log.command,
     )  # fmt: skip
+
+
+def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
+    """Insert rows into gaps that the motion does not let an interpolation fill.
+
+    A spline follows a motion over a quarter of the shortest period in its bandwidth.
+
+    Returns:
+        The log, and its inserted rows (N,).
+
+    Raises:
+        LogError: the gaps are longer than the log.
+    """
+    t = log.t
+    missing = np.round(np.diff(t) / step).astype(int) - 1
+    if missing.max() < _LOST:
+        return log, np.zeros(len(t), dtype=bool)
+    if missing.sum() > len(t):
+        k = int(np.argmax(missing))
+        what = f"{log.name}: no samples between t = {t[k]:.9g} s and t = {t[k + 1]:.9g} s"
+        refuse(what, f"gaps shorter than the log, as with --until {t[k]} or --from {t[k + 1]}")
+    grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
+    bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
+    longest = max(_LOST * step, 0.125 / bandwidth)
+    wide = holes(t, step, longest)
+    added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
+    times = np.sort(np.concatenate([t, *added]))
+    lost = touched(~np.isin(times, t), round(longest / step))  # filters reach so far
+    return _resampled(log, times, smooth=False), lost
+
+
+def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
+    """Interpolate a log by cubic splines, or without overshoot; columns with NaN are NaN."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    arrays: dict[str, Any] = {"t": read_only(times)}
+    for key in ("q", "qd", "tau", "command", "temp", "qs"):
+        x = getattr(log, key)
+        if x is not None:
+            curve = CubicSpline if smooth and key != "temp" else PchipInterpolator
+            known = np.isfinite(x).all(axis=0)
+            out = np.full((len(times), x.shape[1]), np.nan)
+            out[:, known] = curve(log.t, x[:, known])(times)
+            arrays[key] = read_only(out)
+    return replace(log, **arrays)
 
 
 def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -15,22 +15,24 @@ GAP = 10.0
 _MADE_GOOD = 100  # samples to check after a wide step
 
 
-def holes(t: FloatArray, step: float) -> Places:
-    """Return the samples before a gap: a time step of more than GAP sampling steps.
+def holes(t: FloatArray, step: float, longest: float | None = None) -> Places:
+    """Return the samples before a gap: a time step above a limit.
 
     A busy host writes stamps late, and then several at once. If the following samples catch up with
-    the clock, up to half of GAP, there is no gap.
+    the clock, up to half of the limit, there is no gap.
 
     Args:
         t: (N,) times, s.
         step: sampling step, s.
+        longest: the limit, s; GAP steps by default.
     """
-    wide = np.flatnonzero(np.diff(t) > GAP * step)
+    longest = longest or GAP * step
+    wide = np.flatnonzero(np.diff(t) > longest)
     missing = []
     for k in wide:
         after = t[k + 1 : k + 1 + _MADE_GOOD]
         missing.append(np.min((after - t[k]) / step - np.arange(1, len(after) + 1)))
-    return np.asarray(wide[np.array(missing, dtype=float) > GAP / 2], dtype=np.int64)
+    return np.asarray(wide[step * np.array(missing, dtype=float) > longest / 2], dtype=np.int64)
 
 
 @dataclass(frozen=True)

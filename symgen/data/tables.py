@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from symgen.data.columns import matched
+from symgen.data.columns import joints_of_file, matched, suggested
 from symgen.data.csv_form import CsvForm, csv_form
 from symgen.data.raw import (
     BESIDE,
@@ -53,14 +53,16 @@ _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
 #: Characters that may separate the columns of a table that was read as one column.
 _MARKS = ",;|: "
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
+_INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")  # of an array of a message
 _LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
 _SIGNATURE = b"PK\x03\x04"
-_MOTION = re.compile(r"(qdd|qd|q|tau)([1-9][0-9]*)")
 #: File endings of tables.
 SUFFIXES = (".csv", ".parquet", ".npz")
+#: Endings of a single file, not of the logs in a folder.
+TEXTS = (".tsv", ".txt")
 
 
 @contextmanager
@@ -255,8 +257,9 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow as pa
     import pyarrow.csv as pacsv
 
-    form = csv_form(path, wanted.reading.separator)
-    names, groups, notes = _assigned(form.header, path.name, wanted)
+    form = csv_form(path, wanted.reading.separator, wanted.reading.header)
+    header, wanted = _with_joints(form, wanted)
+    names, groups, notes = _assigned(header, path.name, wanted)
     used = _columns(groups)
     # Numbers stand for columns: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
@@ -292,6 +295,29 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
         np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
         notes, lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
+
+
+def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
+    """Name columns by their joint where columns of texts name it: field.name0 is the elbow.
+
+    Returns:
+        The header, and the robot with the names of its joints in the file.
+
+    Raises:
+        LogError: the names change, or are not those of the robot's joints.
+    """
+    header = list(form.header)
+    matches = [(k, m) for k, name in enumerate(header) if (m := _INDEXED.fullmatch(name))]
+    named = {
+        m.group(1, 3): " ".join(dict.fromkeys(form.cells(k))) for k, m in matches if m[2] == "name"
+    }
+    for k, m in matches:
+        if joint := named.get(m.group(1, 3)):
+            header[k] = f"{m[1]}{m[2]}.{joint}"
+    if named:
+        joints = joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
+        wanted = replace(wanted, joints=joints)
+    return header, wanted
 
 
 def _time_type(cells: Sequence[str]) -> Any:
@@ -409,7 +435,9 @@ def _assigned(
     Raises:
         LogError: a column is missing, or occurs twice.
     """
-    names, columns = [name.strip() for name in stored], dict(wanted.reading.columns)
+    names = [name.strip() for name in stored]
+    own = "q1" in names and ("tau1" in names or "i1" in names)
+    columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
         if ours != "t" and NUMBERED.fullmatch(ours) is None:
@@ -427,7 +455,14 @@ def _assigned(
         own if (own == "t" or NUMBERED.fullmatch(own)) and count[own] == 1 else name
         for name, own in zip(given, bare, strict=True)
     ]
+    from_zero = [role for role in ROLES if f"{role}0" in given]
+    for place, name in enumerate(given):
+        match = NUMBERED.fullmatch(name)
+        if match and match[1] in from_zero:
+            given[place] = f"{match[1]}{int(match[2]) + 1}"
     found, notes = matched(file, given, patterns, wanted)
+    if from_zero:
+        notes = (*notes, f"{file}: {', '.join(from_zero)} count joints from 0")
     return found, _groups(found, names, wanted), notes
 
 
@@ -462,7 +497,9 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
                     "torques from the gains of a controller",
                 )
         if not present:
-            how = f'{COLUMNS}, or --columns "{_PATTERN[role]}"'
+            missing = [r for r in ("q", "tau") if not numbers[r]]
+            pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
+            how = f"{COLUMNS}, or {pairs}"
             others = [
                 own
                 for own, name in zip(stored, names, strict=True)
@@ -570,7 +607,7 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     """
     if not zipfile.is_zipfile(path):
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    columns, poses = wanted.reading.columns, wanted.reading.poses
+    columns, poses = wanted.reading.pairs, wanted.reading.poses
     names = {role: columns.get(role, role) for role in ROLES}
     for role in (*["t"] * poses, *["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
         del names[role]
@@ -677,31 +714,17 @@ def read_columns(
     Raises:
         LogError: the file cannot be read, a column is missing, or a value is not a finite number.
     """
-    with located(path):
-        try:
-            with Path(path).open(encoding="utf-8-sig", newline="") as file:
-                rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
-        except (OSError, ValueError, csv.Error) as error:
-            reason = getattr(error, "strerror", None) or "not a text file"
-            refuse(f"cannot be read ({reason})", accepted)
-        header = [name.strip() for name in rows[0]] if rows else []
-        counts = Counter(match[1] for name in header if (match := _MOTION.fullmatch(name)))
-        if "t" not in header or not counts.keys() >= set(needed):
-            refuse(f"columns {', '.join(header[:12]) or 'none'}", accepted)
-        if len(rows) < 3:
-            refuse("fewer than 2 samples", accepted)
-        try:
-            table = np.array(rows[1:], dtype=float)
-        except ValueError as error:
-            refuse(f"not a table of numbers ({error})", accepted)
-        if table.shape[1] != len(header) or not np.isfinite(table).all():
-            refuse("a value is not a finite number, or rows differ in length", accepted)
-        columns, out = dict(zip(header, table.T, strict=True)), {}
-        if np.diff(columns["t"]).min() <= 0:
-            refuse("time does not increase", accepted)
-        for role in (role for role in (*needed, *optional) if role in counts):
-            names = [f"{role}{j}" for j in range(1, counts[needed[0]] + 1)]
-            if counts[role] != len(names) or not columns.keys() >= set(names):
-                refuse(f"the columns of {role} are not numbered 1 to {len(names)}", accepted)
-            out[role] = np.column_stack([columns[name] for name in names])
+    with located(path), readable("cannot be read", accepted):
+        form = csv_form(Path(path))
+        table = np.array([*form.rows(Path(path))], dtype=float)
+        columns, out = dict(zip(form.header, table.T, strict=True)), {}
+        for role in (*needed, *optional):
+            count = sum(re.fullmatch(f"{role}[1-9][0-9]*", name) is not None for name in columns)
+            if count or role in needed:
+                names = [f"{role}{j}" for j in range(1, max(count, 1) + 1)]
+                out[role] = np.column_stack([columns[name] for name in names])
+        if len({x.shape for x in out.values()}) > 1:
+            refuse(f"columns {listed(form.header)}", f"{accepted}, as many of each")
+        if len(table) < 2 or not np.isfinite(table).all() or np.diff(columns["t"]).min() <= 0:
+            refuse("2 samples or more, of finite numbers and increasing time, are needed", accepted)
         return columns["t"], out

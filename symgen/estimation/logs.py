@@ -59,16 +59,15 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
             if source.q.shape[1] != robot.n:
                 refuse(*another_number(source.q.shape[1], robot.n, robot.joint_names))
             log = source if robot.drive is None else joint_side(source, robot.drive)
+            log = cut(log, reading.start, reading.until)
     else:
         log = read_log(
             source, sigma=robot.sigma, drive=robot.drive, reading=reading,
-            names=robot.joint_names, limits=robot.limits,
+            names=robot.joint_names, limits=robot.limits, columns=robot.log_columns,
         )  # fmt: skip
     with located(log.name):
         _require_within(log, robot)
-        log = with_servo_torques(
-            cut(log, reading.start, reading.until), robot.controller, reading.poses
-        )
+        log = with_servo_torques(log, robot.controller, reading.poses)
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")

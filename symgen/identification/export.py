@@ -469,7 +469,11 @@ class FileErrors(NamedTuple):
 
 
 def file_errors(
-    paths: Sequence[Path], log: str | Path, estimate: Estimate, robot: str | Path | Robot
+    paths: Sequence[Path],
+    log: str | Path,
+    estimate: Estimate,
+    robot: str | Path | Robot,
+    reading: Reading | None = None,
 ) -> FileErrors:
     """Return the torque error of the values in robot files on a log, beside the estimate's.
 
@@ -480,6 +484,7 @@ def file_errors(
         log: path of the log.
         estimate: identified on the robot.
         robot: that robot.
+        reading: how the log is read.
 
     Raises:
         LogError: the log cannot be read.
@@ -488,5 +493,5 @@ def file_errors(
     robot = read_robot(robot)
     model = derive(robot, JUDGING)
     given = [*(read_parameters(path, model) for path in paths), estimate.X]
-    *files, own = torque_errors(robot, log, given, estimate.band, estimate.shifts)
+    *files, own = torque_errors(robot, log, given, estimate.band, estimate.shifts, reading)
     return FileErrors(files, own)

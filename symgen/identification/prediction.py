@@ -151,7 +151,7 @@ def torque_errors(
         parameters: (p,) base parameters of each.
         band: the filters; by default those that suit the log best.
         shifts: of the torques of all logs, done by the estimate.
-        reading: columns, span and masks of the log.
+        reading: how the log is read.
 
     Raises:
         LogError: the log cannot be read or belongs to another robot.

@@ -11,7 +11,7 @@ from symgen.robot.identifiers import MAX_NAME, is_robot_name, robot_name
 from symgen.robot.types import Robot
 
 #: File ending -> module of `symgen.robot.formats` that reads it.
-FORMATS = {".urdf": "urdf", ".par": "par", ".xml": "mjcf"}
+FORMATS = {".urdf": "urdf", ".xacro": "urdf", ".par": "par", ".xml": "mjcf"}
 _MAX_BYTES = 1_000_000
 _MAX_FOREIGN_BYTES = 20_000_000  # a URDF can contain geometry for display
 

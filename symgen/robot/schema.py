@@ -206,6 +206,10 @@ class ControllerTable(_Table):
     scale: Literal["known", "unknown"] = "known"
 
 
+class LogTable(_Table):
+    columns: str
+
+
 class RobotFile(_Table):
     robot: RobotTable
     geometry: dict[str, Scalar] = {}
@@ -215,6 +219,7 @@ class RobotFile(_Table):
     limits: LimitsTable | None = None
     drive: DriveTable | None = None
     controller: ControllerTable | None = None
+    log: LogTable | None = None
     effect: list[EffectTable] = []
     loop: list[LoopTable] = []
     frame: list[FrameTable] = []
@@ -228,6 +233,7 @@ _TABLES: dict[str, type[BaseModel]] = {
     "limits": LimitsTable,
     "drive": DriveTable,
     "controller": ControllerTable,
+    "log": LogTable,
     "loop": LoopTable,
     "frame": FrameTable,
     "effect": EffectTable,

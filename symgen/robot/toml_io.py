@@ -214,6 +214,7 @@ class _Reader:
             drive=self.drive(file, len(movable)),
             frames=_frames(file.frame, len(joints)),
             controller=self.controller(file, len(movable)),
+            log_columns="" if file.log is None else file.log.columns,
         )
         require_closed(robot)
         return robot

@@ -55,6 +55,8 @@ def robot_toml(robot: Robot) -> str:
         tables.append(("[drive]", vars(robot.drive) | sides | about))
     if robot.controller is not None:
         tables.append(("[controller]", vars(robot.controller)))
+    if robot.log_columns:
+        tables.append(("[log]", {"columns": robot.log_columns}))
     return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
 
 

@@ -288,6 +288,7 @@ class Robot:
         on_logs: effects that symgen subtracts from logs; they are not part of the model.
         frames: frames of links in a file of another format.
         controller: gains of the controller that moved the robot in its logs.
+        log_columns: text of --columns for its logs; "" if none.
     """
 
     name: str
@@ -304,6 +305,7 @@ class Robot:
     on_logs: tuple[LogEffect, ...] = ()
     frames: tuple[Frame, ...] = ()
     controller: Servo | None = None
+    log_columns: str = ""
 
     def __repr__(self) -> str:
         """Return the name and the number of movable joints."""

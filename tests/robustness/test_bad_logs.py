@@ -57,7 +57,7 @@ def test_a_folder_is_not_a_log(tmp_path, name):
     refused(tmp_path / name, "is a folder")
 
 
-@pytest.mark.parametrize("name", ["log.txt", "log", "log.csv.gz", "log.mat"])
+@pytest.mark.parametrize("name", ["log.xyz", "log", "log.csv.gz"])
 def test_an_unknown_extension_lists_the_known_ones(tmp_path, name):
     (tmp_path / name).write_text(GOOD)
     refused(tmp_path / name, "extension", ".csv", ".parquet", ".npz")
@@ -81,14 +81,14 @@ CSV_CASES = {
     "header only": (HEADER + "\n", ["no samples"]),
     "header without newline": (HEADER, ["no samples"]),
     "nine samples": ("\n".join(GOOD.splitlines()[:10]), ["9 samples", "at least 10"]),
-    "no header": (GOOD.split("\n", 1)[1].replace("0.0,0,0,0,1", "0,2,3,4,5", 1), ["no column t"]),
+    "no header": (GOOD.split("\n", 1)[1].replace("0.0,0,0,0,1", "0,2,3,4,5", 1), ["--no-header"]),
     "no t": (GOOD.replace("t,", "clock,", 1), ["no column t", "clock, q1"]),
     "no q": (GOOD.replace("q", "p"), ["no column q1", "p1"]),
     "no tau": (GOOD.replace("tau", "moment"), ["no column tau1", "moment1"]),
     "currents": (GOOD.replace("tau", "i"), ["torque columns", "torque_constant", "[drive]"]),
     "gap in q": (GOOD.replace("q2", "q3"), ["q1, q3", "without gaps"]),
     "gap in tau": (GOOD.replace("tau1", "tau3"), ["tau2, tau3", "without gaps"]),
-    "from zero": (GOOD.replace("q2", "q0"), ["q0, q1", "1, 2, .."]),
+    "from minus one": (GOOD.replace("q2", "q-1"), ["of q: 1, of tau: 2"]),
     "twice": (GOOD.replace("q2", "q1"), ["column q1", "2 times"]),
     "twice, blanks": (GOOD.replace("q2", " q1 "), ["column q1", "2 times"]),
     "one tau": (GOOD.replace("tau2", "x"), ["of q: 2, of tau: 1"]),

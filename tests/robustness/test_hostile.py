@@ -21,7 +21,6 @@ import pytest
 from support import PROJECT, heeds_ctrl_c, messages
 
 import symgen
-from symgen.data.columns import columns_from
 from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
 from symgen.diagnosis.fleet import grouped
@@ -216,7 +215,7 @@ KEYS = {
 
 
 @pytest.mark.parametrize("kind", KEYS)
-@pytest.mark.parametrize("reader", ["robot", "parameters", "columns"])
+@pytest.mark.parametrize("reader", ["robot", "parameters"])
 def test_a_key_of_100_000_parts_is_refused_at_once(tmp_path, kind, reader):
     """The time that such a key takes to be read grows with the square of its parts."""
     path = tmp_path / "a.toml"
@@ -224,7 +223,6 @@ def test_a_key_of_100_000_parts_is_refused_at_once(tmp_path, kind, reader):
     read = {
         "robot": symgen.read_robot,
         "parameters": lambda p: read_parameters(p, symgen.derive("planar2r")),
-        "columns": lambda p: columns_from(str(p)),
     }[reader]
     begun = time.process_time()
     with pytest.raises(symgen.SymgenError, match="a key of 200 parts or more"):
@@ -378,7 +376,6 @@ def _bomb(path: Path, claimed: int) -> Path:
 READ = """
 import resource, sys
 import symgen
-from symgen.data.columns import columns_from
 from symgen.data.log import read_log
 from symgen.identification.curves import read_curves
 from pathlib import Path

@@ -10,10 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symgen.data.columns import columns_from
 from symgen.data.log import Log, make_log, read_log
 from symgen.data.raw import Reading
-from symgen.errors import LogError
 
 N, JOINTS = 40, 2
 T = np.arange(N) * 0.01
@@ -110,22 +108,9 @@ def test_a_column_that_another_takes_the_name_of_is_ignored(tmp_path):
     assert log.ignored == ("q1 (of the file)",)
 
 
-def test_a_map_of_columns_is_a_text_or_a_small_file(tmp_path):
+def test_a_map_of_columns_is_a_text():
     text = ", ".join(f"{ours} = {theirs}" for ours, theirs in NAMES.items())
-    assert columns_from(text) == NAMES
-    path = tmp_path / "map.toml"
-    path.write_text("[columns]\n" + "".join(f'{k} = "{v}"\n' for k, v in NAMES.items()))
-    assert columns_from(str(path)) == NAMES
-
-
-@pytest.mark.parametrize(
-    "text", ["[columns]\nq1 = 1\n", "[column]\n", "q1 = 'a'\n", "[columns\n", "columns = 3\n"]
-)
-def test_a_file_that_maps_no_columns_is_one_line(tmp_path, text):
-    (tmp_path / "map.toml").write_text(text)
-    with pytest.raises(LogError, match=r"map\.toml.*accepted: a table \[columns\]") as caught:
-        columns_from(str(tmp_path / "map.toml"))
-    assert "\n" not in str(caught.value)
+    assert Reading(columns=text).pairs == NAMES
 
 
 def test_the_order_of_columns_does_not_matter_beyond_nine_joints(tmp_path):

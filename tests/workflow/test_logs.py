@@ -375,16 +375,14 @@ def test_columns_joints_and_masks_reach_the_three_commands(run, arm, cut_off, tm
     assert sum("masked in saturation" in note for note in found["notes"]) == 2
     assert sum("cut to t = 1 s" in note for note in found["notes"]) == 2
 
-    (tmp_path / "map.toml").write_text(
-        '[columns]\nt = "stamp"\nq1 = "hip"\nqd1 = "hip speed"\ntau1 = "hip torque"\n'
-    )
-    shared = ("--columns", tmp_path / "map.toml", *shared)
-    code, _ = run("predict", arm, one, "--parameters", tmp_path / "a" / "estimate.json", *shared,
+    mapped = tmp_path / "mapped.toml"
+    mapped.write_text(arm.read_text() + f'[log]\ncolumns = "{names}"\n')
+    code, _ = run("predict", mapped, one, "--parameters", tmp_path / "a" / "estimate.json", *shared,
                   "--into", tmp_path / "p")  # fmt: skip
     assert code == 0
     notes = json.loads((tmp_path / "p" / "prediction.json").read_text())["notes"]
     assert any("masked" in note for note in notes)
-    code, _ = run("diagnose", arm, one, "--validation", two, *shared, "--effects", "backlash",
+    code, _ = run("diagnose", mapped, one, "--validation", two, *shared, "--effects", "backlash",
                   "--into", tmp_path / "d")  # fmt: skip
     assert code in (0, 1)
     assert json.loads((tmp_path / "d" / "diagnosis.json").read_text())["effects"] == []
@@ -469,7 +467,6 @@ BAD = {
     "role": (["--columns", "speed1=a"], "no column of a log"),
     "no such column": (["--columns", "q1=hip"], "there is no column 'hip'"),
     "all joints": (["--columns", "q=q1"], "one column a joint"),
-    "no file": (["--columns", "map.toml"], "map.toml"),
     "span": (["--from", "3", "--until", "2"], "above 0 s"),
     "far": (["--from", "300"], "samples lie between"),
     "not finite": (["--until", "nan"], "finite"),

@@ -225,7 +225,7 @@ def _tree(root: Element) -> Urdf:
         if element.tag.startswith("xacro:"):
             raise RobotError(
                 f"line {element.line}: <{shortened(element.tag)}> is a macro; accepted: plain "
-                "URDF, as the program xacro writes it"
+                "URDF, as after xacro FILE.xacro > FILE.urdf"
             )
     links = _named("link", root, _link)
     if not links:
