@@ -17,7 +17,6 @@ from symgen.data.log import (
 from symgen.data.raw import Reading as Reading
 from symgen.data.signals import prepare as prepare
 from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
-from symgen.diagnosis.fleet import fleet as fleet
 from symgen.diagnosis.workflow import diagnose as diagnose
 from symgen.distributed import Workers as Workers
 from symgen.errors import (

@@ -48,7 +48,7 @@ def silent(_: object) -> None:
 
 @dataclass(frozen=True)
 class Workers:
-    """Who does the work of `identify`, `fleet` and `study`, and where it is kept.
+    """Who does the work of `identify` and `study`, and where it is kept.
 
     Attributes:
         processes: on this machine; None for this process, and as many threads as it has cores, at

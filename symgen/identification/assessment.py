@@ -64,7 +64,6 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
-    FittedConstant,
     ParameterEstimate,
     Use,
     joints_of,
@@ -139,7 +138,6 @@ class Outcome:
         repairs: what was mended in the logs.
         notes, provenance: of the logs, beside those of every run.
         faults: reasons why the model is not good for prediction.
-        constants: of effects, that were fitted with the parameters.
     """
 
     solution: Solution
@@ -152,7 +150,6 @@ class Outcome:
     notes: tuple[str, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
     faults: tuple[str, ...] = ()
-    constants: tuple[FittedConstant, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +210,7 @@ def assess(
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = found.solution, ""
-    if not (method.refined or method.name in UNBIASED) and chosen.columns is None:
+    if method.name not in UNBIASED and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
@@ -287,7 +284,6 @@ def assess(
         whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
-        constants=found.constants or None,
         alternatives=tuple(
             # the chosen one with the fit of all logs, of which it was chosen on a sample
             replace(

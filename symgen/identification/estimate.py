@@ -26,7 +26,6 @@ from symgen.estimation.values import (
 from symgen.faults.fault import Fault, delay_of
 from symgen.identification.curves import FILE, read_curves
 from symgen.names import joint_label, unit
-from symgen.robot.expressions import exact
 from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
@@ -95,22 +94,6 @@ class ParameterEstimate:
     def __post_init__(self) -> None:
         relative = 100 * self.std / abs(self.value) if self.value else math.inf
         object.__setattr__(self, "relative_std_percent", relative)
-
-
-@dataclass(frozen=True)
-class FittedConstant:
-    """A constant of an effect of the robot file that was fitted with the parameters.
-
-    Attributes:
-        name: in the torque of the effect.
-        effect: name of the effect.
-        value, std: in the unit that the robot file uses.
-    """
-
-    name: str
-    effect: str
-    value: float
-    std: float
 
 
 @dataclass(frozen=True)
@@ -254,8 +237,6 @@ class Estimate(Viewable):
         whiteness: of the residuals, quantity by quantity and joint by joint.
         band: the filters of the run; None in an older file.
         repairs: what was mended in the logs before anything was estimated.
-        constants: of effects, with other values than in the robot file that was given; the
-            robot.toml beside the estimate has these. None where none was fitted.
         alternatives: the models that were fitted, the chosen one first.
         uses: what the estimate may be used for.
         headline: what it is good for, one sentence a use, with BETWEEN_USES between them.
@@ -282,7 +263,6 @@ class Estimate(Viewable):
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
-    constants: Annotated[tuple[FittedConstant, ...] | None, OPTIONAL] = None
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
     endogeneity: tuple[Endogeneity, ...] = ()
@@ -312,11 +292,6 @@ class Estimate(Viewable):
     def shifts(self) -> tuple[Fault, ...]:
         """Repairs that shifted the torques of all logs, which other logs of the robot need too."""
         return tuple(fault for fault in self.repairs if delay_of(fault))
-
-    def robot_of(self, robot: Robot) -> Robot:
-        """Return the robot that was given with the constants that were fitted."""
-        values = {c.name: exact(c.value) for c in self.constants or ()}
-        return robot.with_constants(values)
 
     @property
     def covariance(self) -> FloatArray:

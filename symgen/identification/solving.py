@@ -99,7 +99,6 @@ FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
-_REFINED = "errors of the model that are alike in all windows"
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
 _CHECKPOINTS = 80
@@ -140,14 +139,12 @@ class Method:
         forgetting: for method recursive, in (0, 1].
         prior: for methods wls and consistent.
         given: the estimator object, if the user passed one.
-        refined: whether output error refined the solution.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
     given: Estimator | None = None
-    refined: bool = False
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -189,13 +186,11 @@ class Method:
     def label(self) -> str:
         """Name of the method in an estimate."""
         prior = " with prior" if self.prior is not None else ""
-        return f"{self.name}{prior}{', refined by simulation' if self.refined else ''}"
+        return f"{self.name}{prior}"
 
     @property
     def excludes(self) -> str:
         """The errors that its standard deviations do not include."""
-        if self.refined:
-            return _REFINED
         if self.name == "recursive":
             return NOISE_BIAS
         if self.name == Consistent.name:

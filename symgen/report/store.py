@@ -13,9 +13,7 @@ from symgen.codegen.derivations import Derivations
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
-from symgen.diagnosis import fleet as fleets
 from symgen.diagnosis.diagnosis import Diagnosis
-from symgen.diagnosis.fleet import Fleet
 from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import playback, study_result
@@ -34,7 +32,6 @@ from symgen.identification.prediction import Prediction
 from symgen.report.content.comparison import comparison_content
 from symgen.report.content.diagnosis import diagnosis_content
 from symgen.report.content.estimate import estimate_content
-from symgen.report.content.fleet import fleet_content
 from symgen.report.content.model import model_content
 from symgen.report.content.parts import Content
 from symgen.report.content.payload import payload_content
@@ -48,9 +45,7 @@ from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-Result: TypeAlias = (
-    Estimate | Diagnosis | Prediction | Payload | Study | Fleet | SimulationComparison
-)
+Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | SimulationComparison
 #: What has a page: results, and values that no folder of results holds.
 Value: TypeAlias = Result | Comparison | Plan | Evaluator
 _PAGE = "report.html"
@@ -72,7 +67,6 @@ _KINDS = {
     payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
     study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
     playback.MARKER: _Kind(SimulationComparison, playback.read_comparison, simulation_content),
-    fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
 }
 
 
@@ -92,7 +86,7 @@ def content(result: Value, *beside: Robot | Replay | None) -> Content:
     """Return what is said of a result.
 
     Args:
-        result: of identify, diagnose, predict, payload, study, fleet, compare, excite or load.
+        result: of identify, diagnose, predict, payload, study, compare, excite or load.
         beside: of an estimate, the robot, which is drawn; of a diagnosis, the models moved by the
             measured torques.
     """
@@ -102,7 +96,7 @@ def content(result: Value, *beside: Robot | Replay | None) -> Content:
 
 
 def read_result(path: str | Path) -> Result:
-    """Read what identify, diagnose, predict, payload, study or fleet wrote.
+    """Read what identify, diagnose, predict, payload or study wrote.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -119,8 +113,8 @@ def read_result(path: str | Path) -> Result:
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
-            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload, "
-            f"study or fleet wrote, or the {', '.join(_KINDS)} in it"
+            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload "
+            f"or study wrote, or the {', '.join(_KINDS)} in it"
         )
     return _KINDS[found[0]].read(path / found[0])
 
@@ -152,7 +146,7 @@ def write(
     """Write a result as its command does: JSON, a page that opens offline, and what goes with them.
 
     Args:
-        result: of identify, diagnose, predict, payload, study or fleet.
+        result: of identify, diagnose, predict, payload or study.
         folder: a new or empty folder, or one that symgen wrote, which is replaced; whole or not at
             all.
         robot: what was identified, for its drawing and its file beside an estimate.
@@ -197,7 +191,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
         drawn = {"traces": result.traces, "balances": result.balances}
         files[curves.FILE] = curves.curves_npz(drawn, result.convergence)
         if robot is not None:
-            files["robot.toml"] = robot_toml(result.robot_of(robot)).encode()
+            files["robot.toml"] = robot_toml(robot).encode()
     return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
 
 
