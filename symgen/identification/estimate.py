@@ -15,16 +15,13 @@ from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
 from symgen.estimation.playback import Horizon
 from symgen.estimation.values import (
-    Balance,
-    Convergence,
     Endogeneity,
     OtherEstimate,
     Residual,
     Trace,
-    Whiteness,
 )
 from symgen.faults.fault import Fault, delay_of
-from symgen.identification.curves import FILE, read_curves
+from symgen.identification.curves import FILE, read_traces
 from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
 from symgen.schemas import (
@@ -233,8 +230,6 @@ class Estimate(Viewable):
         endogeneity: tests of whether least squares is biased here, where instruments exist.
         comparison: the same parameters by other methods: wls beside iv and iv beside wls.
         prior: what was given as a prior, its std infinite where nothing was; None without one.
-        balances: where the measured work went, log by log.
-        whiteness: of the residuals, quantity by quantity and joint by joint.
         band: the filters of the run; None in an older file.
         repairs: what was mended in the logs before anything was estimated.
         alternatives: the models that were fitted, the chosen one first.
@@ -269,12 +264,9 @@ class Estimate(Viewable):
     comparison: tuple[OtherEstimate, ...] = ()
     prior: OtherEstimate | None = None
     correlation: Annotated[FloatArray, MATRIX] = field(default_factory=lambda: np.empty((0, 0)))
-    whiteness: tuple[Whiteness, ...] = ()
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
-    convergence: Annotated[Convergence | None, BESIDE] = None
-    balances: Annotated[tuple[Balance, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""
@@ -340,8 +332,8 @@ def read_estimate(path: str | Path) -> Estimate:
         )
     torque = found.torque_validation and found.torque_validation.per_joint
     joints = (Joint(j, "N m or N") for j in range(1, len(torque or ()) + 1))
-    curves = read_curves(file.with_name(FILE), len(found.parameters))
-    return replace(found, joints=found.joints or tuple(joints), **curves)
+    traces = read_traces(file.with_name(FILE))
+    return replace(found, joints=found.joints or tuple(joints), traces=traces)
 
 
 def _torn(e: Estimate) -> str:
@@ -351,8 +343,4 @@ def _torn(e: Estimate) -> str:
         return "parameters: some are missing, or there twice"
     if e.correlation.size and e.correlation.shape != (len(names), len(names)):
         return "correlation: it has another size"
-    for w in e.whiteness:
-        joints = len(e.joints) if w.quantity in _PER_JOINT else 1
-        if not 0 <= w.component < joints or not w.bands or len(w.correlations) != len(w.bands):
-            return "whiteness: a joint that is not there, or no lags"
     return ""

@@ -185,11 +185,10 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
     if isinstance(result, SimulationComparison):
         files[playback.WINDOW] = result.to_csv()
     if isinstance(result, Payload):
-        files[curves.FILE] = curves.curves_npz({"traces": result.traces, "balances": ()}, None)
+        files[curves.FILE] = curves.traces_npz(result.traces)
     if isinstance(result, Estimate):
         files[f"{result.robot}_values.h"] = values_header(result).encode()
-        drawn = {"traces": result.traces, "balances": result.balances}
-        files[curves.FILE] = curves.curves_npz(drawn, result.convergence)
+        files[curves.FILE] = curves.traces_npz(result.traces)
         if robot is not None:
             files["robot.toml"] = robot_toml(robot).encode()
     return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
