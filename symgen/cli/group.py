@@ -15,7 +15,6 @@ from typing import Any
 
 import click
 
-from symgen.cli.check import check
 from symgen.cli.compare_sim import compare_sim
 from symgen.cli.demo import demo
 from symgen.cli.diagnose import diagnose
@@ -49,7 +48,7 @@ def cli(debug: bool) -> None:
     """Derive dynamic models of robots, identify their parameters, and diagnose model errors."""
 
 
-for _command in (check, compare_sim, demo, diagnose, doctor, excite, explain, export,
+for _command in (compare_sim, demo, diagnose, doctor, excite, explain, export,
                  generate, identify, import_, payload, predict, report, robots, simulate,
                  study):  # fmt: skip
     cli.add_command(_command)

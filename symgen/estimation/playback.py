@@ -175,17 +175,6 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
     return []
 
 
-def consecutive_windows(logs: Sequence[FilteredLog], seconds: float) -> list[Window]:
-    """Return windows of a length, s, one after another from node to node of each log."""
-    out = []
-    for log in logs:
-        every = log.stride
-        rows = round(seconds / (every * log.step)) * every
-        for a, b in spans(np.all(log.clear, axis=1)):
-            out += [Window(log, k, seconds) for k in range(-(-a // every) * every, b - rows, rows)]
-    return out
-
-
 def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     rows = round(seconds / log.step)
     whole = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]

@@ -66,7 +66,7 @@ from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
-from symgen.identification.curves import FILE
+from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
 from symgen.identification.physical import (

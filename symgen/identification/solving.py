@@ -98,7 +98,6 @@ _WITH_PRIOR = (Wls.name, Consistent.name)
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
-_CHECKPOINTS = 80
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 

@@ -18,7 +18,7 @@ tanh(qd/width) in the kernels, and no mode.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -263,15 +263,6 @@ class Plant:
             "simulate: no consistent friction was found at rest; accepted: parameters of a robot "
             "that can exist"
         )
-
-
-def with_torque(plant: Plant, extra: Callable[[FloatArray, FloatArray], FloatArray]) -> Plant:
-    """Return a plant whose motors also carry a torque (runs, n) of q and qd."""
-    return replace(
-        plant,
-        forward=lambda q, qd, tau: plant.forward(q, qd, tau - extra(q, qd)),
-        bias=lambda q, qd: plant.bias(q, qd) + extra(q, qd),
-    )
 
 
 def _with(qd: FloatArray, j: int, value: float) -> FloatArray:

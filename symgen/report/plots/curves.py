@@ -30,7 +30,6 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", SKY, "#4D4D4D")
 DASHES = ("solid", "dash", "dot", "dashdot")
 VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
-COURSES = 8  # parameters whose convergence is drawn at first
 _LEGEND = 40  # characters of a name in a legend: a phone has no room for more
 POINTS = 1800  # that a curve is drawn with at most: three for two pixels of a wide page
 
