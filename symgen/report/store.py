@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from symgen.codegen.derivations import Derivations
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
@@ -197,7 +196,7 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
 def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]:
     """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
     extended = diagnosis.extended
-    package = Derivations.of(extended).package(lambda: generate(derive(extended, "all")).files)
+    package = generate(derive(extended, "all")).files
     motion, moved = None, None
     try:
         motion = replayed(diagnosis)

@@ -40,7 +40,7 @@ from symgen.runtime.calls import (
     checked,
     result,
 )
-from symgen.runtime.flags import chosen_flags
+from symgen.runtime.flags import kernel_flags
 from symgen.views import Viewable
 
 if TYPE_CHECKING:
@@ -273,8 +273,7 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
         # Where gravity is an input the identifier takes g: it is for C alone.
         if f"{name}_{header}" in sources and not model.robot.gravity_input:
             declarations += declared.replace("NAME", name)
-    flags = chosen_flags(compiler).flags.flags
-    module = build_module(sources, declarations, compiler, flags)
+    module = build_module(sources, declarations, compiler, kernel_flags(compiler))
     functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
     return Evaluator(model, functions, module)
 

@@ -50,8 +50,7 @@ class Panels:
             f"int {name}_panels(int stream, size_t N, const size_t *strides, {listed});\n"
         )
         sources = library(model, (kernel.name,), panels=True)
-        flags = panel_flags(compiler).flags.flags
-        module = build_module(sources, declarations, compiler, flags)
+        module = build_module(sources, declarations, compiler, panel_flags(compiler))
         self.kernel = kernel
         self.width = int(getattr(module.lib, f"{name}_width")())
         self._ffi = module.ffi
