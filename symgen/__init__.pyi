@@ -57,7 +57,6 @@ from symgen.experiment.reference import (
 )
 from symgen.experiment.simulate import (
     simulate as simulate,
-    track as track,
 )
 from symgen.experiment.study import study as study
 from symgen.experiment.study_result import Study as Study

@@ -25,7 +25,7 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, ParameterError, first_of
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
@@ -37,8 +37,8 @@ from symgen.estimation.playback import (
     HORIZONS,
     Gains,
     Horizon,
-    PlantMover,
     Window,
+    model_mover,
     play,
     position_errors,
     windows_of,
@@ -858,14 +858,10 @@ def _played(
     gains: Gains | None = None,
 ) -> tuple[tuple[Horizon, ...], int]:
     """Return the position errors over windows, and how many diverged; none without a motion."""
-    robot = evaluator.model.robot
-    if X is None or not windows or robot.loaded or robot.on_logs:
-        return (), 0
-    try:
-        mover = PlantMover.of(evaluator, X)
-    except ParameterError:  # negative friction: the reasons name it
+    if X is None or not windows or evaluator.model.robot.on_logs:
         return (), 0
     t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
+    mover = model_mover(evaluator.model, X)
     return position_errors(windows, t, play(mover, windows, t, gains))
 
 

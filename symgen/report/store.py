@@ -13,7 +13,6 @@ from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
 from symgen.diagnosis.diagnosis import Diagnosis
-from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
 from symgen.experiment import playback, study_result
 from symgen.experiment.plan import Plan
@@ -81,7 +80,7 @@ def _kind(result: Result) -> tuple[str, _Kind]:
     return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
 
 
-def content(result: Value, *beside: Robot | Replay | None) -> Content:
+def content(result: Value, *beside: Robot | None) -> Content:
     """Return what is said of a result.
 
     Args:
@@ -197,15 +196,8 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
     """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
     extended = diagnosis.extended
     package = generate(derive(extended, "all")).files
-    motion, moved = None, None
-    try:
-        motion = replayed(diagnosis)
-        moved = motion.to_json()
-    except SymgenError as error:
-        note = f"no motion under the measured torques: {error}"
-        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
     files = {
-        _PAGE: page(content(diagnosis, motion)).encode(),
+        _PAGE: page(content(diagnosis)).encode(),
         "robot.toml": robot_toml(extended).encode(),
         **{f"generated/{path}": data for path, data in package.items()},
     }
@@ -214,4 +206,4 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
         files["parameters.toml"] = parameters_toml(values.items()).encode()
     # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
-    return replace(diagnosis, replay=moved, digests=digests), files
+    return replace(diagnosis, digests=digests), files
