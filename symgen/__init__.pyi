@@ -58,8 +58,8 @@ from symgen.experiment.reference import (
 from symgen.experiment.simulate import (
     simulate as simulate,
 )
+from symgen.experiment.study import Study as Study
 from symgen.experiment.study import study as study
-from symgen.experiment.study_result import Study as Study
 from symgen.identification.comparison import compare as compare
 from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header

@@ -14,10 +14,11 @@ from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
 from symgen.diagnosis.diagnosis import Diagnosis
 from symgen.errors import ParameterError, SymgenError
-from symgen.experiment import playback, study_result
+from symgen.experiment import playback
+from symgen.experiment import study as studies
 from symgen.experiment.plan import Plan
 from symgen.experiment.playback import SimulationComparison
-from symgen.experiment.study_result import Study
+from symgen.experiment.study import Study
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
 from symgen.identification import estimate as estimates
@@ -63,7 +64,7 @@ _KINDS = {
     diagnoses.MARKER: _Kind(Diagnosis, diagnoses.read_diagnosis, diagnosis_content),
     prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
     payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
-    study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
+    studies.MARKER: _Kind(Study, studies.read_study, study_content),
     playback.MARKER: _Kind(SimulationComparison, playback.read_comparison, simulation_content),
 }
 
