@@ -12,11 +12,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from symgen import names
 from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
@@ -49,13 +47,9 @@ _VERSION = "1.2.0"
 _LINE = 100  # line length of a header
 _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: The C runtime: least squares, and the online identifier.
-_RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
+_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 #: Limits of [limits] that C has as constants.
 _LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
-#: Steps of the search for possible parameters.
-_STEPS = {"double": 40, "float": 25}
-#: Parameters that are above zero in every robot, beside those of links.
-_POSITIVE = ("IA", "FS", "FV", "IAM", "FSM", "FVM")
 #: Targets that build on the C sources.
 BACKENDS: dict[str, Backend] = {"mex": mex}
 TARGETS = ("c", "casadi", *BACKENDS, "all")
@@ -190,14 +184,13 @@ def robot_key(robot: Robot) -> str:
     return hashlib.sha256(robot_toml(robot).encode()).hexdigest()[:16]
 
 
-def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data: Any) -> str:
+def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str:
     """Return a file of the C runtime, with NAME in place of the prefix.
 
     Args:
         path: path in templates/c/runtime.
         gravity_input: whether its functions take g as the last input.
         dtype: double or float.
-        data: further values for the template.
     """
     declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
     names = ("bytes", "bits", "ps", "f", "sqrt")
@@ -205,7 +198,7 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data
     kind = dict(zip(names, values, strict=True))
     return rendered(
         f"c/runtime/{path}",
-        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind, **data,
+        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind,
     )  # fmt: skip
 
 
@@ -322,39 +315,9 @@ class _Writer:
             for k in on_panels:
                 out[f"{self.name}_{k['name']}_panels.c"] = self.render("panels.c", k=k)
         for path in plain:
-            data = self.standard() if "project" in path else {}
-            source = runtime_source(path, robot.gravity_input, self.dtype, **data)
+            source = runtime_source(path, robot.gravity_input, self.dtype)
             out[f"{self.name}_{path}"] = source.replace("NAME", self.name)
         return out
-
-    def standard(self) -> dict[str, Any]:
-        """Return what the search for possible parameters knows of the standard ones."""
-        base, numbers = self.model.base, self.model.robot.values()
-        place = {p.name: k for k, p in enumerate(base.standard)}
-        links = [k for k, p in enumerate(base.standard) if p.prefix == names.INERTIA[0]]
-        inside = {k + i for k in links for i in range(len(names.LINK))}
-        kinds = [
-            "IN_LINK" if k in inside else "POSITIVE" if p.prefix in _POSITIVE else "FREE"
-            for k, p in enumerate(base.standard)
-        ]
-        rows = [
-            [
-                (p.index, 1.0),
-                *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms),
-            ]
-            for p in base.parameters
-        ]
-        begin = list(accumulate(map(len, rows), initial=0))
-        return {
-            "order": _wrapped(", ".join(place), _LINE - 4),
-            "standard": len(place),
-            "steps": _STEPS[self.dtype],
-            "links": links,
-            "kinds": _wrapped(", ".join(kinds), _LINE - 6),
-            "begin": _wrapped(", ".join(map(str, begin)), _LINE - 6),
-            "places": _wrapped(", ".join(str(k) for row in rows for k, _ in row), _LINE - 6),
-            "factors": [repr(c) for row in rows for _, c in row],
-        }
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
         out = self.library()

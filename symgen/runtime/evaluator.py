@@ -301,9 +301,6 @@ int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
 int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
 """,
-    "identifier_project.h": """
-int NAME_identifier_project(const void *state, const double *X0, double *X);
-""",
     "identifier_momentum.h": """
 size_t NAME_identifier_momentum_size(size_t window);
 int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
