@@ -155,6 +155,8 @@ Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
 _MOST_RUNS = 100_000
+#: Of an integration step: a log without noise gives its parameters back to 1e-4.
+_TOLERANCE = 1e-8
 #: What the controllers call.
 KERNELS = ("inverse_dynamics", "mass_matrix")
 
@@ -311,6 +313,7 @@ def _moved(
                 width=width,
                 hold=hold or measured,
                 pushed=push,
+                tolerance=_TOLERANCE,
                 progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
             )
         )
