@@ -167,26 +167,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
             f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
             f"{model.robot.name!r}"
         )
-    _require_constants(path, content.get("constants"), model.robot)
     return {str(p["name"]): (p["value"], p.get("std")) for p in table}
-
-
-def _require_constants(path: Path, fitted: Any, robot: Robot) -> None:
-    """Refuse the constants of another robot.toml: parameters hold with theirs alone.
-
-    Raises:
-        ParameterError: the message names the constants.
-    """
-    own = {name: float(value.subs(robot.values())) for e in robot.effects
-           for name, value in e.nonlinear}  # fmt: skip
-    table = fitted if isinstance(fitted, list) else []
-    found = {str(c.get("name")): c.get("value") for c in table if isinstance(c, dict)}
-    other = [f"{name} = {value}" for name, value in found.items() if own.get(name) != value]
-    if other:
-        raise ParameterError(
-            f"{path}: the estimate has {', '.join(other)}, and the robot file has other values; "
-            f"accepted: the robot.toml in {path.parent}"
-        )
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:

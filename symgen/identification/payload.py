@@ -66,7 +66,7 @@ from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
-from symgen.identification.curves import FILE, read_curves
+from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
 from symgen.identification.physical import (
@@ -220,8 +220,8 @@ def read_payload(path: str | Path) -> Payload:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    curves = read_curves(file.with_name(FILE), 0)
-    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=curves.get("traces", ()))
+    traces = read_traces(file.with_name(FILE))
+    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=traces)
 
 
 @dataclass(frozen=True, eq=False)

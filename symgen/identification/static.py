@@ -329,7 +329,7 @@ def _fit(evaluator: Evaluator, tables: Sequence[Samples], X: FloatArray, kind: s
     for s in tables:
         zero = np.zeros_like(s.q)
         torque = evaluator["inverse_dynamics"](np.ascontiguousarray(s.q), zero, zero, X)
-        trace = Trace(s.name, kind, "torque", s.t, s.tau, torque, 0)
+        trace = Trace(s.name, kind, "torque", s.t, s.tau, torque)
         out += squares(np.ones(s.tau.shape, dtype=bool), s.tau, torque, traces=(trace,))
     return out
 
