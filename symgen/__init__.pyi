@@ -32,12 +32,10 @@ from symgen.errors import (
 )
 from symgen.estimation.band import Band as Band
 from symgen.estimation.estimators import TotalLeastSquares as TotalLeastSquares
-from symgen.estimation.estimators import Essential as Essential
 from symgen.estimation.estimators import (
     Huber as Huber,
     Ols as Ols,
     Prior as Prior,
-    Ridge as Ridge,
     Wls as Wls,
 )
 from symgen.estimation.estimators import InstrumentalVariables as InstrumentalVariables

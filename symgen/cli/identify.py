@@ -45,13 +45,13 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 @click.option(
     "--model",
     default="auto",
-    help="auto, energy, momentum or torque; or static: each row is a pose at rest.",
-    shell_complete=one_of("auto", *MODELS, "static"),
+    help="auto, energy, momentum or torque.",
+    shell_complete=one_of("auto", *MODELS),
 )
 @click.option(
     "--method",
     default="wls",
-    help="wls, ols, huber, tls, iv, ridge, essential, consistent or recursive.",
+    help="wls, ols, huber, tls, iv, consistent or recursive.",
     shell_complete=one_of(*METHODS),
 )
 @WINDOW
@@ -104,7 +104,7 @@ def identify(
     kept = None
     inputs = prior or weights or commanded
     plain = method in FOLDED and not (inputs or source.loaded)
-    if workers or is_long([*logs, *validation], plain and model != "static"):
+    if workers or is_long([*logs, *validation], plain):
         workers = workers or symgen.Workers()
         if workers.work is None:
             # Beside the results: the same command continues from there.
@@ -127,7 +127,7 @@ def identify(
         if robot.endswith(".urdf"):
             try:
                 file = identified_file(robot, estimate, folder=into)
-                if workers is None and model != "static":
+                if workers is None:
                     require_precise(file, source, validation or logs, estimate, options["reading"])
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
@@ -140,7 +140,7 @@ def identify(
     sound = all(use.ok for use in estimate.uses if use.name == "simulation")
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
-    elif model != "static" and not (trusted and sound and estimate.unexplained is None):
+    elif not (trusted and sound and estimate.unexplained is None):
         click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
     if trusted and estimate.physical.feasible is False and method == "wls":
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")

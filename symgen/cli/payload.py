@@ -36,7 +36,6 @@ from symgen.cli.progress import stages
     is_flag=True,
     help="Identify the drive gains too (needs --mass and --without).",
 )
-@click.option("--model", default="torque", help="torque; or static: each row is a pose at rest.")
 @CUTOFF
 @reading_options
 @into("payload.json")

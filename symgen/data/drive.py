@@ -86,7 +86,7 @@ def joint_side(log: Log, drive: Drive) -> Log:
     return replace(log, q=q, qd=qd, tau=tau, qr=qr, qdr=qdr)
 
 
-def with_servo_torques(log: Log, servo: Servo | None, poses: bool = False) -> Log:
+def with_servo_torques(log: Log, servo: Servo | None) -> Log:
     """Return a log without torques with those of its controller.
 
         tau = kp (qr - q) + kd (qdr - qd)
@@ -97,7 +97,6 @@ def with_servo_torques(log: Log, servo: Servo | None, poses: bool = False) -> Lo
     Args:
         log: on the joint side.
         servo: gains of the controller.
-        poses: whether each row is a pose at rest, where kd has no effect.
 
     Raises:
         LogError: the log has a reference, no torques, and the gains are unknown.
@@ -110,10 +109,10 @@ def with_servo_torques(log: Log, servo: Servo | None, poses: bool = False) -> Lo
         refuse(
             "has a reference and no torques, and the gains of its controller are unknown. They "
             "scale all torques, and with them all parameters: no such log determines them",
-            "[controller] with kp and kd in the robot file, or --controller; where only their "
+            "[controller] with kp and kd in the robot file; where only their "
             'ratios are known, with scale = "unknown"',
         )
-    kp, kd = np.array(servo.kp), np.array(servo.kd) * (not poses)
+    kp, kd = np.array(servo.kp), np.array(servo.kd)
 
     def speed(x: FloatArray, measured: FloatArray | None) -> FloatArray:
         from scipy.interpolate import CubicSpline

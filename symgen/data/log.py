@@ -230,7 +230,7 @@ def checked(
         name: name of the log.
         raw: content of the file.
         n, sigma, drive, names: of the robot.
-        reading: the span of time, whether rows are poses, and units that the user gave.
+        reading: the span of time, and units that the user gave.
         part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
@@ -278,7 +278,7 @@ def checked(
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
     sure = "q" in given_roles(reading)
-    _require_radians(t, log.q, None if reading.poses else log.qd, revolute, sure, raw.names)
+    _require_radians(t, log.q, log.qd, revolute, sure, raw.names)
     return log
 
 

@@ -78,8 +78,6 @@ class Reading:
         topic: topic of the messages in a bag; "" if only one topic has joint states.
         start, until: first and last time of each log to use, s of its column t; None for all.
         mask: samples to leave out of the equations: "rest", "saturation", or both.
-        poses: whether each row is a pose at rest. Then t is not used, and qd is the direction in
-            which each joint moved last.
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
             angles, {"": "deg"}.
         time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if header and rate say it.
@@ -94,7 +92,6 @@ class Reading:
     start: float | None = None
     until: float | None = None
     mask: tuple[str, ...] = ()
-    poses: bool = False
     unit: Mapping[str, str] = field(default_factory=dict)
     time_unit: str = ""
     separator: str = ""

@@ -194,7 +194,7 @@ class ColumnTable:
                         columns["t"] = self.units.seconds(columns["t"])
                     held.append((row, columns))
                 row += batch.num_rows
-            arrays: dict[str, NDArray[Any]] = {"t": np.arange(first, last)}  # poses: row numbers
+            arrays: dict[str, NDArray[Any]] = {}
             for role, group in self.groups.items():
                 if role == "t":  # stamps may be integers beyond those of a double
                     arrays[role] = _stamps(held, first, last)
@@ -485,7 +485,7 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
         if wanted.beside or role not in BESIDE
     }
     measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
-    time = wanted.reading.poses or "t" in named
+    time = "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
         if role == "tau1" and not present:
             if numbers["i"]:
@@ -514,7 +514,7 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             refuse(f"there is no column {role} among {listed(stored)}", how)
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
-    groups = {} if wanted.reading.poses else {"t": {0: "t"}}
+    groups = {"t": {0: "t"}}
     for role, have in numbers.items():
         if role in BESIDE:  # only some joints may have it
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
@@ -607,9 +607,9 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
     """
     if not zipfile.is_zipfile(path):
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
-    columns, poses = wanted.reading.pairs, wanted.reading.poses
+    columns = wanted.reading.pairs
     names = {role: columns.get(role, role) for role in ROLES}
-    for role in (*["t"] * poses, *["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
+    for role in (*["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
         del names[role]
     for ours, theirs in columns.items():
         if ours not in ROLES:
@@ -635,8 +635,6 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
             refuse(f"there is no array {theirs!r} (--columns {ours})", listed(keys))
     if not arrays.keys() & {"tau", "i", "qr"} and "i" in keys:
         refuse_currents()
-    if poses and "q" in arrays:
-        arrays = {"t": np.arange((*arrays["q"].shape, 1)[0]), **arrays}
     for role in ("t", "q", "tau"):
         if role not in arrays and not (role == "tau" and arrays.keys() & {"i", "qr"}):
             refuse(f"there is no array {names[role]} among {listed(keys)}", KEYS)

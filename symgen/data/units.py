@@ -232,12 +232,11 @@ def units_of(sample: Sample, wanted: Wanted) -> Units:
     found = IN_SI
     if not sample.blocks or not any(len(t) for t, _ in sample.blocks):
         return found
-    if not wanted.reading.poses:
-        found = _time(sample, wanted.reading)
+    found = _time(sample, wanted.reading)
     roles = {role: x.shape[1] for role, x in sample.blocks[0][1].items() if role in QUANTITIES}
     if len(set(roles.values())) > 1:
         return found  # refused with its shapes
-    slopes = () if wanted.reading.poses else tuple(_slopes(sample, found))
+    slopes = tuple(_slopes(sample, found))
     sizes, told = _Joints(sample, wanted, roles, slopes).decided()
     return Units(tuple(sizes.items()), found.ticks, found.origin, (*found.told, *told))
 

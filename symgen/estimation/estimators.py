@@ -26,8 +26,6 @@ import numpy as np
 
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import (
-    bartlett,
-    counts,
     long_run_covariance,
     robust_covariance,
     scores,
@@ -47,9 +45,7 @@ from symgen.estimation.solve import (
     residual_weights,
     undetermined,
     weighted_triangle,
-    with_the_others_zero,
 )
-from symgen.estimation.statistics import f_tail
 from symgen.estimation.summary import Summary, summaries, summarise, triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
@@ -218,117 +214,6 @@ class Prior:
         bread = inverse_information(scale, R)
         more = bread / self.std**2 @ bread  # A (meat + prior information) A
         return replace(solution, noise=solution.noise + more)
-
-
-@dataclass(frozen=True)
-class Ridge:
-    """Ridge regression on columns of unit norm (Hoerl and Kennard 1970).
-
-        minimise ||(y - W X)/sigma||^2 + strength ||D X||^2,   D the norms of the weighted columns
-
-    Attributes:
-        strength: None for p / ||D X_wls||^2, that of Hoerl, Kennard and Baldwin (1975).
-    """
-
-    strength: float | None = None
-    name: ClassVar[str] = "ridge"
-    excludes: ClassVar[str] = NOISE_BIAS + "; the bias towards zero of its own"
-
-    def solve(self, system: LinearSystem) -> Solution:
-        """Solve by QR of the rows and the penalty below them."""
-        require_rows(system)
-        if self.strength is not None and not self.strength >= 0:
-            raise IdentificationError(f"ridge strength {self.strength:g}; accepted: 0 or above")
-        parts = summaries(system)
-        weights, X, scale, _ = log_weights(parts, system.names, PASSES)
-        p, strength = len(X), self.strength
-        if strength is None:
-            variance = float(weights**2 @ [s.rss(X) for s in parts])
-            variance /= sum(s.rows for s in parts) - p
-            strength = p * variance / float(np.sum((scale * X) ** 2))
-        own = np.column_stack([np.sqrt(strength) * np.diag(scale), np.zeros(p)])
-        rows = [*(s.factor for s in parts), own]
-        reduced = merged(rows, np.append(weights, 1.0), system.names)
-        found = least_squares_solution(system, *reduced, weights)
-        return replace(found, notes=(f"ridge strength {strength:.3g} on columns of unit norm",))
-
-
-@dataclass(frozen=True)
-class Essential:
-    """Backward elimination with F tests on whitened residuals (Pham and Gautier 1991).
-
-    Rows are divided by sigma_l sqrt(c_l): the deviation of the residual of the log and joint, and
-    the factor by which its correlation in time makes rows fewer, c_l = long-run variance over
-    variance (Bartlett weights), at least 1. The parameter with the smallest
-    |X|/std goes, as long as both tests let it: against the model before, and against the full one,
-
-        F = [(RSS_without - RSS_with) / r] / [RSS_full / (m - p)],   p_value above `level`
-
-    with m = sum of rows over c_l. The others are estimated again each time.
-
-    Attributes:
-        level: p-value above which a parameter is not needed.
-    """
-
-    level: float = 0.05
-    name: ClassVar[str] = "essential"
-    excludes: ClassVar[str] = (
-        NOISE_BIAS + "; that the data chose which parameters to keep (those left out are 0, "
-        "with no std)"
-    )
-
-    def solve(self, system: LinearSystem) -> Solution:
-        """Solve with the essential columns alone."""
-        if not 0 < self.level < 1:
-            raise IdentificationError(f"level {self.level:g}; accepted: between 0 and 1")
-        require_rows(system)
-        full = Wls().solve(system)
-        weights, m = whitening(system, full.X)
-        parts, p = [s.factor for s in summaries(system)], len(system.names)
-        whole = weighted_triangle(parts, weights)
-        kept, grown = list(range(p)), 0.0
-        variance = float(whole[-1, -1] ** 2) / (m - p)
-        while len(kept) > 1:
-            R = triangle(whole[:, [*kept, p]])
-            inverse = np.linalg.inv(R[:-1, :-1])
-            growth = (inverse @ R[:-1, -1]) ** 2 / np.sum(inverse**2, axis=1)  # of RSS, without it
-            least, gone = int(np.argmin(growth)), p - len(kept) + 1
-            single = f_tail(growth[least] / variance, 1, m - p)
-            joint = f_tail((grown + growth[least]) / gone / variance, gone, m - p)
-            if min(single, joint) <= self.level:
-                break
-            grown += growth[least]
-            kept.pop(least)
-        smaller = system.columns(kept)
-        reduced = merged((f[:, [*kept, p]] for f in parts), weights, smaller.names)
-        part = least_squares_solution(smaller, *reduced, weights)
-        out = [name for name in system.names if name not in smaller.names]
-        note = f"{len(kept)} of {p} parameters are essential" + (
-            f"; taken as 0, F test at {self.level:g}: {', '.join(out)}" if out else ""
-        )
-        contrast = (OtherEstimate.by("wls", system.names, full.X, full.std),)
-        return replace(with_the_others_zero(part, kept, p), notes=(note,), comparison=contrast)
-
-
-def whitening(system: LinearSystem, X: FloatArray) -> tuple[FloatArray, float]:
-    """Return the factor that makes the rows of each log count once, and how many then count.
-
-    Args:
-        system: the equations.
-        X: an estimate, whose residuals are looked at.
-    """
-    weights, m = [], 0.0
-    for e in system.logs:
-        error = (e.y - e.W @ X)[:, None]
-        power = max(float(np.sum(error**2)), 1e-300)
-        inflation = max(float(bartlett(error, counts(e).lag)[0, 0]) / power, 1.0)
-        weights.append(np.sqrt(len(e.y) / power / inflation))
-        m += len(e.y) / inflation
-    if m <= len(X) + 1:
-        raise IdentificationError(
-            f"the logs hold {m:.0f} independent equations for {len(X)} parameters: too few to test"
-        )
-    return np.array(weights), m
 
 
 @dataclass(frozen=True, eq=False)
@@ -576,7 +461,7 @@ def _wald(
     size = float(np.sum((vectors[:, kept].T @ X[p:]) ** 2 / values[kept]))
     count = int(kept.sum())
     statistic = size / count
-    return Endogeneity(label, statistic, (count, freedom), f_tail(statistic, count, freedom))
+    return Endogeneity(label, statistic, (count, freedom), _f_tail(statistic, count, freedom))
 
 
 def bias_of_least_squares(
@@ -647,8 +532,6 @@ ESTIMATORS: dict[str, Estimator] = {
         Huber(),
         TotalLeastSquares(),
         InstrumentalVariables(),
-        Ridge(),
-        Essential(),
     )
 }
 METHODS = tuple(ESTIMATORS)
@@ -667,3 +550,10 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
     if method not in ESTIMATORS:
         raise IdentificationError(f"method {method!r}; accepted: {', '.join(METHODS)}")
     return ESTIMATORS[method].solve(system)
+
+
+def _f_tail(statistic: float, numerator: float, denominator: float) -> float:
+    """Return the probability that F(numerator, denominator) is above a value."""
+    from scipy.special import fdtrc
+
+    return float(fdtrc(numerator, denominator, max(statistic, 0.0)))

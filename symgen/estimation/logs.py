@@ -67,7 +67,7 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         )  # fmt: skip
     with located(log.name):
         _require_within(log, robot)
-        log = with_servo_torques(log, robot.controller, reading.poses)
+        log = with_servo_torques(log, robot.controller)
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
@@ -107,7 +107,7 @@ def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Sample
     """Hold out the last fifth of every log.
 
     Args:
-        logs: the training logs, or tables of poses.
+        logs: the training logs.
         fewest: samples that are held out of each, at least.
 
     Raises:

@@ -58,7 +58,7 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.solve import Solution
+from symgen.estimation.solve import Solution, identifiable_columns
 from symgen.estimation.summary import triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.torque_error import relative_error
@@ -79,7 +79,6 @@ from symgen.identification.physical import (
     parameters_of,
     pseudo_inertia,
 )
-from symgen.identification.static import STATIC, open_poses, pose_equations, shown_columns
 from symgen.robot.expressions import shortened
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
@@ -93,7 +92,6 @@ MARKER = "payload.json"
 COM = ("cx", "cy", "cz")
 #: Names of mass, centre and inertia about it, in the order of `read_off`.
 LABELS = ("mass", *COM, *names.INERTIA)
-MODELS = ("torque", STATIC)
 #: Quantities of the traces: torque of a model without the load, and of one with it.
 WITHOUT, WITH = "torque without the load", "torque with the load"
 _LENGTH = 0.1  # m, the size of a load in whose units its parameters compare
@@ -147,7 +145,7 @@ class Payload(Viewable):
         gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
         residual: what is left of the torque without and with the load.
         method: in words.
-        band: the filters of the run; None for still poses, which pass none.
+        band: the filters of the run.
         repairs: what was mended in the logs.
         notes: what was done, in words.
         gains: of the drives, joint by joint, where the load calibrated them: torque over what the
@@ -493,9 +491,7 @@ def _traces(
     return tuple(out)
 
 
-def _known_covariance(
-    given: Given, model: Model, still: bool
-) -> tuple[FloatArray | None, tuple[str, ...]]:
+def _known_covariance(given: Given, model: Model) -> tuple[FloatArray | None, tuple[str, ...]]:
     """Return the covariance of given parameters where it is known, and what is said of it."""
     estimate = given.estimate
     if estimate is None:
@@ -506,12 +502,11 @@ def _known_covariance(
     if not estimate.correlation.size:
         return None, doubt
     known = np.isfinite(estimate.covariance)
-    if not (known.all() or still):
+    if not known.all():
         raise ParameterError(
-            f"{given.file}: it does not determine all parameters; accepted: an estimate from "
-            "motions, or --model static with tables of still poses"
+            f"{given.file}: it does not determine all parameters; accepted: an estimate that does"
         )
-    return np.where(known, estimate.covariance, 0.0), doubt  # 0: seen in no pose
+    return estimate.covariance, doubt
 
 
 def payload(
@@ -524,7 +519,6 @@ def payload(
     mass: float | None = None,
     gain: float | None = None,
     calibrate: bool = False,
-    model: str = "torque",
     cutoff: float | None = None,
     reading: Reading | None = None,
     progress: Say = silent,
@@ -543,7 +537,6 @@ def payload(
             by default that of [drive], where it states one.
         calibrate: whether the load, whose mass is known, tells the gains of the drives, from logs
             with it and without.
-        model: "torque"; or "static", where the rows of the logs are still poses.
         cutoff: of the filter of positions and speeds, Hz; by default that of the estimate, or else
             the one that suits the logs best.
         reading: how logs are read, and what of them is left out.
@@ -564,12 +557,6 @@ def payload(
         )
     if calibrate and (mass is None or not bare):
         raise IdentificationError("--calibrate: accepted: with --mass and --without")
-    if cutoff is not None and model == STATIC:
-        raise IdentificationError("--cutoff: still poses pass no filter; accepted: none")
-    if calibrate and model == STATIC:
-        raise IdentificationError("--calibrate with --model static: accepted: logs of motions")
-    if model not in MODELS:
-        raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
     for name, value in (("--mass", mass), ("--gain", gain)):
         if value is not None and not 0 < value < 1e6:
             raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
@@ -586,18 +573,9 @@ def payload(
     progress("deriving and compiling the model")
     derived = derive(source, JUDGING)
     given = None if parameters is None else read_given(parameters, derived)
-    spread, doubts = (
-        (None, ()) if given is None else _known_covariance(given, derived, model == STATIC)
-    )
+    spread, doubts = (None, ()) if given is None else _known_covariance(given, derived)
     evaluator, every = load(derived), [*loaded, *bare]
-    if model == STATIC:
-        progress(f"reading {', '.join(str(getattr(log, 'name', log)) for log in every)}")
-        poses = [open_poses(log, source, reading) for log in every]
-        require_other_data(poses, [])
-        said = tuple(n for s in poses for n in s.notes)
-        seen = Seen([pose_equations(evaluator, s) for s in poses], None, said)
-    else:
-        seen = read_equations(evaluator, every, reading, cutoff, given, progress)
+    seen = read_equations(evaluator, every, reading, cutoff, given, progress)
     with_load, alone = (
         [e for own in part for e in own]
         for part in (seen.equations[: len(loaded)], seen.equations[len(loaded) :])
@@ -606,7 +584,8 @@ def payload(
     G = regrouping(derived)[:, link_columns(derived, link)]
     V = _directions(with_load, G, 10 if mass is None else 9)
     start = LoadFit(np.zeros(len(G)), np.zeros(V.shape[1]), np.ones(source.n))
-    free, notes = shown_columns([*with_load, *alone]).kept, seen.notes
+    every_row = np.concatenate([e.W for e in (*with_load, *alone)])
+    free, notes = identifiable_columns(every_row).kept, seen.notes
     if given is not None and not bare:
         # Friction as it was: what is left of it is solved for, so that its change has no say in s.
         free = [k for k in free if k >= derived.inertial]
@@ -634,7 +613,7 @@ def payload(
     whole = fit.X + problem.in_X(fit)
     after = _error(with_load, whole, fit.k)
     traces += _traces(with_load, WITH, whole, fit.k)
-    r, what = len(fit.a), "of torque at standstill" if model == STATIC else "of torque"
+    r = len(fit.a)
     found = problem.estimate(fit, covariance[:r, :r])
     found = found.seen_from(seen_in) if seen_in else found
     identifiable = tuple(name for name, k in zip(LABELS, found.known(), strict=True) if k)
@@ -652,7 +631,7 @@ def payload(
     return Payload(
         source.name, frame or link, own_mass, (x, y, z), (xx, xy, xz, yy, yz, zz), identifiable,
         gain,
-        Left(before, after), f"weighted least squares {what}: {how}", seen.band, seen.repairs,
+        Left(before, after), f"weighted least squares of torque: {how}", seen.band, seen.repairs,
         notes + told, gains, joints_of(source), link if frame else None, traces,
     )  # fmt: skip
 

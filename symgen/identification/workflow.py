@@ -52,14 +52,13 @@ from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_se
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
-from symgen.identification.static import STATIC, identify_poses
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
-MODELS = (AUTO, *NEEDED, STATIC)
+MODELS = (AUTO, *NEEDED)
 
 
 def identify(
@@ -89,10 +88,9 @@ def identify(
             out.
         model: "energy", the model of Gautier and Khalil; "momentum", with n equations for each
             window; "torque", with filtered accelerations; "auto", which fits all three and keeps
-            the one with the smallest torque error on held-out folds of the training logs; or
-            "static", in which each row is a pose at rest (`symgen.identification.static`).
+            the one with the smallest torque error on held-out folds of the training logs.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
-            weight from its own residual), "ols", "huber", "tls", "iv", "ridge", "essential",
+            weight from its own residual), "ols", "huber", "tls", "iv",
             "consistent" (physically possible parameters), or "recursive" (least squares with
             forgetting).
         window: length of the sliding windows of energy and momentum, s.
@@ -121,8 +119,6 @@ def identify(
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     with told_of_angles(source):
-        if model == STATIC:
-            return identify_poses(source, (sources, given), by, asked, reading, progress)
         models = _equation_models(source, model, window, by)
         data: AbstractContextManager[LogsInMemory | ChunkedLogs]
         whole = _whole(source, by, asked)

@@ -15,17 +15,14 @@ from oracles.precision import at_least_white
 import symgen
 from symgen.estimation.estimators import (
     METHODS,
-    Essential,
     Estimator,
     Huber,
     InstrumentalVariables,
     Ols,
     Prior,
-    Ridge,
     TotalLeastSquares,
     Wls,
     solve,
-    whitening,
 )
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.parameters import read_prior
@@ -170,18 +167,8 @@ def test_total_least_squares_says_when_its_noise_hides_a_parameter() -> None:
         TotalLeastSquares(np.ones(1)).solve(system)
 
 
-def test_ridge_and_prior_are_their_normal_equations() -> None:
+def test_a_prior_is_its_normal_equations() -> None:
     W, y = _rows(11)
-    D2 = np.diag(np.sum(W**2, axis=0))
-    for strength in (0.0, 0.05, 2.0):
-        found = Ridge(strength).solve(_system((W, y)))
-        expected = np.linalg.solve(W.T @ W + strength * D2, W.T @ y)
-        np.testing.assert_allclose(found.X, expected, rtol=1e-9)
-    best = np.linalg.lstsq(W, y, rcond=None)[0]
-    variance = np.sum((y - W @ best) ** 2) / (len(y) - 4)
-    own = 4 * variance / (best @ D2 @ best)  # Hoerl, Kennard and Baldwin
-    chosen = np.linalg.solve(W.T @ W + own * D2, W.T @ y)
-    np.testing.assert_allclose(Ridge().solve(_system((W, y))).X, chosen, rtol=1e-9)
     mean, std = np.array([1.0, 0.0, 0.0, 2.0]), np.array([0.1, np.inf, 1e-3, 0.5])
     found = Prior(mean, std).solve(_system((W, y)))
     sigma2 = np.mean((y - W @ found.X) ** 2)
@@ -286,52 +273,6 @@ def test_iv_without_instruments_says_what_it_accepts() -> None:
         solve(_system(_rows(1)), "iv")
 
 
-def test_essential_parameters_are_those_of_backward_elimination_by_statsmodels() -> None:
-    W, _ = _rows(16)
-    more = np.random.default_rng(17).normal(size=(400, 5))
-    whole = np.column_stack([W, more])
-    y = W @ TRUE + 0.3 * np.random.default_rng(18).normal(size=400)
-    names = (*NAMES, *(f"N{k}" for k in range(5)))
-    system = LinearSystem(names, (Equations("a", whole, y, np.arange(400.0), 1),))
-    found = Essential().solve(system)
-    weights, m = whitening(system, Ols().solve(system).X)
-    rows, right = weights[0] * whole, weights[0] * y
-    full = sm.OLS(right, rows).fit()
-    scale = full.ssr / (m - 9)
-    kept = list(range(9))
-    while True:
-        reduced = sm.OLS(right, rows[:, kept]).fit()
-        least = int(np.argmin(np.abs(reduced.tvalues)))
-        without = sm.OLS(right, np.delete(rows[:, kept], least, axis=1)).fit()
-        gone = 10 - len(kept)
-        p_one = scipy.stats.f.sf((without.ssr - reduced.ssr) / scale, 1, m - 9)
-        p_all = scipy.stats.f.sf((without.ssr - full.ssr) / gone / scale, gone, m - 9)
-        if min(p_one, p_all) <= 0.05:
-            break
-        kept.pop(least)
-    assert np.flatnonzero(found.X).tolist() == kept
-    assert set(range(4)) <= set(kept)
-    np.testing.assert_allclose(
-        found.X[kept], np.linalg.lstsq(whole[:, kept], y, rcond=None)[0], rtol=1e-9
-    )
-    assert np.all(found.covariance[np.setdiff1d(range(9), kept)] == 0)
-
-
-def test_essential_keeps_a_useless_parameter_as_often_as_its_level_says() -> None:
-    W, _ = _rows(19)
-    kept = []
-    for seed in range(200):
-        draw = np.random.default_rng(seed)
-        y = W @ TRUE + 0.3 * draw.normal(size=400)
-        system = LinearSystem(
-            (*NAMES, "N"),
-            (Equations("a", np.column_stack([W, draw.normal(size=400)]), y, np.arange(400.0), 1),),
-        )
-        kept.append(Essential(0.2).solve(system).X[-1] != 0)
-    print("kept at level 0.2:", np.mean(kept))
-    assert 0.12 < np.mean(kept) < 0.27
-
-
 class TestConsistent:
     MODEL = symgen.derive(symgen.read_robot("planar2r"))
     #: ZZ1R, ZZ2, MX2, MY2: M2 = (MX2^2 + MY2^2)/ZZ2 at least, and L1^2 M2 at most ZZ1R
@@ -378,7 +319,7 @@ class TestConsistent:
 def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None:
     years = [str(year) for year in range(1800, 2030)]
     kinds: list[Callable[..., Estimator] | type] = [
-        Ols, Wls, Huber, TotalLeastSquares, InstrumentalVariables, Ridge, Prior, Essential,
+        Ols, Wls, Huber, TotalLeastSquares, InstrumentalVariables, Prior,
         Consistent,
     ]  # fmt: skip
     for kind in kinds:
@@ -387,7 +328,7 @@ def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None
         text = (kind.__doc__ or "") + (import_module(kind.__module__).__doc__ or "")
         assert any(year in text for year in years), kind
         assert "bias" in kind.excludes, kind
-    assert set(METHODS) == {"ols", "wls", "huber", "tls", "iv", "ridge", "essential"}
+    assert set(METHODS) == {"ols", "wls", "huber", "tls", "iv"}
 
 
 def test_a_method_that_does_not_exist_names_those_that_do() -> None:

@@ -9,14 +9,11 @@ from oracles.precision import at_least_white, long_run, wider
 
 import symgen
 from symgen.estimation.estimators import (
-    Essential,
     Huber,
     Ols,
     Prior,
-    Ridge,
     TotalLeastSquares,
     Wls,
-    whitening,
 )
 from symgen.estimation.system import Equations, LinearSystem
 
@@ -69,8 +66,7 @@ def test_weighted_least_squares_and_its_precision(passes: int) -> None:
 
 
 def test_three_rows_for_three_parameters_are_refused_by_each() -> None:
-    for estimator in (Ols(), Wls(), Huber(), Ridge(), Prior(TRUE, TRUE), TotalLeastSquares(),
-                      Essential()):  # fmt: skip
+    for estimator in (Ols(), Wls(), Huber(), Prior(TRUE, TRUE), TotalLeastSquares()):
         with pytest.raises(symgen.IdentificationError, match="3 equations for 3 parameters"):
             estimator.solve(_system(_log(3, 3, 0.1)))
 
@@ -172,37 +168,6 @@ def test_a_prior_that_is_none_is_refused(mean, std, said: str) -> None:
         Prior(mean, std).solve(_system(*LOGS))
 
 
-@pytest.mark.parametrize("strength", [None, 0.0, 0.3])
-def test_ridge_and_its_precision(strength: float | None) -> None:
-    found = Ridge(strength).solve(_system(*LOGS))
-    least = Wls().solve(_system(*LOGS))
-    w = least.weights
-    W = np.concatenate([v * e.W for v, e in zip(w, LOGS, strict=True)])
-    y = np.concatenate([v * e.y for v, e in zip(w, LOGS, strict=True)])
-    D2 = np.diag(np.sum(W**2, axis=0))
-    if strength is None:  # Hoerl, Kennard and Baldwin (1975): p s^2 over the size of D X
-        variance = np.sum((y - W @ least.X) ** 2) / (320 - 3)
-        strength = 3 * variance / (least.X @ D2 @ least.X)
-    whole = W.T @ W + strength * D2
-    X = np.linalg.solve(whole, W.T @ y)
-    np.testing.assert_allclose(found.X, X, rtol=1e-9)
-    assert found.notes == (f"ridge strength {strength:.3g} on columns of unit norm",)
-    np.testing.assert_allclose(found.weights, w, rtol=1e-12)
-    scores = [(v * v * (e.y - e.W @ X))[:, None] * e.W for v, e in zip(w, LOGS, strict=True)]
-    expected = _covariance(np.linalg.inv(whole), scores, W, y)
-    np.testing.assert_allclose(found.covariance, expected, rtol=1e-8)
-    unit = np.sqrt(np.diag(whole))
-    assert found.condition_number == pytest.approx(
-        np.sqrt(np.linalg.cond(whole / np.outer(unit, unit))), rel=1e-6
-    )
-
-
-@pytest.mark.parametrize("strength", [-1e-9, float("nan")])
-def test_a_negative_strength_is_refused(strength: float) -> None:
-    with pytest.raises(symgen.IdentificationError, match="; accepted: 0 or above"):
-        Ridge(strength).solve(_system(*LOGS))
-
-
 # Errors in variables.
 
 
@@ -257,62 +222,3 @@ def test_total_least_squares_without_an_answer_says_so() -> None:
     flat = LinearSystem(("A",), (Equations("a", 1e-3 * W, np.ones(100), np.arange(100.0), 1),))
     with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
         TotalLeastSquares(np.ones(1)).solve(flat)
-
-
-# Essential parameters.
-
-
-def test_rows_are_whitened_by_their_deviation_and_their_correlation() -> None:
-    logs = (_log(9, 400, 0.2), _log(10, 300, 0.5, correlation=2))
-    # the error of the first log keeps for three rows, that of the second changes its sign
-    steady = np.repeat(np.random.default_rng(11).normal(size=134), 3)[:400]
-    errors = (steady, (-1.0) ** np.arange(300))
-    for e, error in zip(logs, errors, strict=True):
-        e.y[:] = e.W @ TRUE + error
-    weights, m = whitening(_system(*logs), TRUE)
-    inflation = long_run(steady[:, None], 8)[0, 0] / np.sum(steady**2)
-    assert inflation > 2
-    assert weights[0] == pytest.approx(np.sqrt(400 / np.sum(steady**2) / inflation))
-    assert weights[1] == pytest.approx(1.0)  # never more than its rows
-    assert m == pytest.approx(400 / inflation + 300)
-    few = LinearSystem(NAMES, (_log(12, 4, 0.2),))
-    with pytest.raises(symgen.IdentificationError, match="hold 4 independent equations for 3"):
-        whitening(few, TRUE)
-    assert whitening(LinearSystem(NAMES, (_log(12, 5, 0.2),)), TRUE)[1] > 4
-
-
-@pytest.mark.parametrize("level", [0.0, 1.0, -0.1, float("nan")])
-def test_a_level_is_between_0_and_1(level: float) -> None:
-    with pytest.raises(symgen.IdentificationError, match="accepted: between 0 and 1"):
-        Essential(level).solve(_system(*LOGS))
-
-
-def test_what_is_left_out_is_named_and_the_rest_is_weighted_least_squares() -> None:
-    draw = np.random.default_rng(13)
-    logs = []
-    for rows, noise in ((300, 0.1), (200, 0.7)):
-        W = draw.normal(size=(rows, 4)) * np.array([1.0, 10.0, 0.1, 3.0])
-        y = W @ np.array([2.0, 0.0, 5.0, 0.0]) + noise * draw.normal(size=rows)
-        logs.append(Equations(f"{rows} rows", W, y, np.arange(rows) * 0.01, 1))
-    system = LinearSystem(("A", "B", "C", "D"), tuple(logs))
-    found, full = Essential().solve(system), Wls().solve(system)
-    assert found.notes == ("2 of 4 parameters are essential; taken as 0, F test at 0.05: B, D",)
-    weights, _ = whitening(system, full.X)
-    W = np.concatenate([w * e.W[:, [0, 2]] for w, e in zip(weights, logs, strict=True)])
-    y = np.concatenate([w * e.y for w, e in zip(weights, logs, strict=True)])
-    X = np.linalg.lstsq(W, y, rcond=None)[0]
-    np.testing.assert_allclose(found.X, [X[0], 0, X[1], 0], rtol=1e-9)
-    scores = [
-        (w * w * (e.y - e.W[:, [0, 2]] @ X))[:, None] * e.W[:, [0, 2]]
-        for w, e in zip(weights, logs, strict=True)
-    ]
-    expected = _covariance(np.linalg.inv(W.T @ W), scores, W, y, 2)
-    np.testing.assert_allclose(found.covariance[np.ix_([0, 2], [0, 2])], expected, rtol=1e-8)
-    assert found.covariance[1].tolist() == found.covariance[:, 3].tolist() == [0.0] * 4
-    (other,) = found.comparison
-    assert other.method == "wls"
-    np.testing.assert_allclose(other.X, full.X)
-    np.testing.assert_allclose(other.std, np.sqrt(np.diag(full.covariance)))
-    everything = Essential().solve(LinearSystem(("A",), (
-        Equations("a", logs[0].W[:, :1], logs[0].y, logs[0].t, 1),)))  # fmt: skip
-    assert everything.notes == ("1 of 1 parameters are essential",)

@@ -382,25 +382,3 @@ def test_a_load_of_known_mass_calibrates_the_drives(robot, tmp_path) -> None:
     assert weighed.gain_uncertainty_percent == pytest.approx(100 * (std / gains).max())
     before = symgen.payload(robot, miscalibrated(63, True, 1), without=miscalibrated(64, False, 1))
     assert abs(before.mass.value / MASS - 1) > 2 * abs(weighed.mass.value / MASS - 1)
-
-
-def test_a_load_is_found_from_still_poses(robot) -> None:
-    """Mass and centre, from torques of plain transforms with friction; no inertia shows."""
-    from oracles.still_poses import gravity_torque, held
-    from oracles.transforms import Arm
-
-    links = LINKS.copy()
-    links[-1] += standard(MASS, COM, INERTIA)
-    logs = []
-    for seed, own in ((71, links), (72, LINKS)):
-        rng = np.random.default_rng(seed)
-        q = np.repeat(rng.uniform(-2.5, 2.5, (40, N)), 2, axis=0)
-        direction = np.tile([[1.0], [-1.0]], (40, N))
-        tau = gravity_torque(Arm.from_table(TABLE), own, q) + held(rng, FS, direction, 0.0)
-        logs.append(symgen.make_log(f"poses {seed}", np.arange(80), q, tau, direction))
-    found = symgen.payload(robot, logs[0], without=logs[1], model="static")
-    assert set(found.identifiable) == {"mass", "cx", "cy", "cz"}
-    pairs = zip((found.mass, *found.com), TRUE[:4], strict=True)
-    assert all(abs(q.value - true) < 3.3 * q.std for q, true in pairs)
-    assert found.mass.std < 0.1 * MASS
-    assert found.band is None

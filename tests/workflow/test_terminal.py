@@ -28,7 +28,7 @@ BASH = shutil.which("bash")
         ("symgen di", {"diagnose"}),
         ("symgen identify --meth", {"--method"}),
         ("symgen identify pan", {"panda", "pan.urdf"}),
-        ("symgen identify panda --method e", {"essential"}),
+        ("symgen identify panda --method h", {"huber"}),
         ("symgen explain gravity_", {"gravity_spring"}),
     ],
 )
