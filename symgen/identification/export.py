@@ -456,7 +456,7 @@ def require_precise(
         written, own = torque_errors(robot, log, values, estimate.band, estimate.shifts, reading)
         if written > own + LEAST:
             raise ParameterError(
-                f"{log}: torque error {100 * written:.3g} %, of the estimate {100 * own:.3g} %; "
+                f"{log}: torque error {100 * written:.3g} %, the estimate {100 * own:.3g} %; "
                 "symgen diagnose searches for what the model lacks, symgen export writes the file"
             )
 

@@ -516,7 +516,7 @@ class Feasibility:
         np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
         cones = [
             *self._consistent(wider, at, links),
-            *self._within(np.pad(onto, ((0, 0), (0, 1))), at),
+            self._within(np.pad(onto, ((0, 0), (0, 1))), at),
             Cone("nonnegative", -trace @ np.pad(onto, ((0, 0), (0, 1))), _LARGEST - trace @ at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
@@ -549,7 +549,7 @@ class Feasibility:
             (margin, y), _ = self._widest(onto, at, links)
             if margin > _CERTAIN:
                 break
-        start = self._smallest(prior, onto, at, links, margin, y)
+        start = self._smallest(target, named, onto, at, links, margin, y)
         centres = np.where(body[~fixed, None], target[links], (onto @ start + at)[links])
         # What is never negative, drawn to its target; and the facts, which draw to nothing.
         rows, floors = self._more
@@ -568,32 +568,30 @@ class Feasibility:
 
     def _smallest(
         self,
-        prior: Mapping[str, float],
+        target: FloatArray,
+        named: NDArray[np.bool_],
         onto: FloatArray,
         at: FloatArray,
         links: NDArray[np.intp],
         margin: float,
         widest: FloatArray,
     ) -> FloatArray:
-        """Return y of the smallest parameters x = onto y + at: those nearest to a prior, or to 0.
+        """Return y of the smallest parameters x = onto y + at: those nearest to the target.
 
-        Every link has half of the least eigenvalue that all can have at once, or what it has in the
-        prior where that is less. Where the solver does not keep that, they have all of it.
+        Parameters that are not `named` have a thousandth of the weight, unless none is. Every link
+        has half of the least eigenvalue that all can have at once, or what it has in the prior
+        where that is less. Where the solver does not keep that, they have all of it.
         """
-        target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
-        named = np.isin(self.names, list(prior))
-        weights = np.where(named | (not prior), 1.0, _FAINT)
+        weights = np.where(named | (not named.any()), 1.0, _FAINT)
         floors = np.full(len(links), margin / 2)
         for j in np.flatnonzero(named[links].all(axis=1)):
             floors[j] = min(floors[j], max(float(_least(target[links[j]][None])[0]), _CERTAIN))
-        below = np.zeros(len(self.names))
-        below[links] = floors[:, None] * _UNIT
         weighted = onto.T * weights
         try:
             y, _ = minimise(
                 weighted @ onto,
                 weighted @ (at - target),
-                [*self._consistent(onto, at - below, links), *self._within(onto, at)],
+                [*self._consistent(onto, at, links, floors), self._within(onto, at)],
             )
         except ParameterError:
             return widest
@@ -621,12 +619,10 @@ class Feasibility:
         moved = np.zeros((len(self.names), p))
         moved[self.heads] = L / self.scale[self.heads, None]
         onto = np.hstack([self.onto, moved])
-        margin = np.zeros(len(self.names))
-        margin[self.links] = _NEAREST * _UNIT
         rows, sides = self._equal
         cones = [
-            *self._consistent(onto, self.at - margin, self.links),
-            *self._within(onto, self.at, _NEAREST),
+            *self._consistent(onto, self.at, self.links, np.full(len(self.links), _NEAREST)),
+            self._within(onto, self.at, _NEAREST),
             Cone("zero", rows @ onto, rows @ self.at - sides),
         ]
         candidates = [] if known is None or not self._allows(known) else [known]
@@ -647,16 +643,28 @@ class Feasibility:
         """Return whether other base parameters are possible with the same facts."""
         return not Feasibility(self._model, X, self.facts).fault()
 
-    def _consistent(self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]) -> list[Cone]:
-        """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
-        out = [Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link]) for link in links]
+    def _consistent(
+        self,
+        onto: FloatArray,
+        at: FloatArray,
+        links: NDArray[np.intp],
+        least: FloatArray | None = None,
+    ) -> list[Cone]:
+        """Return the cones of x = onto y + at: links as bodies, and what is never negative.
+
+        The pseudo-inertias of the links have eigenvalues of at least `least` (L,), by default 0.
+        """
+        least = np.zeros(len(links)) if least is None else least
+        out = [
+            Cone("semidefinite", MATRIX @ onto[link], MATRIX @ at[link] - floor * IDENTITY)
+            for link, floor in zip(links, least, strict=True)
+        ]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
 
-    def _within(self, onto: FloatArray, at: FloatArray, least: float = 0.0) -> Iterator[Cone]:
-        """Yield the cone of the facts that are no equations, of x = onto y + at, with room."""
+    def _within(self, onto: FloatArray, at: FloatArray, least: float = 0.0) -> Cone:
+        """Return the cone of the facts that are no equations, of x = onto y + at, with room."""
         rows, floors = self._more
-        if len(rows):
-            yield Cone("nonnegative", rows @ onto, rows @ at - floors - least)
+        return Cone("nonnegative", rows @ onto, rows @ at - floors - least)
 
 
 def _least(links: FloatArray) -> FloatArray:
