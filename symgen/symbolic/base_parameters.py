@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.files import html_table
 from symgen.robot.expressions import text
