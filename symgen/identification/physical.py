@@ -52,6 +52,7 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.parameters import is_finite, mass_matrices, regrouping
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
+from symgen.robot.expressions import six_digits
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -394,7 +395,8 @@ class Feasibility:
     def fault(self) -> str:
         """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
-            f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
+            f"{p.name} is {x:.4g} and cannot be negative"
+            + f" ({six_digits(p.expression)})" * bool(p.terms)
             for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
             if x < 0 and row.min() >= 0 and self.never_negative[row > 0].all()
         ]

@@ -20,7 +20,7 @@ import sympy as sp
 
 from symgen.errors import SymgenError
 from symgen.files import html_table
-from symgen.robot.expressions import text
+from symgen.robot.expressions import six_digits, text
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import (
     Coefficient,
@@ -121,7 +121,7 @@ class BaseParameters:
         return f"<BaseParameters: {len(self.parameters)} of {len(self.standard)} standard ones>"
 
     def _repr_html_(self) -> str:
-        rows = [(p.name, p.expression, p.unit) for p in self.parameters]
+        rows = [(p.name, six_digits(p.expression), p.unit) for p in self.parameters]
         return html_table(repr(self), ("base parameter", "formula", "unit"), rows)
 
     @property
