@@ -105,8 +105,8 @@ def test_offset_of_a_vertical_prismatic_axis_joins_the_mass_and_the_rotor() -> N
     """
     base = symgen.derive(symgen.parse_robot(text)).base
     formula = {p.name: p.expression for p in base.parameters}
-    assert formula["M4R"] == "M4 + OF4/g0"
-    assert formula["IA4R"] == "IA4 - OF4/g0"
+    assert formula["M4R"] == "M4 + 1/g0*OF4"
+    assert formula["IA4R"] == "IA4 - 1/g0*OF4"
     assert not any(name.startswith("OF") for name in formula)
 
 
