@@ -715,19 +715,22 @@ def forward_dynamics_derivatives():
     Fbq22e2 = C2 * fq2_2 + S2 * fq2_1
     Nbq23d2 = L1 * Fbq22e2 + nq2_3
     i1_2 = -l2_1 * d1
+    y2_1_ = J33d2_2_ - l2_1 * R332
+    v1_1 = d1 * y2_1_
+    v1_2 = d2 * R332 - l2_1 * v1_1
     i2_2 = d2 - l2_1 * i1_2
-    u1_2 = d1 * Nbp23d2 + np2_3 * i1_2
-    u2_2 = np2_3 * i2_2 + Nbp23d2 * i1_2
-    v1_1 = d1 * J33d2_2_ + R332 * i1_2
-    v1_2 = d1 * Nbq23d2 + nq2_3 * i1_2
-    v2_1 = R332 * i2_2 + J33d2_2_ * i1_2
-    v2_2 = nq2_3 * i2_2 + Nbq23d2 * i1_2
+    y2_1__ = Nbp23d2 - l2_1 * np2_3
+    u2_1 = d1 * y2_1__
+    u2_2 = d2 * np2_3 - l2_1 * u2_1
+    y2_1___ = Nbq23d2 - l2_1 * nq2_3
+    v2_1 = d1 * y2_1___
+    v2_2 = d2 * nq2_3 - l2_1 * v2_1
     dq_out = ca.vertcat(
-        0.0, -u1_2, 0.0, -u2_2
+        0.0, -u2_1, 0.0, -u2_2
     )
     dq_out = ca.reshape(dq_out, 2, 2).T
     dqd_out = ca.vertcat(
-        -v1_1, -v1_2, -v2_1, -v2_2
+        -v1_1, -v2_1, -v1_2, -v2_2
     )
     dqd_out = ca.reshape(dqd_out, 2, 2).T
     dtau_out = ca.vertcat(

@@ -34,7 +34,7 @@ from symgen.codegen.verification import (
 )
 from symgen.errors import PackageError
 from symgen.files import json_text, rendered, write_folder
-from symgen.robot.expressions import text
+from symgen.robot.expressions import six_digits, text
 from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Frame, Robot, joint_variable
@@ -296,7 +296,7 @@ class _Writer:
             places=_named_places(robot),
             geometry=[(name, literal(value, self.dtype)) for name, value in robot.geometry],
             base=[
-                (b.name, _wrapped(f"{b.expression} [{b.unit}]", _LINE - 4))
+                (b.name, _wrapped(f"{six_digits(b.expression)} [{b.unit}]", _LINE - 4))
                 for b in self.model.base.parameters
             ],
             kernels=kernels,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from symgen.errors import PackageError
 from symgen.files import rendered
+from symgen.robot.expressions import six_digits
 from symgen.symbolic.base_parameters import BaseParameters
 
 
@@ -75,7 +76,9 @@ def values_header(
             {
                 "name": own,
                 "value": repr(x),
-                "formula": _comment(own if expression == own else f"{own} = {expression}"),
+                "formula": _comment(
+                    own if expression == own else f"{own} = {six_digits(expression)}"
+                ),
                 "unit": unit,
                 "std": "unknown" if std is None else f"{std:.3g}",
             }

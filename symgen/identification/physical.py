@@ -59,6 +59,7 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.parameters import is_finite, mass_matrices, regrouping
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
+from symgen.robot.expressions import six_digits
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -438,7 +439,8 @@ class Feasibility:
     def fault(self) -> str:
         """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
-            f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
+            f"{p.name} is {x:.4g} and cannot be negative"
+            + f" ({six_digits(p.expression)})" * bool(p.terms)
             for row, p, x, size in zip(
                 self.G, self.parameters, self.X, self.at[self.heads], strict=True
             )

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from itertools import groupby
 
+from symgen.robot.expressions import six_digits
+
 _NAME = re.compile(r"([A-Z]+)(\d+)")
 
 
 def folded(formula: str) -> str:
-    """Return a sum with terms of equal factors collected: "0.1*(M3 + ... + M7)".
+    """Return a sum with terms of equal factors collected: "0.1*(M3 + ... + M7)"; six digits.
 
     Groups keep the order of their first terms. Other formulas stay as they are.
 
@@ -17,7 +19,7 @@ def folded(formula: str) -> str:
         formula: such as "ZZ1 + IA1 + 0.1*M3 + 0.1*M4 + 0.1*M5".
     """
     sums: dict[str, list[tuple[str, str]]] = {}
-    for sign, term in _terms(formula):
+    for sign, term in _terms(six_digits(formula)):
         factor, _, name = term.rpartition("*")
         if not factor or not _NAME.fullmatch(name):  # it stands alone
             factor, name = term, ""

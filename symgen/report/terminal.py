@@ -126,12 +126,13 @@ def print_robot(robot: Robot) -> None:
 
 def print_model(model: Any) -> None:
     """Print the base parameters with their formulas and proof, and the kernels."""
+    from symgen.robot.expressions import six_digits
     from symgen.symbolic.base_parameters import bound
 
     base = model.base
     table(
         ("base parameter", "formula", "unit"),
-        [(p.name, p.expression, p.unit) for p in base.parameters],
+        [(p.name, six_digits(p.expression), p.unit) for p in base.parameters],
     )
     click.echo(f"no effect: {', '.join(base.no_effect) or 'none'}")
     click.echo(

@@ -10,9 +10,10 @@ effects.toml is the library. A robot file can also define an effect with its own
 from __future__ import annotations
 
 import re
+import string
 import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -147,8 +148,10 @@ class Effect:
     @property
     def constants(self) -> Named:
         """The constants with their names in the file, without the joint number of the library."""
-        digits = 0 if self.own else len(str(self.joints[0]))
-        return tuple((name[: len(name) - digits], value) for name, value in self.nonlinear)
+        if self.own:
+            return self.nonlinear
+        library = definitions()[self.name].nonlinear
+        return tuple((n, value) for n, (_, value) in zip(library, self.nonlinear, strict=True))
 
     def columns(self, coefficient: str) -> dict[int, sp.Expr]:
         """Return the regressor column of a coefficient by joint, at the constants' values."""
@@ -156,6 +159,39 @@ class Effect:
         symbol = sp.Symbol(coefficient, real=True)
         found = {j: -sp.diff(t, symbol).subs(constants) for j, t in self.torque}
         return {j: c for j, c in found.items() if c != 0}
+
+
+def distinct(effects: Sequence[Effect], taken: Iterable[str]) -> tuple[Effect, ...]:
+    """Return effects, those of the library with a letter after each name that is taken: FSM2b.
+
+    Args:
+        effects: in the order of the file; the first with a name keeps it.
+        taken: names of lengths and of parameters of couplings.
+    """
+    used = {*taken, *(name for e in effects if e.own for name in e.names)}
+    out = []
+    for effect in effects:
+        if not effect.own:
+            free = {name: _free(name, used) for name in effect.names}
+            used |= set(free.values())
+            symbols = {sp.Symbol(a, real=True): sp.Symbol(b, real=True) for a, b in free.items()}
+            effect = replace(
+                effect,
+                linear=tuple((free[name], unit) for name, unit in effect.linear),
+                nonlinear=tuple((free[name], value) for name, value in effect.nonlinear),
+                torque=tuple((j, torque.xreplace(symbols)) for j, torque in effect.torque),
+            )
+        out.append(effect)
+    return tuple(out)
+
+
+def _free(name: str, used: Collection[str]) -> str:
+    """Return a name, with the first letter from b on that makes it a new one."""
+    letters = iter(string.ascii_lowercase[1:])
+    free = name
+    while free in used:
+        free = name + next(letters)
+    return free
 
 
 @cache

@@ -15,6 +15,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from decimal import Decimal
+from fractions import Fraction
 
 import sympy as sp
 
@@ -25,6 +26,10 @@ _TOKEN = re.compile(
     r"|(?P<op>\*\*|[-+*/(),]))",
     re.ASCII,
 )
+#: A number, or a fraction of two that is not in a power or below another fraction.
+_NUMBER = r"\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_VALUE = re.compile(rf"(?<![\w./])(?<!\*\*){_NUMBER}/{_NUMBER}|(?<![\w.]){_NUMBER}")
+_DIGITS = 6
 _MAX_LENGTH = 1000
 _MAX_DEPTH = 50
 _MAX_EXPONENT = 16
@@ -295,6 +300,18 @@ def text(expr: sp.Expr) -> str:
     or on the hash seed.
     """
     return _text(sp.sympify(expr), 0)
+
+
+def six_digits(formula: str) -> str:
+    """Return a formula for people, with at most six digits in each number: 0.173273*M4."""
+    return _VALUE.sub(_rounded, formula)
+
+
+def _rounded(found: re.Match[str]) -> str:
+    top, _, under = found[0].partition("/")
+    if max(len(top), len(under)) <= _DIGITS:
+        return found[0]
+    return f"{float(Fraction(top) / Fraction(under or 1)):.{_DIGITS}g}"
 
 
 def _text(expr: sp.Expr, level: int) -> str:

@@ -390,7 +390,8 @@ class _Reader:
                     continue
                 here, ranges = self.effect(table, sigma)
                 earlier = (*found, *(s.effect for s in sought))
-                taken = {*self.geometry, *(n for e in earlier for n in e.names)}
+                others = [e for e in earlier if e.own or here[0].own or e.name == table.name]
+                taken = {*self.geometry, *(n for e in others for n in e.names)}
                 for name in (n for e in here for n in e.names):
                     if name in taken:
                         raise RobotError(f"{name} is declared twice")

@@ -23,7 +23,7 @@ from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot import expressions
-from symgen.robot.effect import Effect, LogEffect, Named, Sought
+from symgen.robot.effect import Effect, LogEffect, Named, Sought, distinct
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 if it is an input of the kernels. No length of a file can have these names.
@@ -306,6 +306,12 @@ class Robot:
     frames: tuple[Frame, ...] = ()
     controller: Servo | None = None
     log_columns: str = ""
+
+    def __post_init__(self) -> None:
+        drives = (names.COUPLING_INERTIA, *names.COUPLING_FRICTION)
+        taken = {f"{prefix}{c.second}" for prefix in drives for c in self.couplings}
+        taken |= {name for name, _ in self.geometry}
+        object.__setattr__(self, "effects", distinct(self.effects, taken))
 
     def __repr__(self) -> str:
         """Return the name and the number of movable joints."""

@@ -206,6 +206,9 @@ class Evaluator(Viewable):
     friction: _Array
     """Of (qd, X): Torque (n,) of the friction that joints and couplings declare; effects are not in
     it."""
+    effects: _Array
+    """Of (q, qd, qdd, X, g): Torque (n,) of the declared effects, of which a robot has at least
+    one."""
     inverse_dynamics_derivatives: _Arrays
     """Of (q, qd, qdd, X, g): dtau/dq and dtau/dqd, (n, n) each; dtau/dqdd is `mass_matrix`."""
     forward_dynamics_derivatives: _Arrays

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from symgen import names
 from symgen.errors import SymgenError
 from symgen.files import html_table
-from symgen.robot.expressions import text
+from symgen.robot.expressions import six_digits, text
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import (
     Coefficient,
@@ -31,7 +30,7 @@ from symgen.symbolic.elimination import (
 )
 from symgen.symbolic.energy import energy_tape, stacked, state_columns
 from symgen.symbolic.guard import require_floats_agree
-from symgen.symbolic.kinematics import by_joint, path
+from symgen.symbolic.kinematics import by_joint
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
@@ -122,7 +121,7 @@ class BaseParameters:
         return f"<BaseParameters: {len(self.parameters)} of {len(self.standard)} standard ones>"
 
     def _repr_html_(self) -> str:
-        rows = [(p.name, p.expression, p.unit) for p in self.parameters]
+        rows = [(p.name, six_digits(p.expression), p.unit) for p in self.parameters]
         return html_table(repr(self), ("base parameter", "formula", "unit"), rows)
 
     @property
@@ -186,7 +185,7 @@ def find_base(
         here = _Columns(plain, standard, energy_tape(plain))
         if here.select(here.fields()).pivots != first.pivots:
             return None
-    rows = Elimination(problem.names, first.order, [s.field for s in fields])
+    rows = Elimination(problem.names, [s.field for s in fields])
     missing = [i for i in range(len(problem.names)) if i not in set(first.pivots)]
     try:
         for relation in structural_relations(robot):
@@ -256,9 +255,8 @@ class _Sample:
 
 @dataclass(frozen=True)
 class _Selection:
-    """Result of the elimination: the order of preference, the columns kept, the reduced rows."""
+    """Result of the elimination: the columns kept, and the reduced rows."""
 
-    order: tuple[int, ...]
     pivots: tuple[int, ...]
     reduced: tuple[tuple[PrimeField, Residues], ...]
 
@@ -323,31 +321,16 @@ class _Columns:
         return {"q": q, "qd": [field.numbers(count) for _ in self.robot.movable]}
 
     def select(self, samples: Sequence[_Sample]) -> _Selection:
-        """Keep the first independent columns, from the base to the tips.
+        """Keep the first independent columns: links from the base to the tips, then offsets.
 
-        Where an offset OF_j depends on the energies (gravity along a prismatic axis), the mass M_j
-        gives way instead of it: IA4R = IA4 + M4, OF4R = OF4 - g M4.
+        Where an offset OF_j depends on the energies (weight along a prismatic axis), it joins the
+        link: M4R = M4 + OF4/g, IA4R = IA4 - OF4/g.
         """
-        order = list(range(len(self.names)))
-        selection = self._eliminate(samples, order)
-        kept = set(selection.pivots)
-        dropped = {p.joint for i, p in enumerate(self.state) if i not in kept and not p.inertial}
-        driven = {j.number for j in self.robot.moving if dropped.intersection(dict(j.shares))}
-        late = [
-            i
-            for i, p in enumerate(self.state)
-            if p.prefix == names.MASS and driven.intersection(path(self.robot, p.joint))
-        ]
-        if late:
-            selection = self._eliminate(samples, [i for i in order if i not in late] + late)
-        return selection
-
-    def _eliminate(self, samples: Sequence[_Sample], order: Sequence[int]) -> _Selection:
-        results = [(s.field, *reduce_rows(s.matrix, s.field.p, order)) for s in samples]
+        results = [(s.field, *reduce_rows(s.matrix, s.field.p)) for s in samples]
         pivots = max((tuple(pivots) for _, pivots, _ in results), key=len)
         if any(tuple(p) != pivots for _, p, _ in results):
             raise SymgenError("the exact rank differs between primes: an unlucky draw")
-        return _Selection(tuple(order), pivots, tuple((f, rows) for f, _, rows in results))
+        return _Selection(pivots, tuple((f, rows) for f, _, rows in results))
 
     def relation(self, column: int, selection: _Selection) -> ExactRow:
         """Return the exact relation of a column that no structural relation covers."""

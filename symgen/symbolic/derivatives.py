@@ -48,7 +48,6 @@ from symgen.symbolic.spatial import (
     acting,
     axis,
     cross,
-    dot,
     named,
     plus,
     scaled,
@@ -90,32 +89,27 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
 
     From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and
     dqdd/dq = -(E M)^-1 dtau/dq, with E = 1 + the slope of effects over the load on their joint.
+    Each column is solved for: products with the inverse lose as many digits as M has in condition.
     """
     tape, order = p.tape, p.numbers
     right, positive = driving(p)
     factor = factored(p, mass_matrix(p))
     qdd = solved(p, factor, right, "o")
     slopes, load = _slopes(p, qdd)
+    share = {j: _share(p, load, j) for j in order}
     inverse: Rows = {j: {} for j in order}
+    by_q: Rows = {j: {} for j in order}
+    by_qd: Rows = {j: {} for j in order}
     for k in order:
         unit = dict.fromkeys(order, sp.S.Zero) | {k: sp.S.One}
-        share = _share(p, load, k)
         for j, value in solved(p, factor, unit, f"i{k}_").items():
             if value != 0:
-                inverse[j][k] = tape.name(f"I{j}_{k}", value * share)
-    by_q, by_qd = (_against(p, inverse, rows, k) for rows, k in zip(slopes, "uv", strict=True))
+                inverse[j][k] = tape.name(f"I{j}_{k}", value * share[k])
+        for rows, found, letter in zip(slopes, (by_q, by_qd), "uv", strict=True):
+            right = {j: share[j] * rows[j].get(k, sp.S.Zero) for j in order}
+            for j, value in solved(p, factor, right, f"{letter}{k}_").items():
+                found[j][k] = -value
     return by_q, by_qd, inverse, [*positive, *factor.pivots]
-
-
-def _against(p: Plant, inverse: Rows, slopes: Rows, letter: str) -> Rows:
-    """Return -inverse slopes."""
-    out: Rows = {j: {} for j in p.numbers}
-    for j in p.numbers:
-        for k in p.numbers:
-            column = [slopes[i].get(k, sp.S.Zero) for i in inverse[j]]
-            value = dot(tuple(inverse[j].values()), tuple(column))
-            out[j][k] = -p.tape.name(f"{letter}{j}_{k}", value)
-    return out
 
 
 def _share(p: Plant, load: ByJoint, j: int) -> sp.Expr:

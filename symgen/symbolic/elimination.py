@@ -38,15 +38,12 @@ class Elimination:
     """Reduced relations X_d + sum of n_b X_b = 0, in terms of the parameters that stay.
 
     Args:
-        column: names of the columns.
-        order: preference among them: what comes last is eliminated first.
+        column: names of the columns; what comes last is eliminated first.
         fields: the primes, with the values that their residues were taken at.
     """
 
-    def __init__(
-        self, column: Sequence[str], order: Sequence[int], fields: Sequence[PrimeField]
-    ) -> None:
-        self.position = {column[i]: k for k, i in enumerate(order)}
+    def __init__(self, column: Sequence[str], fields: Sequence[PrimeField]) -> None:
+        self.position = {name: k for k, name in enumerate(column)}
         self.fields = fields
         self.rows: dict[str, ExactRow] = {}
 
@@ -59,7 +56,7 @@ class Elimination:
         return {name: c for name, c in row.items() if any(c.residues)}
 
     def add(self, row: ExactRow) -> None:
-        """Add a relation; the parameter that comes last in order is eliminated by it."""
+        """Add a relation; the parameter that comes last is eliminated by it."""
         for name in [n for n in row if n in self.rows]:
             row = self._substitute(row, name, self.rows[name])
         if not row:

@@ -304,8 +304,8 @@ def primes(order: int) -> Iterator[int]:
         candidate -= order
 
 
-def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[int], Residues]:
-    """Gauss-Jordan elimination modulo p, with columns in a given order.
+def reduce_rows(matrix: Residues, p: int) -> tuple[list[int], Residues]:
+    """Gauss-Jordan elimination modulo p, from the first column to the last.
 
     It finds the pivots of a few columns at a time, and updates all rows by one product of matrices.
     The reduced form does not depend on these steps.
@@ -316,8 +316,8 @@ def reduce_rows(matrix: Residues, p: int, order: Sequence[int]) -> tuple[list[in
     """
     m = np.array(matrix, dtype=np.int64) % p
     pivots: list[int] = []
-    for at in range(0, len(order), _CHUNK):
-        chunk = np.array(order[at : at + _CHUNK])
+    for at in range(0, m.shape[1], _CHUNK):
+        chunk = np.arange(at, min(at + _CHUNK, m.shape[1]))
         done = len(pivots)
         found, _ = _eliminated(m[done:, chunk], p)
         if not found:

@@ -85,7 +85,7 @@ def test_rx90_regroups_as_published() -> None:
     assert got == {name: _terms(formula) for name, formula in RX90.items()}
 
 
-def test_offset_of_a_vertical_prismatic_axis_takes_the_weight_and_the_rotor_the_mass() -> None:
+def test_offset_of_a_vertical_prismatic_axis_joins_the_mass_and_the_rotor() -> None:
     text = """
     [robot]
     name = "scara4"
@@ -105,9 +105,9 @@ def test_offset_of_a_vertical_prismatic_axis_takes_the_weight_and_the_rotor_the_
     """
     base = symgen.derive(symgen.parse_robot(text)).base
     formula = {p.name: p.expression for p in base.parameters}
-    assert formula["IA4R"] == "IA4 + M4"
-    assert formula["OF4R"] == "OF4 + g0*M4"
-    assert "M4" not in formula
+    assert formula["M4R"] == "M4 + 1/g0*OF4"
+    assert formula["IA4R"] == "IA4 - 1/g0*OF4"
+    assert not any(name.startswith("OF") for name in formula)
 
 
 def test_the_values_of_the_file_decide_where_they_are_special() -> None:

@@ -14,6 +14,8 @@ from symgen.runtime.evaluator import Evaluator
 
 ROBOTS = {
     "fixed": '[robot]\nname = "m"\n[[joint]]\nfriction = ["coulomb"]\n[[joint]]\nd = 0.5\n',
+    "sprung": '[robot]\nname = "m"\n[[joint]]\n[[joint]]\nd = 0.5\n'
+    '[[effect]]\nname = "gravity_spring"\njoints = [2]\n',
     "input": '[robot]\nname = "free"\ngravity = "input"\n[[joint]]\n[[joint]]\nalpha = 1.0\n',
 }
 
