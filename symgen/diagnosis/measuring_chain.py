@@ -74,8 +74,8 @@ def check(
         train, held: training and validation logs in the band of the run.
         repairs: repairs of these logs.
     """
-    sigma = evaluator.model.robot.sigma
-    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
+    about = evaluator.model.robot.sigma, evaluator.model.robot.passive
+    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, *about))
     if broken := lasting(found):
         return found, broken
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))

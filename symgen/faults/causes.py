@@ -592,7 +592,7 @@ def _signs(scene: Scene) -> Iterator[Cause]:
     inertias = [mean_inertia(rows.evaluator, rows.logs, j) for j in range(n)]
     inertia = np.sum([own / size for own, size in zip(inertias, rows.size, strict=True)], axis=0)
     best = best if inertia @ (best @ x / scale) > 0 else -best
-    joints = [j for j in range(n) if best[j] < 0]
+    joints = [j for j in scene.driven if best[j] < 0]
     if not joints:
         return
     told = ", ".join(f"tau{j + 1}" for j in joints)
@@ -612,7 +612,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
     """
     blocks = scene.blocks(scene.rows.W, scene.rows.weight)
     grams, p = blocks.grams[0], blocks.grams.shape[-1] - 1
-    for j in range(scene.n if scene.n > 1 else 0):
+    for j in scene.compared:
         whole = np.zeros((p + 2, p + 2))  # X, 1/g, and the torque of the other joints
         for i, (gram, size) in enumerate(zip(grams, blocks.size, strict=True)):
             own = np.arange(p + 2) != (p + 1 if i == j else p)
@@ -775,7 +775,7 @@ def find_cause(
     still = [
         j
         for j in moving_joints([log.qd for log in train], sigma)
-        if all(np.ptp(log.tau[:, j]) == 0 for log in train)
+        if j in scene.driven and all(np.ptp(log.tau[:, j]) == 0 for log in train)
     ]
     if still:
         told = ", ".join(f"tau{j + 1}" for j in still)

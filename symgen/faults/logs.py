@@ -20,7 +20,13 @@ from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
-from symgen.faults.samples import masked_faults, masked_gaps, mended_speeds, repaired
+from symgen.faults.samples import (
+    masked_faults,
+    masked_gaps,
+    mended_speeds,
+    repaired,
+    silenced_torques,
+)
 from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
 
@@ -94,13 +100,17 @@ def open_logs(
 def join_bands(
     train: Sequence[Samples], held: Sequence[Samples]
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
-    """Repair measured speeds that are late or scaled, in a band taken from the training logs."""
+    """Repair measured speeds that are late or scaled, and torques that are noise throughout.
+
+    The band in which they are compared is taken from the training logs.
+    """
     comparison = comparison_band(train)
     done: list[Fault] = []
 
     def mended(s: Samples) -> Samples:
         samples, repairs = mended_speeds(s, comparison)
-        done.extend(repairs)
+        samples, silent = silenced_torques(samples, comparison)
+        done.extend((*repairs, *silent))
         return samples
 
     return [mended(s) for s in train], [mended(s) for s in held], tuple(done)

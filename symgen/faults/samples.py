@@ -66,6 +66,7 @@ _RUN = 3  # times the runs of other values
 #: Shortest run of a stuck channel in samples, and in lengths of its other runs.
 _STUCK, _LONGER = 20, 10.0
 _DEAD = 0.5  # of the log
+_SILENT = 1.5  # RMS of a torque in the band over that of its noise there, up to which it is noise
 #: Smallest jump of a position after it was stuck, over its largest usual step.
 _LEAVES = 3.0
 #: Speed of a moving robot, relative to the RMS over the log.
@@ -783,12 +784,44 @@ def _late(delay: float) -> str:
     return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
 
 
-def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
+    """Take the torque of a joint as zero that is noise throughout while the joint moves.
+
+    Its RMS in the comparison band is at most 1.5 times that of white noise there.
+
+    Args:
+        samples: a log with uniform steps.
+        comparison_hz: comparison band of the run, Hz.
+    """
+    step, band = samples.step, min(comparison_hz, 0.5 * OPEN / samples.step)
+    low = lowpass(samples.tau, step, band)
+    noise = white_noise(samples.tau - low, step, band) * math.sqrt(2 * band * step)
+    size = rms(low)
+    silent = (size > 0.0) & (size <= _SILENT * noise)
+    if silent.any():
+        silent &= ~at_standstill(samples.q, lowpass(samples.q, step, band), step, band)
+    what = "noise throughout while the joint moves", len(low), "taken as zero"
+    zero = partial(with_column, key="tau", x=np.zeros(len(low)))
+    found = [
+        fault_of(samples.name, "silent", "tau", j, *what, partial(zero, j=j))
+        for j in map(int, np.flatnonzero(silent))
+    ]
+    return undo_faults(samples, found)
+
+
+def unmended_faults(
+    samples: Samples, sigma: Sequence[int], passive: Sequence[int] = ()
+) -> Iterator[Fault]:
     """Find the remaining faults of single channels: dead channels and steps.
 
     Steps of a speed are undone on a log in the band of a run.
+
+    Args:
+        samples: a log with uniform steps.
+        sigma: types of the joints.
+        passive: places of the joints that no motor drives: they have no torque.
     """
-    yield from _dead(samples, sigma)
+    yield from _dead(samples, sigma, passive)
     for key, x in (("q", samples.q), ("qd", samples.qd)):
         for j in range(0 if key == "qd" and samples.velocity_derived else x.shape[1]):
             at = steps(x[:, j])
@@ -804,8 +837,13 @@ def lasting(found: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(f for f in found if not f.channel.startswith("qd"))
 
 
-def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+def _dead(samples: Samples, sigma: Sequence[int], passive: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while the joint moves."""
+    leave = "leave that time out, or check the sensor"
+    throughout = (
+        "if no motor drives the joint, write actuated = false under its [[joint]] in robot.toml "
+        "(symgen import FILE writes one); else check the sensor"
+    )
     moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
         for j in moving_joints([samples.qd], sigma):
@@ -814,10 +852,13 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             at = slice(int(first[k]), int(first[k] + lengths[k]))
             if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
                 continue
+            unmeasured = key == "tau" and lengths[k] == len(moves)
+            if unmeasured and j in passive:
+                continue
             says = (
-                f"{key}{j + 1} of {samples.name} is constant from t = {samples.t[at][0]:.4g} s "
-                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or "
-                "check the sensor"
+                f"{key}{j + 1} of {samples.name} shows nothing from t = {samples.t[at][0]:.4g} s "
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: "
+                f"{throughout if unmeasured else leave}"
             )
             joints = (j,) if key == "tau" else range(samples.q.shape[1])
             undo = partial(left_out, name=samples.name, at=at, joints=joints)

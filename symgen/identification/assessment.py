@@ -614,10 +614,10 @@ def error_elsewhere(
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
 
-    with W at states whose joints are drawn from the logs independently of each other: each joint
-    as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
-    proportion are drawn together: the model is said to hold for such motion alone. What the model
-    misses is no part of C: the held-out error shows it.
+    of the joints that motors drive, with W at states whose joints are drawn from the logs
+    independently of each other: each joint as it was, but in company that it did not keep; and tau
+    those of the logs. Joints that moved in proportion are drawn together: the model is said to hold
+    for such motion alone. What the model misses is no part of C: the held-out error shows it.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
@@ -630,6 +630,7 @@ def error_elsewhere(
     ]
     tau = np.concatenate([log.measured for log in logs])
     W = evaluator["torque_regressor"](*mixed_states(*motion, together=together))
+    W = W[:, evaluator.model.robot.driven]
     linear = W.shape[2]
     spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))

@@ -200,10 +200,11 @@ def name_cause(run: Run) -> Run:
 
     Besides, it is found how large the error is on motion that a fit did not see.
     """
-    sigma = run.evaluator.model.robot.sigma
-    every = [f for log in run.logs for f in unmended_faults(log.samples, sigma)]
+    robot = run.evaluator.model.robot
+    about = robot.sigma, robot.passive
+    every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
     broken = tuple(f.fault for f in lasting(every))
-    if broken or run.evaluator.model.robot.loaded:
+    if broken or robot.loaded:
         return replace(run, causes=broken)  # behind it, other causes would not be comparable
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
     # Where parameters are not told apart, any cause could be one of them.

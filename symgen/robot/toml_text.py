@@ -71,6 +71,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
         out["friction"] = joint.friction
         out["coulomb_width"] = joint.coulomb_width or None
         out["rotor_inertia"] = joint.rotor_inertia
+        out["actuated"] = None if joint.actuated else False
     return out
 
 

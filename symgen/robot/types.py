@@ -80,7 +80,8 @@ class Joint(Typed):
     """One joint and its link. Lengths in m, angles in rad, exact or in named symbols.
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
-    `name` is the name of the joint in a file of another format.
+    `name` is the name of the joint in a file of another format. A joint that is not `actuated` has
+    no motor: its torque is zero.
     """
 
     number: int
@@ -97,6 +98,7 @@ class Joint(Typed):
     rotor_inertia: bool = True
     follows: sp.Expr | None = None
     name: str = ""
+    actuated: bool = True
 
     @property
     def movable(self) -> bool:
@@ -227,6 +229,23 @@ def require_gravity(robot: Robot, what: str) -> None:
         raise RobotError(
             f'robot {robot.name!r}: gravity = "input" has no place in {what}; accepted: three '
             "numbers there"
+        )
+
+
+def require_actuated(robot: Robot, what: str) -> None:
+    """Refuse a robot with joints that no motor drives.
+
+    Args:
+        robot: the mechanism.
+        what: the use that drives every joint, for the message.
+
+    Raises:
+        RobotError: a joint is not actuated.
+    """
+    if robot.passive:
+        raise RobotError(
+            f"robot {robot.name!r}: {robot.listed(robot.passive)} has actuated = false, and {what} "
+            "drives every joint; accepted: a robot whose joints are all actuated"
         )
 
 
@@ -368,6 +387,16 @@ class Robot:
     def joint_names(self) -> list[str]:
         """Names of the movable joints from a file of another format, or ""."""
         return [joint.name for joint in self.movable]
+
+    @property
+    def driven(self) -> list[int]:
+        """Places in q of the joints that motors drive."""
+        return [k for k, joint in enumerate(self.movable) if joint.actuated]
+
+    @property
+    def passive(self) -> list[int]:
+        """Places in q of the joints that no motor drives."""
+        return [k for k, joint in enumerate(self.movable) if not joint.actuated]
 
     @property
     def gravity_input(self) -> bool:

@@ -45,7 +45,7 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import Coupling
+from symgen.robot.types import Coupling, Robot
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
@@ -102,7 +102,19 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         robot = replace(robot, payload=chain.number[carrier])
         standard = chain.standard(load, carried, carrier)
         values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
-    return replace(found, robot=robot, parameters=tuple(values), notes=(*found.notes, *tree.notes))
+    notes, assumed = (*found.notes, *tree.notes), (*found.assumed, *_without_motor(robot, tree))
+    return replace(found, robot=robot, parameters=tuple(values), notes=notes, assumed=assumed)
+
+
+def _without_motor(robot: Robot, tree: _Tree) -> Iterator[str]:
+    """Yield which joints no actuator moves while actuators move others."""
+    moved = tree.moved
+    still = [k for k, joint in enumerate(robot.movable) if joint.name not in moved]
+    if moved and still:
+        yield (
+            f"no actuator moves {robot.listed(still)}; a motor is assumed: if there is none, write "
+            "actuated = false under the [[joint]] in robot.toml (symgen import FILE writes one)"
+        )
 
 
 class Updated(NamedTuple):
@@ -513,6 +525,23 @@ class _Tree:
             if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
                 name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
                 out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
+        return out
+
+    @property
+    def moved(self) -> set[str]:
+        """Names of the joints that actuators move, apart from those of constant force."""
+        import mujoco
+
+        m, kind, out = self.model, mujoco.mjtTrn, set[str]()
+        direct = {int(kind.mjTRN_JOINT), int(kind.mjTRN_JOINTINPARENT)}
+        constant = {pusher.name for pusher in self.pushers.values()}
+        for k in (k for k in range(m.nu) if m.actuator(k).name not in constant):
+            at = int(m.actuator_trnid[k][0])
+            if int(m.actuator_trntype[k]) in direct:
+                out.add(m.joint(at).name)
+            elif m.actuator_trntype[k] == kind.mjTRN_TENDON:
+                first, count = int(m.tendon_adr[at]), int(m.tendon_num[at])
+                out |= {m.joint(int(j)).name for j in m.wrap_objid[first : first + count]}
         return out
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
