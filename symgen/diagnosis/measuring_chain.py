@@ -40,7 +40,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Causes that need a new record. They stay named whatever their correction closes of the gap.
-_UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
+_UNMENDABLE = ("upside down", "weightless", "clock", "command")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults with an effect in the library.
 _EFFECTS = {

@@ -19,7 +19,6 @@ from symgen.data.signals import Samples
 from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
 from symgen.estimation.shared_samples import shared_span
-from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
@@ -73,21 +72,15 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
-        tau = _driven(log.tau, robot)
+        tau = log.tau.copy()
+        tau[:, robot.passive] = 0.0  # whatever the log holds
         largest = float(np.abs(tau).max())
         if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
             refuse(
                 f"the largest torque is {largest:.3g}",
                 f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    return replace(log, tau=tau)
-
-
-def _driven(tau: FloatArray, robot: Robot) -> FloatArray:
-    """Return torques (N, n) with zeros for the joints that no motor drives, whatever they hold."""
-    out = tau.copy()
-    out[:, robot.passive] = 0.0
-    return read_only(out) if robot.passive else tau
+    return replace(log, tau=read_only(tau))
 
 
 def _require_within(log: Log, robot: Robot) -> None:

@@ -42,7 +42,7 @@ from symgen.identification.out_of_core import load_model
 from symgen.identification.solving import EquatedLog, Method, equate, settle_load, solve
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Robot, require_actuated, require_gravity
+from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator
 from symgen.runtime.plant import KERNELS
 
@@ -245,7 +245,6 @@ def study(
         )
     source = read_robot(robot)
     require_gravity(source, "a study")
-    require_actuated(source, "a study")
     made = recording or Recording()
     chosen = tuple(models) or (("torque",) if source.loaded else tuple(NEEDED))
     for model in chosen:

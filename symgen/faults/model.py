@@ -269,7 +269,7 @@ def _exchanged(trial: Trial) -> Iterator[Fault]:
         return
     if any(len(e.y) != len(log[0].y) for log in (*trial.rows, *trial.held_rows) for e in log):
         return  # the masks of the joints differ
-    for j, k in combinations(trial.evaluator.model.robot.driven, 2):
+    for j, k in combinations(range(trial.n), 2):
         share, _ = trial.share(_turned(trial.rows, j, k), partial(_turned, trial.held_rows, j, k))
         if share < _EXCHANGED:
             yield replace(_exchange(trial.evaluator.model.robot, j, k, ("tau",)), share=share)

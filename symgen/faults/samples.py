@@ -45,6 +45,7 @@ from symgen.faults.undo import (
     sloped,
     with_column,
 )
+from symgen.robot.types import WITHOUT_MOTOR
 
 #: Largest disagreement with a uniform clock, relative to that with the stamps, to use the clock.
 _CLOCK = 0.8
@@ -223,7 +224,14 @@ def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
 
 
 def _mended(
-    log: Log, kind: str, key: str, j: int, x: FloatArray, fault: str, count: int, done: str
+    log: Log | Samples,
+    kind: str,
+    key: str,
+    j: int,
+    x: FloatArray,
+    fault: str,
+    count: int,
+    done: str,
 ) -> Fault:
     """Return the fault of a channel whose corrected values are x (N,)."""
     undo = partial(with_column, key=key, j=j, x=x)
@@ -794,18 +802,12 @@ def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, t
         comparison_hz: comparison band of the run, Hz.
     """
     step, band = samples.step, min(comparison_hz, 0.5 * OPEN / samples.step)
-    low = lowpass(samples.tau, step, band)
-    noise = white_noise(samples.tau - low, step, band) * math.sqrt(2 * band * step)
-    size = rms(low)
-    silent = (size > 0.0) & (size <= _SILENT * noise)
-    if silent.any():
-        silent &= ~at_standstill(samples.q, lowpass(samples.q, step, band), step, band)
-    what = "noise throughout while the joint moves", len(low), "taken as zero"
-    zero = partial(with_column, key="tau", x=np.zeros(len(low)))
-    found = [
-        fault_of(samples.name, "silent", "tau", j, *what, partial(zero, j=j))
-        for j in map(int, np.flatnonzero(silent))
-    ]
+    q, tau = (lowpass(x, step, band) for x in (samples.q, samples.tau))
+    noise = white_noise(samples.tau - tau, step, band) * math.sqrt(2 * band * step)
+    silent = (rms(tau) <= _SILENT * noise) & ~at_standstill(samples.q, q, step, band)
+    silent &= tau.any(axis=0)
+    what = np.zeros(len(q)), "noise throughout while the joint moves", len(q), "taken as zero"
+    found = (_mended(samples, "silent", "tau", int(j), *what) for j in np.flatnonzero(silent))
     return undo_faults(samples, found)
 
 
@@ -839,26 +841,22 @@ def lasting(found: Iterable[Fault]) -> tuple[Fault, ...]:
 
 def _dead(samples: Samples, sigma: Sequence[int], passive: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while the joint moves."""
-    leave = "leave that time out, or check the sensor"
-    throughout = (
-        "if no motor drives the joint, write actuated = false under its [[joint]] in robot.toml "
-        "(symgen import FILE writes one); else check the sensor"
-    )
     moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
         for j in moving_joints([samples.qd], sigma):
             first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
             k = int(np.argmax(lengths))
             at = slice(int(first[k]), int(first[k] + lengths[k]))
-            if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
-                continue
-            unmeasured = key == "tau" and lengths[k] == len(moves)
-            if unmeasured and j in passive:
+            advice, throughout = "leave that time out", lengths[k] == len(moves)
+            if key == "tau" and throughout:
+                if j in passive:
+                    continue
+                advice = f"if no motor drives the joint, {WITHOUT_MOTOR}"
+            elif lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
                 continue
             says = (
-                f"{key}{j + 1} of {samples.name} shows nothing from t = {samples.t[at][0]:.4g} s "
-                f"to {samples.t[at][-1]:.4g} s while the joint moves: "
-                f"{throughout if unmeasured else leave}"
+                f"{key}{j + 1} of {samples.name} is constant from t = {samples.t[at][0]:.4g} s "
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: {advice}, or check the sensor"
             )
             joints = (j,) if key == "tau" else range(samples.q.shape[1])
             undo = partial(left_out, name=samples.name, at=at, joints=joints)

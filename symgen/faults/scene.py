@@ -162,7 +162,8 @@ class Scene:
     @property
     def driven(self) -> list[int]:
         """The joints that motors drive: the others have no torque that could be wrong."""
-        return self.rows.evaluator.model.robot.driven
+        passive = self.rows.evaluator.model.robot.passive
+        return [j for j in range(self.n) if j not in passive]
 
     @property
     def compared(self) -> list[int]:

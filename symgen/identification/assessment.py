@@ -630,7 +630,7 @@ def error_elsewhere(
     ]
     tau = np.concatenate([log.measured for log in logs])
     W = evaluator["torque_regressor"](*mixed_states(*motion, together=together))
-    W = W[:, evaluator.model.robot.driven]
+    W = np.delete(W, evaluator.model.robot.passive, axis=1)
     linear = W.shape[2]
     spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))

@@ -43,6 +43,10 @@ HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
 _ROUNDING = 1e-15  # of the sine and cosine of a right angle
+#: How a robot file says that no motor drives a joint.
+WITHOUT_MOTOR = (
+    "write actuated = false under its [[joint]] in robot.toml (symgen import FILE writes one)"
+)
 #: Largest number of joints in a file.
 MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another; it amplifies rounding errors.
@@ -233,19 +237,15 @@ def require_gravity(robot: Robot, what: str) -> None:
 
 
 def require_actuated(robot: Robot, what: str) -> None:
-    """Refuse a robot with joints that no motor drives.
-
-    Args:
-        robot: the mechanism.
-        what: the use that drives every joint, for the message.
+    """Refuse a robot with joints that no motor drives, in a use that drives every joint.
 
     Raises:
         RobotError: a joint is not actuated.
     """
     if robot.passive:
         raise RobotError(
-            f"robot {robot.name!r}: {robot.listed(robot.passive)} has actuated = false, and {what} "
-            "drives every joint; accepted: a robot whose joints are all actuated"
+            f"robot {robot.name!r}: {robot.listed(robot.passive)} has actuated = false; accepted: "
+            f"{what} of a robot whose joints are all actuated"
         )
 
 
@@ -387,11 +387,6 @@ class Robot:
     def joint_names(self) -> list[str]:
         """Names of the movable joints from a file of another format, or ""."""
         return [joint.name for joint in self.movable]
-
-    @property
-    def driven(self) -> list[int]:
-        """Places in q of the joints that motors drive."""
-        return [k for k, joint in enumerate(self.movable) if joint.actuated]
 
     @property
     def passive(self) -> list[int]:

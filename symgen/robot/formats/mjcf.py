@@ -45,7 +45,7 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import Coupling, Robot
+from symgen.robot.types import WITHOUT_MOTOR, Coupling, Robot
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
@@ -102,18 +102,20 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         robot = replace(robot, payload=chain.number[carrier])
         standard = chain.standard(load, carried, carrier)
         values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
-    notes, assumed = (*found.notes, *tree.notes), (*found.assumed, *_without_motor(robot, tree))
+    notes, assumed = (
+        (*found.notes, *tree.notes),
+        (*found.assumed, *_without_motor(robot, tree.moved)),
+    )
     return replace(found, robot=robot, parameters=tuple(values), notes=notes, assumed=assumed)
 
 
-def _without_motor(robot: Robot, tree: _Tree) -> Iterator[str]:
-    """Yield which joints no actuator moves while actuators move others."""
-    moved = tree.moved
+def _without_motor(robot: Robot, moved: set[str]) -> Iterator[str]:
+    """Yield which joints no actuator moves, where actuators move others."""
     still = [k for k, joint in enumerate(robot.movable) if joint.name not in moved]
     if moved and still:
         yield (
-            f"no actuator moves {robot.listed(still)}; a motor is assumed: if there is none, write "
-            "actuated = false under the [[joint]] in robot.toml (symgen import FILE writes one)"
+            f"no actuator moves {robot.listed(still)}; a motor is assumed: if there is none, "
+            f"{WITHOUT_MOTOR}"
         )
 
 
@@ -529,20 +531,15 @@ class _Tree:
 
     @property
     def moved(self) -> set[str]:
-        """Names of the joints that actuators move, apart from those of constant force."""
+        """Names of the joints that actuators move, directly or by a tendon."""
         import mujoco
 
-        m, kind, out = self.model, mujoco.mjtTrn, set[str]()
-        direct = {int(kind.mjTRN_JOINT), int(kind.mjTRN_JOINTINPARENT)}
-        constant = {pusher.name for pusher in self.pushers.values()}
-        for k in (k for k in range(m.nu) if m.actuator(k).name not in constant):
-            at = int(m.actuator_trnid[k][0])
-            if int(m.actuator_trntype[k]) in direct:
-                out.add(m.joint(at).name)
-            elif m.actuator_trntype[k] == kind.mjTRN_TENDON:
-                first, count = int(m.tendon_adr[at]), int(m.tendon_num[at])
-                out |= {m.joint(int(j)).name for j in m.wrap_objid[first : first + count]}
-        return out
+        m, kinds = self.model, mujoco.mjtTrn
+        at, kind = m.actuator_trnid[:, 0], m.actuator_trntype
+        joints = [at[kind <= int(kinds.mjTRN_JOINTINPARENT)]]
+        for k in at[kind == int(kinds.mjTRN_TENDON)]:
+            joints.append(m.wrap_objid[m.tendon_adr[k] :][: m.tendon_num[k]])
+        return {m.joint(int(j)).name for j in np.concatenate(joints)}
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
