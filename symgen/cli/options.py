@@ -214,7 +214,7 @@ def reading_options(command: Command) -> Command:
     def with_reading(**options: Any) -> Any:
         from symgen.data.columns import IMPORT, columns_from, units_from
         from symgen.data.raw import Reading
-        from symgen.errors import LogError
+        from symgen.errors import IdentificationError, LogError
         from symgen.robot.imported import FORMATS
 
         columns = options["columns"]
@@ -225,13 +225,16 @@ def reading_options(command: Command) -> Command:
         reading = taken(Reading, options)
         try:
             return command(reading=reading, **options)
-        except LogError as error:  # only here is the robot file of the advice known
+        except (
+            IdentificationError,
+            LogError,
+        ) as error:  # only here is the robot file of the advice known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
             robot = next(str(path) for path in given if path is not None)
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 then = "" if options["robot"] else ", then --robot robot.toml"
-                raise LogError(text + then) from error
+                raise type(error)(text + then) from error
             raise
 
     return _with(_READING, with_reading)

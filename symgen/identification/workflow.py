@@ -31,7 +31,7 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, undo_faults
-from symgen.faults.logs import open_logs
+from symgen.faults.logs import open_logs, require_motion
 from symgen.faults.recorder import late_fault
 from symgen.identification import output_error
 from symgen.identification.assessment import (
@@ -431,6 +431,7 @@ def _open_in_memory(
     given = bool(held)
     if not given:
         train, held = hold_out(train)
+    require_motion(train, source)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None
