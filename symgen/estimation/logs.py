@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,9 +19,11 @@ from symgen.data.signals import Samples
 from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
 from symgen.estimation.shared_samples import shared_span
+from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
+_ABOVE = 1.05  # torque over its limit from which it is said
 Source = str | Path | Log
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
@@ -80,7 +82,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
                 f"the largest torque is {largest:.3g}",
                 f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    return replace(log, tau=read_only(tau))
+    notes = dict.fromkeys((*log.notes, *_beyond_torque(tau, robot, log.name)))
+    return replace(log, tau=read_only(tau), notes=tuple(notes))
 
 
 def _require_within(log: Log, robot: Robot) -> None:
@@ -97,6 +100,18 @@ def _require_within(log: Log, robot: Robot) -> None:
             refuse(
                 what, drive if log.mapped else "rad or m, within [limits]; --unit deg for degrees"
             )
+
+
+def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
+    """Yield a note on torques above the limits of the robot file."""
+    limits = None if robot.limits is None else robot.limits.torque
+    times = np.abs(tau).max(axis=0) / (limits or np.inf)
+    told = [f"{robot.listed([j])} {times[j]:.3g} times" for j in map(int, np.flatnonzero(times > _ABOVE))]
+    if told:
+        yield (
+            f"{name}: torques are above the limits of the robot file: {', '.join(told)}; check "
+            "their unit (--unit) and the limits"
+        )
 
 
 def held_from(count: int) -> int:

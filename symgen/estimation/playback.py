@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 
-from symgen.data.mask import spans
+from symgen.data.mask import STILL, spans
 from symgen.data.signals import can_filter, lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
@@ -103,18 +103,21 @@ class PlantMover:
 
     Attributes:
         plant: the robot with its parameters.
+        bounds: (2 n,) of the sizes of q and qd, beyond which a run diverges.
     """
 
     plant: Plant
+    bounds: FloatArray
 
     @classmethod
-    def of(cls, evaluator: Evaluator, X: FloatArray) -> PlantMover:
-        """Return the mover of a model with parameters X (p,).
+    def of(cls, evaluator: Evaluator, X: FloatArray, windows: Sequence[Window]) -> PlantMover:
+        """Return the mover of a model with parameters X (p,), as far as windows count.
 
         Raises:
             ParameterError: they do not determine a motion.
         """
-        return cls(plant(evaluator, X))
+        reach = np.abs(_measured(windows)).max(axis=0) + _far_away(windows)
+        return cls(plant(evaluator, X), np.concatenate([reach, np.full_like(reach, np.inf)]))
 
     def moved(
         self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
@@ -122,8 +125,9 @@ class PlantMover:
         """See `Mover`."""
         try:
             motion = integrate(
-                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=TOLERANCE
-            )
+                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=TOLERANCE,
+                bounds=self.bounds,
+            )  # fmt: skip
             return motion.q
         except ParameterError:  # of one run, which the message names in words alone
             if len(q) == 1:
@@ -263,6 +267,20 @@ def between(x: FloatArray, first: float, step: float) -> Callable[[FloatArray], 
     return at
 
 
+def _measured(windows: Sequence[Window]) -> FloatArray:
+    return np.concatenate([log.q for log in {w.log: None for w in windows}])
+
+
+def _far_away(windows: Sequence[Window]) -> FloatArray:
+    """Return the position error from which a window has diverged, (n,): ten times the range.
+
+    A joint that never moves counts with the largest range of all.
+    """
+    ranges = np.ptp(_measured(windows), axis=0)
+    most = max(float(ranges.max()), 1e-9)
+    return np.asarray(_AWAY * np.where(ranges > STILL * most, ranges, most))
+
+
 def position_errors(
     windows: Sequence[Window], t: FloatArray, moved: FloatArray
 ) -> tuple[tuple[Horizon, ...], int]:
@@ -273,10 +291,7 @@ def position_errors(
         t: (K,) s.
         moved: (windows, K, n) simulated positions.
     """
-    ranges = np.ptp(
-        np.concatenate([log.q for log in dict.fromkeys(w.log for w in windows)]), axis=0
-    )
-    far = _AWAY * np.maximum(ranges, 1e-9)
+    far = _far_away(windows)
     out, diverged = [], 0
     for seconds in HORIZONS:
         if seconds > windows[0].seconds:

@@ -851,6 +851,8 @@ def simulation_use(
     horizons, diverged = _played(evaluator, windows, X)
     before, _ = _played(evaluator, windows, trials.own_values)
     held_by, _ = _played(evaluator, windows, X, trials.gains) if trials.gains else ((), 0)
+    if not horizons and not reasons:
+        reasons.append("no held-out motion was simulated, which is what shows it")
     if horizons and horizons[0].position_error >= 1:
         first = horizons[0]
         reasons.append(
@@ -879,7 +881,7 @@ def _played(
     if X is None or not windows or robot.loaded or robot.on_logs:
         return (), 0
     try:
-        mover = PlantMover.of(evaluator, X)
+        mover = PlantMover.of(evaluator, X, windows)
     except ParameterError:  # negative friction: the reasons name it
         return (), 0
     t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])

@@ -104,6 +104,7 @@ def integrate(
     smooth: bool = False,
     clock: FloatArray | None = None,
     tolerance: float = TOLERANCE,
+    bounds: FloatArray | float = _FAR,
     progress: Callable[[int], None] = silent,
 ) -> Motion:
     """Move a plant from stamp to stamp.
@@ -120,6 +121,7 @@ def integrate(
         smooth: whether the law is smooth at stamps; a step can then span several.
         clock: (runs,) time at which the law is asked, minus the stamp, s; 0 by default.
         tolerance: largest error of a step, absolute in rad, m, rad/s, m/s, and relative.
+        bounds: of the sizes of q and qd, (2 n,) or one for all.
         progress: called with the stamp that is reached.
 
     Raises:
@@ -146,7 +148,8 @@ def integrate(
         added = constant if unseen is None else constant + unseen[:, k]
         if stride == 1:
             state.known[:] = False
-        x = _advance(plant, None if held else law, added, state, t[k : end + 1], tolerance)
+        about = state, t[k : end + 1], tolerance, bounds
+        x = _advance(plant, None if held else law, added, *about)
         out.q[:, k + 1 : end + 1], out.qd[:, k + 1 : end + 1] = x[..., :n], x[..., n:]
         if k // stride % shown == 0:
             progress(k)
@@ -166,6 +169,7 @@ def _advance(
     state: _State,
     stamps: FloatArray,
     tolerance: float,
+    bounds: FloatArray | float,
 ) -> FloatArray:
     """Move all runs from the first stamp to the last; return x (runs, K, 2 n) at the others.
 
@@ -176,6 +180,7 @@ def _advance(
         state: state of the runs; it is changed.
         stamps: (K + 1,) s.
         tolerance: largest error of a step.
+        bounds: of the sizes of x.
     """
     runs, n = len(state.x), state.x.shape[1] // 2
     t, span = float(stamps[0]), float(stamps[-1] - stamps[0])
@@ -197,7 +202,7 @@ def _advance(
         # A step that the stamp or an event cut short says nothing against longer ones.
         before = np.where(exact & (h < state.step[rows]), state.step[rows], 0.0)
         state.step[rows] = np.maximum(before, h * growth)
-        far, stiff = exact & (np.abs(trial.x).max(axis=1) > _FAR), ~exact & (h <= _SHORTEST)
+        far, stiff = exact & (np.abs(trial.x) > bounds).any(axis=1), ~exact & (h <= _SHORTEST)
         if (far | stiff).any():
             raise _insane(plant, trial, far, stiff, t + begin, rows)
         part, event = _events(plant, x, state.mode[rows], trial, h)
