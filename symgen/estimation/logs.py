@@ -103,14 +103,14 @@ def _require_within(log: Log, robot: Robot) -> None:
 
 
 def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
-    """Yield a note on torques above the limits of the robot file."""
-    limits = None if robot.limits is None else robot.limits.torque
+    """Yield a note on the torque that is farthest above the limit of the robot file."""
+    limits = robot.limits and robot.limits.torque
     times = np.abs(tau).max(axis=0) / (limits or np.inf)
-    told = [f"{robot.listed([j])} {times[j]:.3g} times" for j in map(int, np.flatnonzero(times > _ABOVE))]
-    if told:
+    j = int(np.argmax(times))
+    if times[j] > _ABOVE:
         yield (
-            f"{name}: torques are above the limits of the robot file: {', '.join(told)}; check "
-            "their unit (--unit) and the limits"
+            f"{name}: tau{j + 1} is up to {times[j]:.3g} times its limit in the robot file: check "
+            "its unit (--unit) and the limit"
         )
 
 

@@ -103,7 +103,7 @@ class PlantMover:
 
     Attributes:
         plant: the robot with its parameters.
-        bounds: (2 n,) of the sizes of q and qd, beyond which a run diverges.
+        bounds: (n,) of the sizes of q, beyond which a run diverges, rad or m.
     """
 
     plant: Plant
@@ -116,8 +116,8 @@ class PlantMover:
         Raises:
             ParameterError: they do not determine a motion.
         """
-        reach = np.abs(_measured(windows)).max(axis=0) + _far_away(windows)
-        return cls(plant(evaluator, X), np.concatenate([reach, np.full_like(reach, np.inf)]))
+        q, far = _far_away(windows)
+        return cls(plant(evaluator, X), np.abs(q).max(axis=0) + far)
 
     def moved(
         self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
@@ -267,18 +267,14 @@ def between(x: FloatArray, first: float, step: float) -> Callable[[FloatArray], 
     return at
 
 
-def _measured(windows: Sequence[Window]) -> FloatArray:
-    return np.concatenate([log.q for log in {w.log: None for w in windows}])
+def _far_away(windows: Sequence[Window]) -> tuple[FloatArray, FloatArray]:
+    """Return the positions, (N, n), and the error from which a window has diverged, (n,).
 
-
-def _far_away(windows: Sequence[Window]) -> FloatArray:
-    """Return the position error from which a window has diverged, (n,): ten times the range.
-
-    A joint that never moves counts with the largest range of all.
+    That is ten times the range of the joint; a joint that never moves has a share of the largest.
     """
-    ranges = np.ptp(_measured(windows), axis=0)
-    most = max(float(ranges.max()), 1e-9)
-    return np.asarray(_AWAY * np.where(ranges > STILL * most, ranges, most))
+    q = np.concatenate([log.q for log in {w.log: None for w in windows}])
+    ranges = np.ptp(q, axis=0)
+    return q, _AWAY * np.maximum(ranges, max(STILL * ranges.max(), 1e-9))
 
 
 def position_errors(
@@ -291,7 +287,7 @@ def position_errors(
         t: (K,) s.
         moved: (windows, K, n) simulated positions.
     """
-    far = _far_away(windows)
+    _, far = _far_away(windows)
     out, diverged = [], 0
     for seconds in HORIZONS:
         if seconds > windows[0].seconds:

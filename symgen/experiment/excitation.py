@@ -35,7 +35,7 @@ from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Limits, Robot, require_actuated, require_gravity
+from symgen.robot.types import Limits, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
 #: Condition number above which runs determine nothing: refused.
@@ -360,7 +360,6 @@ def excite(
     _require_positive("window", window)
     source = read_robot(robot)
     require_gravity(source, "an excitation")
-    require_actuated(source, "an excitation")
     require_model(source, model)
     given = limits or Limits()
     source = replace(source, limits=given.over(source.limits))

@@ -30,7 +30,7 @@ from symgen.experiment.recording import (
 from symgen.experiment.reference import Reference, as_csv, from_log, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Drive, Robot, require_actuated, require_gravity
+from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.runtime.integrator import Law, Motion, integrate
 from symgen.runtime.plant import KERNELS, Plant, plant, without_dry
@@ -463,7 +463,11 @@ def _loaded(
     """Return the evaluator with the necessary kernels, and X (p,)."""
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
-    require_actuated(source, "a simulation")
+    if source.passive:
+        raise ParameterError(
+            f"robot {source.name!r}: {source.listed(source.passive)} has actuated = false; "
+            "accepted: a simulation that drives every joint"
+        )
     if isinstance(robot, Evaluator) and all(map(robot.has, KERNELS)):
         return robot, values_of(parameters, robot.model)
     progress("deriving and compiling the model")

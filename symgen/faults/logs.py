@@ -11,10 +11,10 @@ import numpy as np
 from symgen.data.columns import fixing
 from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples, lowpass, sampled
+from symgen.data.signals import Samples, sampled
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
-from symgen.estimation.band import LOWEST, OPEN, comparison_band
+from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import Source, open_log
@@ -22,12 +22,12 @@ from symgen.estimation.masking import masked
 from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
 from symgen.faults.samples import (
-    at_standstill,
     masked_faults,
     masked_gaps,
     mended_speeds,
     repaired,
     silenced_torques,
+    standing,
 )
 from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
@@ -106,16 +106,13 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
         IdentificationError: there is such a joint; the message has the command that fixes it.
     """
     comparison = comparison_band(train)
-    still = np.ones(robot.n, dtype=bool)
-    for s in train:
-        band = min(comparison, 0.5 * OPEN / s.step)
-        still &= at_standstill(s.q, lowpass(s.q, s.step, band), s.step, band)
-    lost = np.flatnonzero(still)
-    if len(lost):
-        joints = [(robot.movable[j], train[0].q[:, j].mean()) for j in lost]
-        fixes = [f"{plain(j.name) or j.number}={at:.4g}" for j, at in joints]
+    still = np.flatnonzero(np.all([standing(s, comparison) for s in train], axis=0))
+    if len(still):
+        fixes = [
+            f"{plain(robot.movable[j].name) or j + 1}={train[0].q[:, j].mean():.4g}" for j in still
+        ]
         raise IdentificationError(
-            f"{robot.listed(lost)} did not move: no log shows its friction and inertia; accepted: "
+            f"{robot.listed(still)} did not move: no log shows its friction and inertia; accepted: "
             f"logs in which it moves, or a robot in which it is fixed: {fixing(fixes)} (or "
             "sigma = 2 in its robot.toml, with the position added to theta or r)"
         )

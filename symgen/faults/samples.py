@@ -643,7 +643,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     if samples.velocity_derived:
         return samples, ()
     step = samples.step
-    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
+    band = _within(_SLOPES * comparison_hz, step)
     qd = samples.qd.copy()
     seen = np.ones(len(samples.t), dtype=bool)
     if samples.mask is not None:  # without samples that the filter mixes with masked ones
@@ -653,7 +653,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     found: list[_Speed] = []
     done: list[Fault] = []
     still = at_standstill(samples.q, positions, step, band)
-    noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
+    noise = _noise(samples.qd - smooth, step, band)
     for j in map(int, np.flatnonzero(~still)):  # the other joints have no motion to compare
         v, w = slopes[:, j], smooth[:, j]
         if not np.any(v[seen]):
@@ -688,7 +688,7 @@ def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> B
         (k,) true if the spread of `low` is below three times that of white noise in the band, or if
         x stays within two of its smallest steps.
     """
-    noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
+    noise = _noise(x - low, step, band)
     least = np.array([least_step(column) for column in x.T])
     within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
     return np.asarray((np.std(low, axis=0) <= _STILL * noise) | within)
@@ -801,14 +801,29 @@ def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, t
         samples: a log with uniform steps.
         comparison_hz: comparison band of the run, Hz.
     """
-    step, band = samples.step, min(comparison_hz, 0.5 * OPEN / samples.step)
-    q, tau = (lowpass(x, step, band) for x in (samples.q, samples.tau))
-    noise = white_noise(samples.tau - tau, step, band) * math.sqrt(2 * band * step)
-    silent = (rms(tau) <= _SILENT * noise) & ~at_standstill(samples.q, q, step, band)
-    silent &= tau.any(axis=0)
-    what = np.zeros(len(q)), "noise throughout while the joint moves", len(q), "taken as zero"
+    step, band = samples.step, _within(comparison_hz, samples.step)
+    low = lowpass(samples.tau, step, band)
+    drowned = rms(low) <= _SILENT * _noise(samples.tau - low, step, band)
+    silent = low.any(axis=0) & drowned & ~standing(samples, comparison_hz)
+    what = np.zeros(len(low)), "noise throughout while the joint moves", len(low), "taken as zero"
     found = (_mended(samples, "silent", "tau", int(j), *what) for j in np.flatnonzero(silent))
     return undo_faults(samples, found)
+
+
+def standing(samples: Samples, comparison_hz: float) -> Bools:
+    """Return which joints stand still throughout, (n,): what they seem to move is noise."""
+    step, band = samples.step, _within(comparison_hz, samples.step)
+    return at_standstill(samples.q, lowpass(samples.q, step, band), step, band)
+
+
+def _within(band: float, step: float) -> float:
+    """Return a band in Hz, or the largest that logs of this step have."""
+    return min(band, 0.5 * OPEN / step)
+
+
+def _noise(high: FloatArray, step: float, band: float) -> FloatArray:
+    """Return the standard deviation in a band, (k,), of white noise with this part above it."""
+    return white_noise(high, step, band) * math.sqrt(2 * band * step)
 
 
 def unmended_faults(

@@ -68,7 +68,7 @@ from symgen.estimation.summary import Summary, merge_summaries, square, summaris
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, Fault, merged
-from symgen.faults.logs import open_samples, require_motion, treat_chunk
+from symgen.faults.logs import open_samples, treat_chunk
 from symgen.identification.assessment import Outcome, outcome, own_version
 from symgen.identification.model_choice import ChosenModel, OpenLogs
 from symgen.identification.physical import Consistent
@@ -416,7 +416,6 @@ def open_data_set(
     """
     window = max(model.gap for model in models)
     sampled = sample_logs(robot, logs, validation, reading, window, progress)
-    require_motion(sampled.train, robot)
     kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
     text = robot_toml(robot)
     prefix = "symgen-"

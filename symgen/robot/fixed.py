@@ -117,6 +117,5 @@ def _held(joint: Joint, held: dict[int, sp.Expr]) -> Joint:
         friction=(),
         coulomb_width=0.0,
         rotor_inertia=False,
-        actuated=True,
         **{key: getattr(joint, key) + q},
     )

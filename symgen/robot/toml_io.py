@@ -280,8 +280,7 @@ class _Reader:
                 f"accepted: 0 (the base) to {number - 1}"
             )
         fixed = table.sigma == names.FIXED
-        motor = rotors and table.actuated
-        rotor = motor if table.rotor_inertia is None else table.rotor_inertia
+        rotor = rotors if table.rotor_inertia is None else table.rotor_inertia
         plain = fixed or table.follows is not None
         for key in (k for k in ("friction", "rotor_inertia", "coulomb_width") if plain):
             if getattr(table, key):
@@ -303,7 +302,7 @@ class _Reader:
             coulomb_width=float(table.coulomb_width),
             rotor_inertia=not plain and rotor,
             name=table.name,
-            actuated=plain or table.actuated,
+            actuated=table.actuated,
             **values,
         )
 

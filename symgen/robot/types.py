@@ -236,19 +236,6 @@ def require_gravity(robot: Robot, what: str) -> None:
         )
 
 
-def require_actuated(robot: Robot, what: str) -> None:
-    """Refuse a robot with joints that no motor drives, in a use that drives every joint.
-
-    Raises:
-        RobotError: a joint is not actuated.
-    """
-    if robot.passive:
-        raise RobotError(
-            f"robot {robot.name!r}: {robot.listed(robot.passive)} has actuated = false; accepted: "
-            f"{what} of a robot whose joints are all actuated"
-        )
-
-
 @dataclass(frozen=True)
 class Drive:
     """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.

@@ -121,7 +121,7 @@ def integrate(
         smooth: whether the law is smooth at stamps; a step can then span several.
         clock: (runs,) time at which the law is asked, minus the stamp, s; 0 by default.
         tolerance: largest error of a step, absolute in rad, m, rad/s, m/s, and relative.
-        bounds: of the sizes of q and qd, (2 n,) or one for all.
+        bounds: of the sizes of q, (n,) or one for all, rad or m.
         progress: called with the stamp that is reached.
 
     Raises:
@@ -180,7 +180,7 @@ def _advance(
         state: state of the runs; it is changed.
         stamps: (K + 1,) s.
         tolerance: largest error of a step.
-        bounds: of the sizes of x.
+        bounds: of the sizes of q.
     """
     runs, n = len(state.x), state.x.shape[1] // 2
     t, span = float(stamps[0]), float(stamps[-1] - stamps[0])
@@ -202,7 +202,10 @@ def _advance(
         # A step that the stamp or an event cut short says nothing against longer ones.
         before = np.where(exact & (h < state.step[rows]), state.step[rows], 0.0)
         state.step[rows] = np.maximum(before, h * growth)
-        far, stiff = exact & (np.abs(trial.x) > bounds).any(axis=1), ~exact & (h <= _SHORTEST)
+        far, stiff = (
+            exact & (np.abs(trial.x[:, :n]) > bounds).any(axis=1),
+            ~exact & (h <= _SHORTEST),
+        )
         if (far | stiff).any():
             raise _insane(plant, trial, far, stiff, t + begin, rows)
         part, event = _events(plant, x, state.mode[rows], trial, h)

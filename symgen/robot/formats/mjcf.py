@@ -49,6 +49,7 @@ from symgen.robot.types import WITHOUT_MOTOR, Coupling, Robot
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
+_ON_JOINTS = 1  # largest number of a transmission of MuJoCo that acts on a joint itself
 SPRING = "gravity_spring"
 #: Name of the body that is the robot's payload.
 PAYLOAD = "payload"
@@ -104,13 +105,16 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
     notes, assumed = (
         (*found.notes, *tree.notes),
-        (*found.assumed, *_without_motor(robot, tree.moved)),
+        (*found.assumed, *_without_motor(robot, tree.model)),
     )
     return replace(found, robot=robot, parameters=tuple(values), notes=notes, assumed=assumed)
 
 
-def _without_motor(robot: Robot, moved: set[str]) -> Iterator[str]:
-    """Yield which joints no actuator moves, where actuators move others."""
+def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
+    """Yield which joints no actuator moves, where every actuator moves a joint."""
+    if (model.actuator_trntype > _ON_JOINTS).any():
+        return
+    moved = {model.joint(int(j)).name for j in model.actuator_trnid[:, 0]}
     still = [k for k, joint in enumerate(robot.movable) if joint.name not in moved]
     if moved and still:
         yield (
@@ -528,18 +532,6 @@ class _Tree:
                 name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
                 out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
         return out
-
-    @property
-    def moved(self) -> set[str]:
-        """Names of the joints that actuators move, directly or by a tendon."""
-        import mujoco
-
-        m, kinds = self.model, mujoco.mjtTrn
-        at, kind = m.actuator_trnid[:, 0], m.actuator_trntype
-        joints = [at[kind <= int(kinds.mjTRN_JOINTINPARENT)]]
-        for k in at[kind == int(kinds.mjTRN_TENDON)]:
-            joints.append(m.wrap_objid[m.tendon_adr[k] :][: m.tendon_num[k]])
-        return {m.joint(int(j)).name for j in np.concatenate(joints)}
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
