@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from shlex import quote
 
 from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
@@ -101,7 +102,7 @@ def held_still(joints: Sequence[str]) -> str:
 
 def fixing(joints: Iterable[str]) -> str:
     """Return the command that fixes joints of an imported robot, NAME or NAME=VALUE each."""
-    fixes = " ".join(f"--fix {joint}" for joint in joints)
+    fixes = " ".join(f"--fix {quote(joint)}" for joint in joints)
     return f"{IMPORT}{fixes} --into robot.toml"
 
 

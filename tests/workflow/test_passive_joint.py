@@ -133,11 +133,11 @@ def test_equations_without_torque_do_not_take_the_parameters_to_zero(method) -> 
     rng = np.random.default_rng(3)
     X, W = np.array([1.0, -0.5, 0.3]), rng.normal(size=(2, 4000, 3))
     W[0] -= np.outer(W[0] @ X, X) / (X @ X)  # 0 = W X
-    noisy = W + 0.3 * rng.normal(size=W.shape)
+    noisy = W + 0.5 * rng.normal(size=W.shape)
     y = [np.zeros(4000), W[1] @ X]
     parts = (Equations("a", noisy[j], y[j], np.arange(4000.0), 1, j) for j in range(2))
     found = ESTIMATORS[method].solve(LinearSystem(("A", "B", "C"), tuple(parts)))
-    assert np.linalg.norm(found.X - X) < 0.2 * np.linalg.norm(X)
+    assert np.linalg.norm(found.X - X) < 0.4 * np.linalg.norm(X)  # of least squares: 0.34
 
 
 def test_a_robot_file_is_written_as_it_was_read() -> None:
