@@ -6,6 +6,7 @@ The pendulum is moved here by its closed form and the Runge-Kutta method of orde
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import symgen
+from symgen.diagnosis.messages import summary
 from symgen.estimation.estimators import ESTIMATORS
 from symgen.estimation.system import Equations, LinearSystem
 
@@ -126,6 +128,11 @@ def test_a_diagnosis_blames_no_drive_that_is_not_there(tmp_path) -> None:
         effects=["drive_gain_error", "gravity_spring"],
     )  # fmt: skip
     assert (found.verdict, found.effects) == ("consistent", ())
+    floor = found.floor.total
+    for times, said in ((2.5, False), (7.3, True)):
+        after = replace(found.after, total=times * floor)
+        headline = summary(replace(found, verdict="explained", after=after))
+        assert (f"{times:g} times" in headline) == said
 
 
 @pytest.mark.parametrize("method", ["wls", "huber", "ridge"])
