@@ -230,7 +230,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
     def with_reading(**options: Any) -> Any:
         from symgen.data.columns import IMPORT
         from symgen.data.raw import Reading, units_from
-        from symgen.errors import LogError
+        from symgen.errors import IdentificationError, LogError
         from symgen.robot.imported import FORMATS
 
         options |= {key: listed(options[key]) for key in ("joints", "mask")}
@@ -239,13 +239,16 @@ def reading_options(command: Command, start: str = "--from") -> Command:
         reading = taken(Reading, options)
         try:
             return command(reading=reading, **options)
-        except LogError as error:  # only here is the robot file of the advice known
+        except (
+            IdentificationError,
+            LogError,
+        ) as error:  # only here is the robot file of the advice known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
             robot = next((str(path) for path in given if path is not None), "FILE")
             text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
             if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
                 then = "" if options["robot"] else ", then --robot robot.toml"
-                raise LogError(text + then) from error
+                raise type(error)(text + then) from error
             raise
 
     first = click.option(start, "start", type=float, help="First time of each log to use, s.")

@@ -9,7 +9,8 @@ exactly one pattern with all joints, and reports it. It refuses a role with two:
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from shlex import quote
 
 from symgen.data.raw import NUMBERED, Wanted, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
@@ -49,9 +50,14 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 
 
 def held_still(joints: Sequence[str]) -> str:
-    """Return the command that fixes joints of an imported robot."""
-    fixes = " ".join(f"--fix {plain(joint)}" for joint in joints)
-    return f"joints without columns held still: {IMPORT}{fixes} --into robot.toml"
+    """Return how joints without columns are held still."""
+    return f"joints without columns held still: {fixing(map(plain, joints))}"
+
+
+def fixing(joints: Iterable[str]) -> str:
+    """Return the command that fixes joints of an imported robot, NAME or NAME=VALUE each."""
+    fixes = " ".join(f"--fix {quote(joint)}" for joint in joints)
+    return f"{IMPORT}{fixes} --into robot.toml"
 
 
 def joints_of_file(

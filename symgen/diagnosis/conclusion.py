@@ -290,7 +290,7 @@ def conclude(
             selection = _without(selection, [culprit], f"{fault}: {error}")
             continue
         gaps = _gaps(baseline, model, declared)
-        raised = _raising(accepted, gaps.moving, share, least)
+        raised = _raising(accepted, gaps, share, least)
         if raised is None:
             break
         score, was, now = raised
@@ -700,7 +700,7 @@ def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
 
 
 def _raising(
-    accepted: Sequence[Score], moving: _Judged, share: FloatArray, least: float
+    accepted: Sequence[Score], gaps: _Gaps, share: FloatArray, least: float
 ) -> tuple[Score, float, float] | None:
     """Return the weakest effect that does not improve the prediction of unseen data, and the gaps.
 
@@ -708,13 +708,14 @@ def _raising(
 
     Args:
         accepted: the effects.
-        moving: gaps of the validation data.
+        gaps: gaps of the validation data.
         share: (n,) torque of the joints in these data over the largest torque in any data.
         least: smallest torque that matters, as a part of the joint's torque.
     """
-    before, after, _ = moving
-    if accepted and after.total > before.total:
-        return accepted[-1], before.total, after.total
+    moving = gaps.moving
+    for before, after, _ in (gaps.all, moving):
+        if accepted and after.total > before.total:
+            return accepted[-1], before.total, after.total
     was, now, noise = ([*(share * gap.per_joint)] for gap in moving)
     raised = grown(was, now, noise, least)
     for score in reversed(accepted):

@@ -247,6 +247,8 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
         return definition.native in joint.friction
     if definition.native == "rotor":
         return joint.rotor_inertia
+    if definition.name == "drive_gain_error" and not joint.actuated:
+        return True  # there is no drive
     known = {(e.name, e.joint) for e in robot.on_logs}
     known |= {(e.name, j) for e in robot.effects for j in e.joints}
     return (definition.name, joint.number) in known

@@ -40,7 +40,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Causes that need a new record. They stay named whatever their correction closes of the gap.
-_UNMENDABLE = ("upside down", "weightless", "clock", "constant", "command")
+_UNMENDABLE = ("upside down", "weightless", "clock", "command")
 _SENSOR = "velocity_sensor_error"
 #: Kinds of faults with an effect in the library.
 _EFFECTS = {
@@ -74,8 +74,8 @@ def check(
         train, held: training and validation logs in the band of the run.
         repairs: repairs of these logs.
     """
-    sigma = evaluator.model.robot.sigma
-    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, sigma))
+    about = evaluator.model.robot.sigma, evaluator.model.robot.passive
+    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, *about))
     if broken := lasting(found):
         return found, broken
     train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))

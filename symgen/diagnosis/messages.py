@@ -20,6 +20,10 @@ TONES = {
 }
 
 
+#: Error over the noise from which their ratio is said.
+_SEVERAL = 3.0
+
+
 def on_joints(joints: Sequence[int], robot: Robot) -> str:
     """Return "joint 2", "elbow (5) and wrist (6)", or "the whole arm"."""
     return joints_in_words(joints, robot.labels) if joints else "the whole arm"
@@ -35,7 +39,10 @@ def summary(diagnosis: Diagnosis) -> str:
     before, after, noise = (
         percent(gap.total) for gap in (diagnosis.before, diagnosis.after, diagnosis.floor)
     )
-    gap = f"The torque error falls from {before} to {after} (noise floor: {noise})."
+    floor = diagnosis.floor.total
+    times = f", {diagnosis.after.total / floor:.2g} times the noise" if floor else ""
+    told = times if diagnosis.after.total > _SEVERAL * floor else ""
+    gap = f"The torque error falls from {before} to {after}{told} (noise floor: {noise})."
     count = len(diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"
     named = f"{effects} of the measuring chain" if count else "the measuring chain"

@@ -21,7 +21,7 @@ from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, dense
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
-from symgen.estimation.summary import Summary, triangle
+from symgen.estimation.summary import Summary, bounded_deviation, triangle
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
@@ -159,6 +159,7 @@ class WhitenedSystem:
     def size(self) -> FloatArray:
         """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
         found = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
+        found = bounded_deviation(found, found)
         return np.where(found > 0, found, 1.0)
 
     def with_columns(self, columns: Iterable[Columns]) -> WhitenedSystem:
@@ -258,14 +259,15 @@ def _solved(
         for j in range(y.shape[1])
     ]
     least = 1e-6 * float(np.sqrt(np.mean(y**2))) + _TINY  # a dead channel has no spread
-    floor = np.maximum(1e-6 * rms(y), least * 1e-3)
-    sigma = np.maximum(np.std(y, axis=0), least)
+    torque = rms(y)
+    floor = np.maximum(1e-6 * torque, least * 1e-3)
+    sigma = bounded_deviation(np.maximum(np.std(y, axis=0), least), torque)
     X = np.zeros(W.shape[2])
     for _ in range(_WHITENING):
         rows = np.concatenate([s.factor / size for s, size in zip(joints, sigma, strict=True)])
         X = shortest(rows)
         square = np.array([s.rss(X) for s in joints]) / np.maximum((moves**2).sum(axis=0), 1.0)
-        sigma = np.maximum(np.sqrt(square), floor)
+        sigma = bounded_deviation(np.maximum(np.sqrt(square), floor), torque)
     return WhitenedSystem(tuple(logs), W, y, X, sigma, moves)
 
 

@@ -53,7 +53,7 @@ from symgen.estimation.predictive_score import LEAST, MISFIT
 from symgen.estimation.values import FloatArray
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
-from symgen.faults.logs import join_bands, open_logs, open_samples
+from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest, mended_channels
 from symgen.faults.scene import Rows, Scene
 from symgen.identification.out_of_core import is_long, sample_logs
@@ -112,10 +112,12 @@ def diagnose(
     unknown = [name for name in effects or () if name not in library]
     if unknown:
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
+    opened = _opened(source, (listed_logs(logs), listed_logs(validation)), reading, progress)
+    if parameters is None:
+        require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
     known = None if parameters is None else read_given(parameters, evaluator.model)
-    opened = _opened(source, (listed_logs(logs), listed_logs(validation)), reading, progress)
 
     def band_of(train: Sequence[Samples]) -> Band:
         band = known.band if known is not None else None

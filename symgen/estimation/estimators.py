@@ -46,7 +46,7 @@ from symgen.estimation.solve import (
     undetermined,
     weighted_triangle,
 )
-from symgen.estimation.summary import Summary, summaries, summarise, triangle
+from symgen.estimation.summary import Summary, bounded_deviation, summaries, summarise, triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
@@ -171,7 +171,9 @@ class Huber:
     def _weights(self, system: LinearSystem, X: FloatArray) -> tuple[list[FloatArray], FloatArray]:
         """Return the weight of every row, (K,) a log, and 1/s of the logs."""
         errors = [np.abs(e.y - e.W @ X) for e in system.logs]
-        inverse = inverse_deviation(np.array([np.median(e) for e in errors]) / _NORMAL_MEDIAN)
+        sigma = np.array([np.median(e) for e in errors]) / _NORMAL_MEDIAN
+        squares = np.array([e.square for e in system.logs])
+        inverse = inverse_deviation(bounded_deviation(sigma, squares))
         return [
             v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold))
             for e, v in zip(errors, inverse, strict=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,14 +14,16 @@ import numpy as np
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
 from symgen.data.log import Log, cut, read_log
-from symgen.data.raw import Reading, refuse
+from symgen.data.raw import Reading, read_only, refuse
 from symgen.data.signals import Samples
 from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
 from symgen.estimation.shared_samples import shared_span
+from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
+_ABOVE = 1.05  # torque over its limit from which it is said
 Source = str | Path | Log
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
@@ -71,13 +73,16 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
-        largest = float(np.abs(log.tau).max())
+        tau = log.tau.copy()
+        tau[:, robot.passive] = 0.0  # whatever the log holds
+        largest = float(np.abs(tau).max())
         if not _TORQUES[0] < largest < _TORQUES[1]:  # nothing can be learned from such torques
             refuse(
                 f"the largest torque is {largest:.3g}",
                 f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
-    return log
+    notes = dict.fromkeys((*log.notes, *_beyond_torque(tau, robot, log.name)))
+    return replace(log, tau=read_only(tau), notes=tuple(notes))
 
 
 def _require_within(log: Log, robot: Robot) -> None:
@@ -96,6 +101,18 @@ def _require_within(log: Log, robot: Robot) -> None:
                 "ones in the robot file"
             )
             refuse(what, drive if log.mapped else plain)
+
+
+def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
+    """Yield a note on the torque that is farthest above the limit of the robot file."""
+    limits = robot.limits and robot.limits.torque
+    times = np.abs(tau).max(axis=0) / (limits or np.inf)
+    j = int(np.argmax(times))
+    if times[j] > _ABOVE:
+        yield (
+            f"{name}: tau{j + 1} is up to {times[j]:.3g} times its limit in the robot file: check "
+            "its unit (--unit) and the limit"
+        )
 
 
 def held_from(count: int) -> int:

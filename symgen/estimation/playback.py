@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.codegen.model import Model
-from symgen.data.mask import spans
+from symgen.data.mask import STILL, spans
 from symgen.data.signals import can_filter, lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
@@ -24,7 +24,7 @@ from symgen.estimation.values import FloatArray
 from symgen.files import load_toml
 from symgen.robot.schema import ControllerTable
 from symgen.robot.types import Robot, Servo
-from symgen.runtime.simulate import Law, simulate
+from symgen.runtime.simulate import Law, require_friction, simulate
 
 #: After which a position is compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
@@ -82,7 +82,12 @@ Mover = Callable[[FloatArray, FloatArray, Law, FloatArray, FloatArray], FloatArr
 
 
 def model_mover(model: Model, X: FloatArray) -> Mover:
-    """Return symgen's own simulation of a model with parameters X (p,) as a mover."""
+    """Return symgen's own simulation of a model with parameters X (p,) as a mover.
+
+    Raises:
+        ParameterError: friction is negative, so that a motion from rest is not determined.
+    """
+    require_friction(model, X)
 
     def positions(
         q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
@@ -213,10 +218,13 @@ def between(x: FloatArray, first: float, step: float) -> Callable[[float], Float
 
 
 def position_bounds(windows: Sequence[Window]) -> FloatArray:
-    """Return the distance from its start at which each joint counts as having run away, (n,)."""
+    """Return the distance from its start at which each joint counts as having run away, (n,).
+
+    That is ten times the range of the joint; a joint that never moves has a share of the largest.
+    """
     logs = dict.fromkeys(w.log for w in windows)
     ranges = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
-    return np.asarray(_AWAY * np.maximum(ranges, 1e-9))
+    return np.asarray(_AWAY * np.maximum(ranges, max(STILL * ranges.max(), 1e-9)))
 
 
 def position_errors(

@@ -11,7 +11,7 @@ import numpy as np
 
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores
-from symgen.estimation.summary import Summary, triangle
+from symgen.estimation.summary import Summary, bounded_deviation, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
@@ -164,8 +164,9 @@ def shortest(rows: FloatArray) -> FloatArray:
 
 
 def residual_weights(parts: Sequence[Summary], X: FloatArray) -> FloatArray:
-    """Return 1/sigma of what X leaves of each part."""
-    return inverse_deviation(np.sqrt([s.rss(X) / s.rows for s in parts]))
+    """Return 1/sigma of what X leaves of each part; see `bounded_deviation`."""
+    sigma = np.sqrt([s.rss(X) / max(s.rows, 1) for s in parts])
+    return inverse_deviation(bounded_deviation(sigma, np.array([s.square for s in parts])))
 
 
 def inverse_deviation(sigma: FloatArray) -> FloatArray:

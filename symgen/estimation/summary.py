@@ -178,6 +178,7 @@ class Blocks:
         """(m,) RMS of y."""
         squares = self.grams[:, :, -1, -1].sum(axis=0)
         rms: FloatArray = np.sqrt(squares / np.maximum(self.rows.sum(axis=0), 1.0))
+        rms = bounded_deviation(rms, squares)
         return np.where(rms > 0, rms, 1.0)
 
     def fit(self, without: Sequence[int] | NDArray[np.intp] = ()) -> FloatArray:
@@ -189,16 +190,33 @@ class Blocks:
         chosen = np.setdiff1d(np.arange(len(self.grams)), np.asarray(without, dtype=int))
         grams, rows = self.grams[chosen].sum(axis=0), self.rows[chosen].sum(axis=0)
         variance = least = self.size**2
+        squares = grams[:, -1, -1]
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
         for _ in range(_ROUNDS):
             X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
             left = residual_squares(grams, X) / np.maximum(rows, 1.0)
-            variance = np.maximum(left, 1e-12 * least)
+            variance = bounded_deviation(np.maximum(left, 1e-12 * least), squares)
         return X
 
     def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
         """Return the sum of squares that X leaves in some blocks, (m,)."""
         return residual_squares(self.grams[list(blocks)].sum(axis=0), X)
+
+
+def bounded_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return deviations (or variances) of equations, (m,), those without torque bounded below.
+
+    X = 0 solves 0 = W X exactly: what a small X leaves of it says nothing of its noise, and a
+    weight from it would draw X to zero. It counts as no less than the median of the others.
+
+    Args:
+        sigma: (m,) of the residuals.
+        squares: (m,) sums of the squares of y; 0 without torque.
+    """
+    silent = squares == 0
+    if silent.all():
+        return sigma
+    return np.where(silent, np.maximum(sigma, np.median(sigma[~silent])), sigma)
 
 
 def solve_gram(gram: FloatArray) -> FloatArray:

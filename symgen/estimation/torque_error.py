@@ -60,7 +60,7 @@ class TorqueFit:
 
     @property
     def residual(self) -> Residual:
-        """The relative residual, total and of each joint; 0 without measured torque."""
+        """The relative residual, total and of each joint, see `relative_error`."""
         return relative_error(self.error, self.size)
 
     @property
@@ -88,24 +88,26 @@ def largest(
     """Return the joint with the largest relative error and its RMS error, as a text.
 
     Args:
-        ratios: RMS error over RMS torque, (n,).
+        ratios: RMS error over RMS torque, (n,); over that of all joints where it is 0.
         measured: torque, (N, n).
         labels, units: names of the joints and units of their torques, (n,).
     """
     j = int(np.argmax(ratios))
-    size = ratios[j] * float(np.sqrt(np.mean(measured[:, j] ** 2)))
+    rms = np.sqrt(np.mean(measured**2, axis=0))
+    size = ratios[j] * float(rms[j] or np.linalg.norm(rms))
     return f"{labels[j]}: {percent(ratios[j])}, {size:.3g} {units[j]}"
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
-    """Return ||error|| / ||size||, total and by joint; 0 if the size is 0.
+    """Return ||error|| / ||size||, total and by joint; of all where a joint has no torque.
 
     Args:
         error, size: (m,) sums of squares.
         by_joint: whether the sums belong to joints.
     """
-    total = math.sqrt(float(error.sum()) / max(float(size.sum()), 1e-300))
-    each = np.sqrt(error / np.where(size > 0, size, np.inf))
+    whole = max(float(size.sum()), 1e-300)
+    total = math.sqrt(float(error.sum()) / whole)
+    each = np.sqrt(error / np.where(size > 0, size, whole))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 

@@ -381,6 +381,11 @@ def _loaded(
     """Return the evaluator with the controller's kernels, and X (p,)."""
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     require_gravity(source, "a simulation")
+    if source.passive:
+        raise ParameterError(
+            f"robot {source.name!r}: {source.listed(source.passive)} has actuated = false; "
+            "accepted: a simulation that drives every joint"
+        )
     if isinstance(robot, Evaluator) and all(map(robot.has, KERNELS)):
         return robot, values_of(parameters, robot.model)
     progress("deriving and compiling the model")

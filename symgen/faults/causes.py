@@ -43,7 +43,7 @@ from symgen.faults.recorder import contact_fault, cut_torques, late_torques
 from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, Shape, Sized
-from symgen.faults.undo import completed, left_out, multiplied
+from symgen.faults.undo import completed, multiplied
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
@@ -592,7 +592,7 @@ def _signs(scene: Scene) -> Iterator[Cause]:
     inertias = [mean_inertia(rows.evaluator, rows.logs, j) for j in range(n)]
     inertia = np.sum([own / size for own, size in zip(inertias, rows.size, strict=True)], axis=0)
     best = best if inertia @ (best @ x / scale) > 0 else -best
-    joints = [j for j in range(n) if best[j] < 0]
+    joints = [j for j in scene.driven if best[j] < 0]
     if not joints:
         return
     told = ", ".join(f"tau{j + 1}" for j in joints)
@@ -612,7 +612,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
     """
     blocks = scene.blocks(scene.rows.W, scene.rows.weight)
     grams, p = blocks.grams[0], blocks.grams.shape[-1] - 1
-    for j in range(scene.n if scene.n > 1 else 0):
+    for j in scene.compared:
         whole = np.zeros((p + 2, p + 2))  # X, 1/g, and the torque of the other joints
         for i, (gram, size) in enumerate(zip(grams, blocks.size, strict=True)):
             own = np.arange(p + 2) != (p + 1 if i == j else p)
@@ -771,16 +771,6 @@ def find_cause(
             search continues behind it.
     """
     rows = scene.rows
-    train, sigma = rows.logs[: rows.train], rows.evaluator.model.robot.sigma
-    still = [
-        j
-        for j in moving_joints([log.qd for log in train], sigma)
-        if all(np.ptp(log.tau[:, j]) == 0 for log in train)
-    ]
-    if still:
-        told = ", ".join(f"tau{j + 1}" for j in still)
-        says = f"{told} never changes although the joint moves: nothing was recorded"
-        return Cause("constant", tuple(still), says, math.inf, rows.size)
     if computed := _computed(scene):
         return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
@@ -898,16 +888,13 @@ def _confirmed(rows: Rows, cause: Cause, part: float) -> bool:
 def unmendable(scene: Scene, cause: Cause) -> Fault:
     """Return the fault of a cause that needs a new record, with a correction for the search.
 
-    A channel without a signal is left out. The model computes the missing part of the torques, with
-    the parameters that fit the recorded part.
+    The model computes the missing part of the torques, with the parameters that fit the recorded
+    part.
     """
-    if cause.kind == "constant":
-        undo = partial(left_out, name=None, at=slice(None), joints=cause.joints)
-    else:
-        model = scene.rows.evaluator
-        X = _expected_parameters(scene, cause.shares)
-        X = np.pad(X, (0, len(model.model.base.parameters) - len(X)))
-        undo = partial(completed, torque=model["inverse_dynamics"], shares=cause.shares, X=X)
+    model = scene.rows.evaluator
+    X = _expected_parameters(scene, cause.shares)
+    X = np.pad(X, (0, len(model.model.base.parameters) - len(X)))
+    undo = partial(completed, torque=model["inverse_dynamics"], shares=cause.shares, X=X)
     return Fault(
         EVERYWHERE, "all", cause.says, kind=cause.kind, joints=cause.joints, undo=undo
     )  # fmt: skip

@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from symgen.data.columns import fixing
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples, sampled
 from symgen.data.units import plausible_units
-from symgen.errors import LogError
+from symgen.errors import IdentificationError, LogError, plain
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
 from symgen.estimation.filtered_log import filter_log
@@ -20,7 +21,14 @@ from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
-from symgen.faults.samples import masked_faults, masked_gaps, mended_speeds, repaired
+from symgen.faults.samples import (
+    masked_faults,
+    masked_gaps,
+    mended_speeds,
+    repaired,
+    silenced_torques,
+    standing,
+)
 from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
 
@@ -91,16 +99,39 @@ def open_logs(
     return [[opened(source) for source in group] for group in groups], done
 
 
+def require_motion(train: Sequence[Samples], robot: Robot) -> None:
+    """Refuse logs in none of which a joint moves.
+
+    Raises:
+        IdentificationError: there is such a joint; the message has the command that fixes it.
+    """
+    comparison = comparison_band(train)
+    still = np.flatnonzero(np.all([standing(s, comparison) for s in train], axis=0))
+    if len(still):
+        fixes = [
+            f"{plain(robot.movable[j].name) or j + 1}={train[0].q[:, j].mean():.4g}" for j in still
+        ]
+        raise IdentificationError(
+            f"{robot.listed(still)} did not move: no log shows its friction and inertia; accepted: "
+            f"logs in which it moves, or a robot in which it is fixed: {fixing(fixes)} (or "
+            "sigma = 2 in its robot.toml, with the position added to theta or r)"
+        )
+
+
 def join_bands(
     train: Sequence[Samples], held: Sequence[Samples]
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
-    """Repair measured speeds that are late or scaled, in a band taken from the training logs."""
+    """Repair measured speeds that are late or scaled, and torques that are noise throughout.
+
+    The band in which they are compared is taken from the training logs.
+    """
     comparison = comparison_band(train)
     done: list[Fault] = []
 
     def mended(s: Samples) -> Samples:
         samples, repairs = mended_speeds(s, comparison)
-        done.extend(repairs)
+        samples, silent = silenced_torques(samples, comparison)
+        done.extend((*repairs, *silent))
         return samples
 
     return [mended(s) for s in train], [mended(s) for s in held], tuple(done)

@@ -443,10 +443,11 @@ def _driving_friction(trial: Trial, j: int) -> bool:
     """
     first = trial.evaluator.model.inertial
     own, work = [], []
+    bare = not any(np.any(rows[j].W[:, first:]) for rows in trial.rows)
     for log, rows in zip(trial.logs, trial.rows, strict=True):
         speed = log.qd[log.kept, j][log.free[:, j]]
         e = rows[j]
-        if not np.any(e.W[:, first:]):
+        if bare:
             e = replace(e, W=np.column_stack([e.W, speed * e.scale]), Z=None)
         own.append((e,))
         work.append(e.W * speed[:, None])

@@ -161,7 +161,7 @@ def cut_torques(scene: Scene) -> Iterator[tuple[Fault, FloatArray, FloatArray]]:
         The fault; (K,) limit of the rows; and (K, n) their weight without those near the limit.
     """
     rows = scene.rows
-    for j in range(scene.n):
+    for j in scene.driven:
         limits, noise = (
             np.array(x) for x in zip(*(_top(log, j) for log in rows.logs), strict=True)
         )

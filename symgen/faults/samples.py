@@ -45,6 +45,7 @@ from symgen.faults.undo import (
     sloped,
     with_column,
 )
+from symgen.robot.types import WITHOUT_MOTOR
 
 #: Largest disagreement with a uniform clock, relative to that with the stamps, to use the clock.
 _CLOCK = 0.8
@@ -66,6 +67,7 @@ _RUN = 3  # times the runs of other values
 #: Shortest run of a stuck channel in samples, and in lengths of its other runs.
 _STUCK, _LONGER = 20, 10.0
 _DEAD = 0.5  # of the log
+_SILENT = 1.5  # RMS of a torque in the band over that of its noise there, up to which it is noise
 #: Smallest jump of a position after it was stuck, over its largest usual step.
 _LEAVES = 3.0
 #: Speed of a moving robot, relative to the RMS over the log.
@@ -222,7 +224,14 @@ def _wrapped(log: Log, sigma: Sequence[int], _: object) -> Iterator[Fault]:
 
 
 def _mended(
-    log: Log, kind: str, key: str, j: int, x: FloatArray, fault: str, count: int, done: str
+    log: Log | Samples,
+    kind: str,
+    key: str,
+    j: int,
+    x: FloatArray,
+    fault: str,
+    count: int,
+    done: str,
 ) -> Fault:
     """Return the fault of a channel whose corrected values are x (N,)."""
     undo = partial(with_column, key=key, j=j, x=x)
@@ -634,7 +643,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     if samples.velocity_derived:
         return samples, ()
     step = samples.step
-    band = min(_SLOPES * comparison_hz, 0.5 * OPEN / step)
+    band = _within(_SLOPES * comparison_hz, step)
     qd = samples.qd.copy()
     seen = np.ones(len(samples.t), dtype=bool)
     if samples.mask is not None:  # without samples that the filter mixes with masked ones
@@ -644,7 +653,7 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
     found: list[_Speed] = []
     done: list[Fault] = []
     still = at_standstill(samples.q, positions, step, band)
-    noise = white_noise(samples.qd - smooth, step, band) * math.sqrt(2 * band * step)
+    noise = _noise(samples.qd - smooth, step, band)
     for j in map(int, np.flatnonzero(~still)):  # the other joints have no motion to compare
         v, w = slopes[:, j], smooth[:, j]
         if not np.any(v[seen]):
@@ -679,7 +688,7 @@ def at_standstill(x: FloatArray, low: FloatArray, step: float, band: float) -> B
         (k,) true if the spread of `low` is below three times that of white noise in the band, or if
         x stays within two of its smallest steps.
     """
-    noise = white_noise(x - low, step, band) * np.sqrt(2 * band * step)
+    noise = _noise(x - low, step, band)
     least = np.array([least_step(column) for column in x.T])
     within = np.ptp(x, axis=0) <= 2.5 * np.where(np.isfinite(least), least, 0.0)
     return np.asarray((np.std(low, axis=0) <= _STILL * noise) | within)
@@ -783,12 +792,53 @@ def _late(delay: float) -> str:
     return f"{abs(1e3 * delay):.2g} ms {'late' if delay > 0 else 'early'}"
 
 
-def unmended_faults(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
+    """Take the torque of a joint as zero that is noise throughout while the joint moves.
+
+    Its RMS in the comparison band is at most 1.5 times that of white noise there.
+
+    Args:
+        samples: a log with uniform steps.
+        comparison_hz: comparison band of the run, Hz.
+    """
+    step, band = samples.step, _within(comparison_hz, samples.step)
+    low = lowpass(samples.tau, step, band)
+    drowned = rms(low) <= _SILENT * _noise(samples.tau - low, step, band)
+    silent = low.any(axis=0) & drowned & ~standing(samples, comparison_hz)
+    what = np.zeros(len(low)), "noise throughout while the joint moves", len(low), "taken as zero"
+    found = (_mended(samples, "silent", "tau", int(j), *what) for j in np.flatnonzero(silent))
+    return undo_faults(samples, found)
+
+
+def standing(samples: Samples, comparison_hz: float) -> Bools:
+    """Return which joints stand still throughout, (n,): what they seem to move is noise."""
+    step, band = samples.step, _within(comparison_hz, samples.step)
+    return at_standstill(samples.q, lowpass(samples.q, step, band), step, band)
+
+
+def _within(band: float, step: float) -> float:
+    """Return a band in Hz, or the largest that logs of this step have."""
+    return min(band, 0.5 * OPEN / step)
+
+
+def _noise(high: FloatArray, step: float, band: float) -> FloatArray:
+    """Return the standard deviation in a band, (k,), of white noise with this part above it."""
+    return white_noise(high, step, band) * math.sqrt(2 * band * step)
+
+
+def unmended_faults(
+    samples: Samples, sigma: Sequence[int], passive: Sequence[int] = ()
+) -> Iterator[Fault]:
     """Find the remaining faults of single channels: dead channels and steps.
 
     Steps of a speed are undone on a log in the band of a run.
+
+    Args:
+        samples: a log with uniform steps.
+        sigma: types of the joints.
+        passive: places of the joints that no motor drives: they have no torque.
     """
-    yield from _dead(samples, sigma)
+    yield from _dead(samples, sigma, passive)
     for key, x in (("q", samples.q), ("qd", samples.qd)):
         for j in range(0 if key == "qd" and samples.velocity_derived else x.shape[1]):
             at = steps(x[:, j])
@@ -804,7 +854,7 @@ def lasting(found: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(f for f in found if not f.channel.startswith("qd"))
 
 
-def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
+def _dead(samples: Samples, sigma: Sequence[int], passive: Sequence[int]) -> Iterator[Fault]:
     """Find positions and torques that keep one value for most of a log while the joint moves."""
     moves = _fast(samples.qd)
     for key in ("tau",) if samples.velocity_derived else ("q", "tau"):
@@ -812,12 +862,16 @@ def _dead(samples: Samples, sigma: Sequence[int]) -> Iterator[Fault]:
             first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
             k = int(np.argmax(lengths))
             at = slice(int(first[k]), int(first[k] + lengths[k]))
-            if lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
+            advice, throughout = "leave that time out", lengths[k] == len(moves)
+            if key == "tau" and throughout:
+                if j in passive:
+                    continue
+                advice = f"if no motor drives the joint, {WITHOUT_MOTOR}"
+            elif lengths[k] <= _DEAD * len(moves) or moves[at, j].mean() < _DEAD:
                 continue
             says = (
                 f"{key}{j + 1} of {samples.name} is constant from t = {samples.t[at][0]:.4g} s "
-                f"to {samples.t[at][-1]:.4g} s while the joint moves: leave that time out, or "
-                "check the sensor"
+                f"to {samples.t[at][-1]:.4g} s while the joint moves: {advice}, or check the sensor"
             )
             joints = (j,) if key == "tau" else range(samples.q.shape[1])
             undo = partial(left_out, name=samples.name, at=at, joints=joints)

@@ -159,6 +159,17 @@ class Scene:
         """Number of joints."""
         return self.rows.evaluator.model.robot.n
 
+    @property
+    def driven(self) -> list[int]:
+        """The joints that motors drive: the others have no torque that could be wrong."""
+        passive = self.rows.evaluator.model.robot.passive
+        return [j for j in range(self.n) if j not in passive]
+
+    @property
+    def compared(self) -> list[int]:
+        """The joints whose torque can be compared with that of other driven joints."""
+        return self.driven if len(self.driven) > 1 else []
+
     def blocks(self, W: FloatArray, weight: FloatArray) -> Blocks:
         """Return the products of a regressor (K, n, p) and the torque, by joint."""
         rows = np.concatenate([W, self.rows.y[:, :, None]], axis=2) * weight[:, :, None]

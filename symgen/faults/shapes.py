@@ -181,7 +181,7 @@ def _regeared(j: int, x: float) -> Undo:
 
 def _gains(scene: Scene) -> Iterator[Shape]:
     """Yield torques with another factor than those of the other joints."""
-    for j in range(scene.n if scene.n > 1 else 0):
+    for j in scene.compared:
         yield Shape(
             "gain",
             (j,),
@@ -199,7 +199,7 @@ def _gains(scene: Scene) -> Iterator[Shape]:
 
 def _ratios(scene: Scene) -> Iterator[Shape]:
     """Yield joints that were recorded with another gear ratio."""
-    for j in range(scene.n if scene.n > 1 else 0):
+    for j in scene.compared:
         unit = np.eye(scene.n)[j]
 
         def moved(h: float, unit: FloatArray = unit) -> Callable[..., FloatArray]:
@@ -237,7 +237,7 @@ def _filtered(scene: Scene) -> Iterator[Shape]:
         parts = [log.unmasked.compared(x) for log, x in zip(scene.rows.logs, slopes, strict=True)]
         column = np.concatenate(parts)[:, :, None]
         # Only a delay of all torques is undone.
-        alone = range(scene.n if scene.n > 1 and order == 1 else 0)
+        alone = scene.compared if order == 1 else []
         for joints in ((), *((j,) for j in alone)):
             channel, which = (f"tau{joints[0] + 1}", "it") if joints else ("tau", "all torques")
             yield Shape(
@@ -259,7 +259,7 @@ def _filter_ms(order: int, x: float) -> float:
 def _weights(scene: Scene) -> Iterator[Shape]:
     """Yield torques of one joint without its weight, or a part of it."""
     weight = scene.rows.at_rest @ scene.X
-    for j in range(scene.n):
+    for j in scene.driven:
         if np.any(weight[:, j]):
             yield Shape(
                 "weight",

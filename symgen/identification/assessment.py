@@ -598,10 +598,10 @@ def error_elsewhere(
 
         sqrt(sum over states of tr(W C W')) / sqrt(sum over states of tau' tau)
 
-    with W at states whose joints are drawn from the logs independently of each other: each joint
-    as it was, but in company that it did not keep; and tau those of the logs. Joints that moved in
-    proportion are drawn together: the model is said to hold for such motion alone. What the model
-    misses is no part of C: the held-out error shows it.
+    of the joints that motors drive, with W at states whose joints are drawn from the logs
+    independently of each other: each joint as it was, but in company that it did not keep; and tau
+    those of the logs. Joints that moved in proportion are drawn together: the model is said to hold
+    for such motion alone. What the model misses is no part of C: the held-out error shows it.
 
     Args:
         evaluator: the compiled model, with torque_regressor.
@@ -614,6 +614,7 @@ def error_elsewhere(
     ]
     tau = np.concatenate([log.measured for log in logs])
     W = evaluator["torque_regressor"](*mixed_states(*motion, together=together))
+    W = np.delete(W, evaluator.model.robot.passive, axis=1)
     linear = W.shape[2]
     spread = np.einsum("kja,ab,kjb->", W, covariance[:linear, :linear], W) / STATES
     size = float(np.mean(np.sum(tau**2, axis=1)))
@@ -834,6 +835,8 @@ def simulation_use(
     horizons, diverged = _played(evaluator, windows, X)
     before, _ = _played(evaluator, windows, trials.own_values)
     held_by, _ = _played(evaluator, windows, X, trials.gains) if trials.gains else ((), 0)
+    if not horizons and not reasons:
+        reasons.append("no held-out motion was simulated, which is what shows it")
     if horizons and horizons[0].position_error >= 1:
         first = horizons[0]
         reasons.append(
@@ -861,7 +864,10 @@ def _played(
     if X is None or not windows or evaluator.model.robot.on_logs:
         return (), 0
     t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
-    mover = model_mover(evaluator.model, X)
+    try:
+        mover = model_mover(evaluator.model, X)
+    except ParameterError:  # negative friction: the reasons name it
+        return (), 0
     return position_errors(windows, t, play(mover, windows, t, gains))
 
 

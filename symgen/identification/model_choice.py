@@ -49,7 +49,7 @@ from symgen.faults.causes import find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
-from symgen.faults.samples import at_standstill, lasting, unmended_faults
+from symgen.faults.samples import lasting, unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
@@ -200,10 +200,11 @@ def name_cause(run: Run) -> Run:
 
     Besides, it is found how large the error is on motion that a fit did not see.
     """
-    sigma = run.evaluator.model.robot.sigma
-    every = [f for log in run.logs for f in unmended_faults(log.samples, sigma)]
+    robot = run.evaluator.model.robot
+    about = robot.sigma, robot.passive
+    every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
     broken = tuple(f.fault for f in lasting(every))
-    if broken or run.evaluator.model.robot.loaded:
+    if broken or robot.loaded:
         return replace(run, causes=broken)  # behind it, other causes would not be comparable
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
     # Where parameters are not told apart, any cause could be one of them.
@@ -294,14 +295,10 @@ def choose_model(
         LogError: a mask leaves too little, or a validation log is too short.
     """
     evaluator = run.evaluator
-    still = find_standing(run.train)
-    together = () if still else proportional_joints(run.train)  # slopes of rest are rounding
-    fault = motion_fault(still, together, evaluator.model.robot)
+    together = proportional_joints(run.train)
+    fault = motion_fault(together, evaluator.model.robot)
     known = features_of(run.train, evaluator.model.robot.sigma)
     models = [replace(model, features=known) for model in models]
-    joints = evaluator.model.robot.movable
-    if any(joints[j].friction or joints[j].rotor_inertia for j in still):
-        raise IdentificationError(f"these data do not determine the parameters: {fault}")
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
@@ -462,18 +459,6 @@ def blame_motion(fault: str) -> Iterator[None]:
         ) from error
 
 
-def find_standing(logs: Sequence[FilteredLog]) -> list[int]:
-    """Return the joints that stand still in all logs: what they seem to move is noise."""
-    n = logs[0].q.shape[1]
-    still = np.ones(n, dtype=bool)
-    for log in logs:
-        same = np.ptp(log.samples.q, axis=0) == 0
-        if log.band.filters(log.step):
-            same |= at_standstill(log.samples.q, log.q, log.step, log.band.cutoff_hz)
-        still &= same
-    return [int(j) for j in np.flatnonzero(still)]
-
-
 def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], ...]:
     """Return the joints whose speeds are proportional to each other throughout, in groups.
 
@@ -493,19 +478,13 @@ def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], .
     return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)
 
 
-def motion_fault(still: Sequence[int], together: Sequence[Sequence[int]], robot: Robot) -> str:
+def motion_fault(together: Sequence[Sequence[int]], robot: Robot) -> str:
     """Return in words why a motion cannot excite a model, or ''.
 
     Args:
-        still: the joints that stand still in all logs.
-        together: those whose speeds are proportional to each other.
+        together: joints whose speeds are proportional to each other.
         robot: for the names of joints.
     """
-    if still:
-        return (
-            f"{robot.listed(still)} did not move: move them too, or "
-            "fix them in the robot (sigma = 2; symgen import --fix)"
-        )
     return "; ".join(
         f"the speeds of {robot.listed(group)} are proportional to each other "
         "throughout; move the joints independently"

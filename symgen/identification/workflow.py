@@ -28,7 +28,7 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.playback import gains_of
 from symgen.estimation.predictive_score import LEAST
-from symgen.faults.logs import open_logs
+from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
     Trials,
@@ -242,6 +242,7 @@ def _open_in_memory(
     given = bool(held)
     if not given:
         train, held = hold_out(train)
+    require_motion(train, source)
     progress("deriving and compiling the model")
     kernels = dict.fromkeys(k for model in models for k in model.all_kernels)
     evaluator = robot if isinstance(robot, Evaluator) else None

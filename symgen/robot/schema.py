@@ -148,6 +148,7 @@ class JointTable(_Table):
     rotor_inertia: StrictBool | None = None
     follows: str | None = None
     name: Title = ""
+    actuated: StrictBool = True
 
 
 class CouplingTable(_Table):

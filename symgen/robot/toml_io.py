@@ -303,6 +303,7 @@ class _Reader:
             coulomb_width=float(table.coulomb_width),
             rotor_inertia=not plain and rotor,
             name=table.name,
+            actuated=table.actuated,
             **values,
         )
 

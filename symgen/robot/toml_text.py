@@ -67,6 +67,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
         out["antecedent"] = joint.antecedent
     out |= {key: getattr(joint, key) for key in LENGTHS if not getattr(joint, key).is_zero}
     out["name"] = joint.name or None
+    out["actuated"] = None if joint.actuated else False
     if joint.follows is not None:
         out["follows"] = expressions.text(joint.follows)
     elif not joint.fixed:

@@ -43,6 +43,10 @@ HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
 _ROUNDING = 1e-15  # of the sine and cosine of a right angle
+#: How a robot file says that no motor drives a joint.
+WITHOUT_MOTOR = (
+    "write actuated = false under its [[joint]] in robot.toml (symgen import FILE writes one)"
+)
 #: Largest number of joints in a file.
 MAX_JOINTS = 200
 #: Largest factor by which a revolute joint follows another; it amplifies rounding errors.
@@ -80,7 +84,8 @@ class Joint(Typed):
     """One joint and its link. Lengths in m, angles in rad, exact or in named symbols.
 
     `follows` is None, or q_j as a linear expression in the symbols q1, q2, ... of other joints.
-    `name` is the name of the joint in a file of another format.
+    `name` is the name of the joint in a file of another format. A joint that is not `actuated` has
+    no motor: its torque is zero.
     """
 
     number: int
@@ -97,6 +102,7 @@ class Joint(Typed):
     rotor_inertia: bool = True
     follows: sp.Expr | None = None
     name: str = ""
+    actuated: bool = True
 
     @property
     def movable(self) -> bool:
@@ -376,6 +382,11 @@ class Robot:
     def joint_names(self) -> list[str]:
         """Names of the movable joints from a file of another format, or ""."""
         return [joint.name for joint in self.movable]
+
+    @property
+    def passive(self) -> list[int]:
+        """Places in q of the joints that no motor drives."""
+        return [k for k, joint in enumerate(self.movable) if not joint.actuated]
 
     @property
     def gravity_input(self) -> bool:

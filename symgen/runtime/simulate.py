@@ -90,7 +90,7 @@ def simulate(
         ParameterError: friction is negative, the mass matrix is not positive definite, or the
             motion is not finite. The message has the time.
     """
-    _require_friction(model, X)
+    require_friction(model, X)
     slope = _Slope(_evaluator(model.robot, width), X, law)
     x = np.concatenate(start)
     n = len(x) // 2
@@ -195,7 +195,7 @@ def _evaluator(robot: Robot, width: float) -> Evaluator:
     return load(derive(replace(robot, joints=tuple(joints)), (_KERNEL,)))
 
 
-def _require_friction(model: Model, X: FloatArray) -> None:
+def require_friction(model: Model, X: FloatArray) -> None:
     """Refuse Coulomb friction that drives.
 
     Raises:

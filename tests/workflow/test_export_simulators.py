@@ -585,6 +585,24 @@ def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: floa
     assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
 
 
+def test_a_joint_that_never_moves_does_not_diverge(tmp_path, command) -> None:
+    t = np.arange(0, 4, 4e-3)
+    a = -4.8 * np.sin(4 * t)  # of joint 1, with tables of 1 and 0.1 kg m2 above each other
+    rows = [t, 0.3 * np.sin(4 * t), 0 * t, 1.2 * np.cos(4 * t), 0 * t, 1.1 * a, 0.1 * a + 1e-3]
+    log, path = tmp_path / "log.csv", tmp_path / "turn.urdf"
+    header = "t,q1,q2,qd1,qd2,tau1,tau2"
+    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header=header)
+    path.write_text("<robot name='turn'><link name='link0'/>" + "".join(f"""
+      <link name="link{j}"><inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="turn{j}" type="continuous"><parent link="link{j - 1}"/>
+        <child link="link{j}"/><axis xyz="0 0 1"/></joint>"""
+        for j, izz in ((1, 1), (2, 0.1))) + "</robot>")  # fmt: skip
+    code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
+    assert code == 0, err
+    assert "0 of 3" in out, out
+
+
 def test_drake_moves_a_urdf_as_the_model(tmp_path, command) -> None:
     """But for Coulomb friction, which Drake does not read."""
     drake = pytest.importorskip("pydrake.all", reason="Drake (drake) is not installed")

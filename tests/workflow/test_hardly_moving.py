@@ -5,6 +5,9 @@ The arm is the paper's, its torques from its closed form, friction and instrumen
 
 from __future__ import annotations
 
+import re
+import shlex
+
 import numpy as np
 import pytest
 from oracles import planar2r
@@ -73,6 +76,46 @@ def robot() -> symgen.Robot:
 def test_a_joint_that_moves_by_noise_alone_is_said_to_stand_still(robot, speeds) -> None:
     with pytest.raises(symgen.IdentificationError, match=r"joint 2 did not move: .*--fix"):
         symgen.identify(robot, log("still", 0.0, 1, speeds))
+
+
+URDF = """<robot name="two"><link name="a"/><link name="b"/><link name="c"/>
+<joint name="shoulder" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/>
+</joint><joint name="finger tip" type="continuous"><parent link="b"/><child link="c"/>
+<origin xyz="0.5 0 0"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("verb", ["identify", "diagnose"])
+def test_a_joint_that_stands_still_is_refused_first_with_the_command(
+    command, tmp_path, monkeypatch, verb
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.urdf").write_text(URDF)
+    one = log("still", 0.0, 1)
+    held = one.q + np.array([0.0, 0.02 - one.q[0, 1]])
+    np.savez(tmp_path / "still.npz", t=one.t, q=held, qd=one.qd, tau=one.tau)
+    code, _, err = command(verb, "arm.urdf", "still.npz", "--into", "out")
+    assert code == 2
+    assert "deriving" not in err
+    advice = re.search(r"symgen (import arm.urdf --fix .* --into robot.toml)", err)
+    assert advice is not None, err
+    code, out, err = command(*shlex.split(advice[1]))
+    assert code == 0, err
+    assert "held at 0.02" in out
+    assert symgen.read_robot("robot.toml").n == 1
+
+
+@pytest.mark.parametrize("mask", [(), ("rest",)])
+def test_a_diagnosis_of_logs_in_each_of_which_one_joint_moves(robot, mask) -> None:
+    whole, logs = log("a", 1.0, 2), []
+    for k in range(4):
+        q, qd, tau = (x.copy() for x in (whole.q, whole.qd, whole.tau))
+        for x, level in ((q, 0.3 * k), (qd, 0.0), (tau, 1.0)):
+            x[:, k % 2] = level
+        logs.append(symgen.make_log(f"log{k}", whole.t, q, tau, qd))
+    found = symgen.diagnose(
+        robot, logs, effects=["gravity_spring"], reading=symgen.Reading(mask=mask)
+    )
+    assert found.before.total > 0
 
 
 def test_no_speed_is_blamed_where_nothing_moves(robot) -> None:

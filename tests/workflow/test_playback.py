@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +112,47 @@ def test_a_robot_without_values_has_none_before() -> None:
     assert use.ok
     assert use.before == ()
     assert use.horizons[-1].position_error < 1e-3
+
+
+def test_what_was_not_simulated_is_not_good_for_simulation() -> None:
+    effect = '[[effect]]\nname = "temperature_friction"\njoints = [2]\n'
+    effect += "values = { FST = -0.012, FVT = -0.008, T0 = 31.5 }\n"
+    t, q, qd, tau = motion(3)
+    warm = symgen.make_log("log", t, q, tau, qd, temp=np.full_like(q, 31.5))
+    use = symgen.identify(symgen.parse_robot(ROBOT + effect, "robot"), warm).uses[2]
+    assert use.horizons == ()
+    assert not use.ok
+
+
+def test_torques_above_the_limits_of_the_file_are_said(tmp_path) -> None:
+    robot = symgen.parse_robot(ROBOT + "[limits]\ntorque = [1000.0, 0.5]\n", "robot")
+    t, q, qd, tau = motion(3)
+    factor = f"{np.abs(tau[:, 1]).max() / 0.5:.3g} times"
+    found = symgen.identify(robot, symgen.make_log("log", t, q, tau, qd))
+    (tmp_path / "estimate.json").write_text(json.dumps(found.to_json()))
+    again = symgen.predict(robot, symgen.make_log("other", t, q, tau, qd), tmp_path)
+    for notes in (found.notes, again.notes):
+        (said,) = (note for note in notes if factor in note)
+        assert "tau2" in said
+        assert "--unit" in said
+        assert "tau1" not in said
+
+
+URDF = """<robot name="two"><link name="base"/>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+<axis xyz="0 1 0"/></joint><link name="upper"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+<origin xyz="0 0 -1"/><axis xyz="0 1 0"/></joint>
+<link name="lower"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link></robot>"""
+
+
+def test_a_simulation_ends_far_from_the_motion(tmp_path) -> None:
+    """Torques in another unit, 500 times too large, whirl the robot of the file around."""
+    (tmp_path / "two.urdf").write_text(URDF)
+    t, q, qd, tau = motion(3)
+    began = time.process_time()
+    found = symgen.identify(tmp_path / "two.urdf", symgen.make_log("log", t, q, 500 * tau, qd))
+    assert time.process_time() - began < 20
+    assert found.uses[2].before[0].position_error > 1

@@ -207,12 +207,13 @@ def errors_in_units(
     Args:
         joints: n movable joints.
         measured: torque, (N, n).
-        ratios: RMS error over RMS torque, (n,).
+        ratios: RMS error over RMS torque, (n,); over that of all joints where it is 0.
     """
     rms = np.sqrt(np.mean(measured**2, axis=0))
+    errors = ratios * np.where(rms > 0, rms, np.linalg.norm(rms))
     return [
-        (f"{number(size, 3)} {joint.unit}", f"{number(size * ratio, 3)} {joint.unit}")
-        for joint, size, ratio in zip(joints, rms, ratios, strict=False)
+        (f"{number(size, 3)} {joint.unit}", f"{number(error, 3)} {joint.unit}")
+        for joint, size, error in zip(joints, rms, errors, strict=False)
     ]
 
 

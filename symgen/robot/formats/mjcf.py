@@ -46,10 +46,11 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import Coupling
+from symgen.robot.types import WITHOUT_MOTOR, Coupling, Robot
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
+_ON_JOINTS = 1  # largest number of a transmission of MuJoCo that acts on a joint itself
 SPRING = "gravity_spring"
 #: Name of the body that is the robot's payload.
 PAYLOAD = "payload"
@@ -106,7 +107,24 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         robot = replace(robot, payload=chain.number[carrier])
         standard = chain.standard(load, carried, carrier)
         values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
-    return replace(found, robot=robot, parameters=tuple(values), notes=(*found.notes, *tree.notes))
+    notes, assumed = (
+        (*found.notes, *tree.notes),
+        (*found.assumed, *_without_motor(robot, tree.model)),
+    )
+    return replace(found, robot=robot, parameters=tuple(values), notes=notes, assumed=assumed)
+
+
+def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
+    """Yield which joints no actuator moves, where every actuator moves a joint."""
+    if (model.actuator_trntype > _ON_JOINTS).any():
+        return
+    moved = {model.joint(int(j)).name for j in model.actuator_trnid[:, 0]}
+    still = [k for k, joint in enumerate(robot.movable) if joint.name not in moved]
+    if moved and still:
+        yield (
+            f"no actuator moves {robot.listed(still)}; a motor is assumed: if there is none, "
+            f"{WITHOUT_MOTOR}"
+        )
 
 
 class Updated(NamedTuple):
