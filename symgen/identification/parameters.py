@@ -261,9 +261,11 @@ def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
         if any(abs(float(getattr(a, key) - getattr(b, key))) > _SAME for key in keys):
             behind.append(b)
     if behind or len(ours) < count:
-        what = "its joints" if not behind else f"the frame of {robot.label(behind[0].number)}"
+        what = "its joints are not those"
+        if behind:
+            what = f"the frame of {robot.label(behind[0].number)} is not that"
         raise ParameterError(
-            f"{where}: {what} is not that of {robot.name}; accepted: the file that the robot was "
+            f"{where}: {what} of {robot.name}; accepted: the file that the robot was "
             "imported from, or one in which the same joints move in the same frames"
         )
     return replace(robot, joints=(*robot.joints[:count], *imported.joints[count:]))

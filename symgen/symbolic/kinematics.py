@@ -139,6 +139,11 @@ def path(robot: Robot, number: int) -> list[int]:
     return out
 
 
+def carriers(robot: Robot) -> set[int]:
+    """Return the numbers of the joints that move, and of the fixed ones that carry them."""
+    return {number for joint in robot.moving for number in path(robot, joint.number)}
+
+
 def steps(robot: Robot, tape: TapeBuilder) -> Way:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
     variable = variables(robot)

@@ -18,6 +18,7 @@ from symgen.robot import exact_numbers
 from symgen.robot.expressions import text
 from symgen.robot.types import ANGLES, Joint, Robot
 from symgen.symbolic.base_parameters import count_base
+from symgen.symbolic.kinematics import carriers
 
 _NEAR = 0.01  # rad: what is farther off is meant so
 
@@ -29,11 +30,12 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
     as the file has it.
     """
     plain = robot.with_values()
+    moving = carriers(plain)
     near = [
         (joint.number, key, fraction)
         for joint in plain.joints
         for key in ANGLES
-        if (fraction := _fraction(joint, key)) is not None
+        if joint.number in moving and (fraction := _fraction(joint, key)) is not None
     ]
     least = count_base(_with(plain, near)) if near else 0
     lines = []

@@ -19,7 +19,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
 from symgen.symbolic.independence import FUNCTIONS
-from symgen.symbolic.kinematics import path
+from symgen.symbolic.kinematics import carriers
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
@@ -43,7 +43,7 @@ class Variation:
 
         The lengths of fixed joints that carry none that moves are left out.
         """
-        carrying = {k for joint in self.robot.moving for k in path(self.robot, joint.number)}
+        carrying = carriers(self.robot)
         return tuple(
             (joint.number, key)
             for joint in self._plain.joints

@@ -146,3 +146,32 @@ def test_zeros_of_rotors_that_a_robot_has_not_are_no_fault(tmp_path) -> None:
     values.write_text(values.read_text().replace("IA1 = 0.0", "IA1 = 0.2"))
     with pytest.raises(ParameterError, match="IA1 is no parameter"):
         read_parameters(values, model)
+
+
+def test_links_on_fixed_joints_have_no_columns_of_their_own() -> None:
+    """The search for wrong lengths and other gravity sees two links, with the true torques."""
+    import symgen
+    from symgen.identification.parameters import base_values
+    from symgen.symbolic.variation import link_values, variation
+
+    nails = "".join(
+        f'<link name="n{k}"><inertial><origin xyz="0.01 0 0"/><mass value="0.1"/>'
+        '<inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>'
+        f'<joint name="f{k}" type="fixed"><parent link="left"/><child link="n{k}"/>'
+        f'<origin xyz="0 0.0{k} 0.05"/></joint>'
+        for k in range(10, 30)
+    )
+    text = ARM.replace("</robot>", f"{nails}</robot>")
+    held = with_fixed(import_urdf(text), ["finger=0.02"])
+    model = symgen.derive(held.robot, ())
+    links = link_values(model.robot, model.base, base_values(dict(held.parameters), model, "arm"))
+    assert links.shape == (2, 10)
+    v = variation(model.robot)
+    assert {joint for joint, _ in v.lengths} <= {1, 2}
+    q, qd, qdd = np.random.default_rng(3).uniform(-1, 1, (3, 5, 2))
+    tau, pinocchio = v.torque((q, qd, qdd), links), PinocchioUrdf(text)
+    for i in range(5):
+        state = [dict(zip(("shoulder", "elbow"), x[i], strict=True)) for x in (q, qd, qdd)]
+        at = [{"finger": 0.02, "other_finger": 0.025}, *2 * [{"finger": 0.0, "other_finger": 0.0}]]
+        want = pinocchio.torques(*(x | fixed for x, fixed in zip(state, at, strict=True)))
+        np.testing.assert_allclose(tau[i], [want["shoulder"], want["elbow"]], rtol=1e-9, atol=1e-9)

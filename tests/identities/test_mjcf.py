@@ -6,9 +6,11 @@ import json
 import math
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from oracles.urdf_arm import PinocchioUrdf
 from support import sampled
 from support_urdf import Ours
 
@@ -89,8 +91,27 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
     )
 
 
-def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:
+def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray) -> None:
+    """Write the result of an identification that found X."""
     from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
+
+    parameters = tuple(
+        ParameterEstimate(p.name, p.expression, float(x), 0.01, p.unit)
+        for p, x in zip(model.base.parameters, X, strict=True)
+    )
+    fit = Residual(0.02)
+    estimate = Estimate(
+        robot=model.robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque",
+        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
+        cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
+        correlation=np.eye(len(X)),
+    )  # fmt: skip
+    folder.mkdir()
+    (folder / "robot.toml").write_text(symgen.robot_toml(model.robot))
+    (folder / "estimate.json").write_text(json.dumps(estimate.to_json()))
+
+
+def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_path, command) -> None:
     from symgen.identification.parameters import read_parameters
 
     source = re.sub('<joint name="slide".*?/>', "", MJCF)
@@ -101,21 +122,7 @@ def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_pat
     robot = replace(robot, joints=joints)  # what is identified is in the links alone
     model = symgen.derive(robot)
     result = tmp_path / "result"
-    result.mkdir()
-    (result / "robot.toml").write_text(symgen.robot_toml(robot))
-    X = 1.3 * read_parameters(arm, model)
-    parameters = tuple(
-        ParameterEstimate(p.name, p.expression, float(x), 0.01, p.unit)
-        for p, x in zip(model.base.parameters, X, strict=True)
-    )
-    fit = Residual(0.02)
-    estimate = Estimate(
-        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque",
-        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
-        cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
-        correlation=np.eye(len(X)),
-    )  # fmt: skip
-    (result / "estimate.json").write_text(json.dumps(estimate.to_json()))
+    write_estimate(result, model, 1.3 * read_parameters(arm, model))
     to = tmp_path / "out.xml"
     code, out, err = command("export", result, "--from", arm, "--to", to)
     assert code == 0, err
@@ -130,6 +137,65 @@ def test_identified_parameters_go_into_the_mjcf_and_nothing_else_changes(tmp_pat
     np.testing.assert_allclose(torques(new, q, qd, qdd)[:, :2], want[:, :2], rtol=1e-5, atol=1e-5)
 
 
+# The same two joints in another file, whose links and fixed links are others.
+URDF = """<robot name="two">
+ <link name="world"/><link name="upper"><inertial><origin xyz="0.1 0.02 0.2"/><mass value="2"/>
+  <inertia ixx="0.05" ixy="0.001" ixz="0" iyy="0.06" iyz="0" izz="0.02"/></inertial></link>
+ <link name="lower"><inertial><origin xyz="0 0.01 0.15" rpy="0.1 0 0"/><mass value="1.2"/>
+  <inertia ixx="0.02" ixy="0" ixz="0.001" iyy="0.02" iyz="0" izz="0.005"/></inertial></link>
+ <link name="flange"/><link name="tool"><inertial><origin xyz="0 0 0.1"/><mass value="0.7"/>
+  <inertia ixx="0.002" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.002"/></inertial></link>
+ <joint name="shoulder" type="continuous"><parent link="world"/><child link="upper"/>
+  <origin xyz="0 0 0.3" rpy="0 0.4 0"/><axis xyz="0 1 0"/></joint>
+ <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+  <origin xyz="0 0.05 0.4"/><axis xyz="1 0 0"/></joint>
+ <joint name="end" type="fixed"><parent link="lower"/><child link="flange"/>
+  <origin xyz="0 0 0.3" rpy="0.3 0 0.5"/></joint>
+ <joint name="grip" type="fixed"><parent link="flange"/><child link="tool"/></joint>
+</robot>
+"""
+TWO = """<mujoco model="two"><compiler angle="radian"/><worldbody>
+ <body name="upper" pos="0 0 0.3" euler="0 0.4 0"><joint name="shoulder" axis="0 1 0"/>
+  <inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/>
+  <body name="lower" pos="0 0.05 {height}"><joint name="elbow" axis="1 0 0"/>
+   <inertial pos="0 0 0.1" mass="1" diaginertia="0.1 0.1 0.1"/></body></body>
+</worldbody></mujoco>
+"""
+
+
+def test_an_estimate_of_a_urdf_goes_into_an_mjcf_with_the_same_moving_frames(
+    tmp_path, command
+) -> None:
+    from symgen.identification.parameters import read_parameters
+
+    urdf, mjcf, to = (tmp_path / name for name in ("two.urdf", "two.xml", "out.xml"))
+    urdf.write_text(URDF)
+    robot = read_imported(urdf).robot
+    joints = tuple(replace(j, rotor_inertia=False, friction=()) for j in robot.joints)
+    model = symgen.derive(replace(robot, joints=joints))
+    write_estimate(tmp_path / "result", model, 1.2 * read_parameters(urdf, model))
+    mjcf.write_text(TWO.format(height=0.4))
+    code, _, err = command("export", tmp_path / "result", "--from", mjcf, "--to", to)
+    assert code == 0, err
+    arm = PinocchioUrdf(URDF)
+    q, qd, qdd = np.random.default_rng(4).uniform(-1, 1, (3, 6, 2))
+    tau = torques(to.read_text(), q, qd, qdd)
+    for i in range(6):
+        want = arm.torques(*(dict(zip(("shoulder", "elbow"), x[i], strict=True))
+                             for x in (q, qd, qdd)))  # fmt: skip
+        np.testing.assert_allclose(
+            tau[i], [1.2 * want["shoulder"], 1.2 * want["elbow"]], rtol=1e-5, atol=1e-5
+        )
+    assert np.allclose(read_parameters(to, model), 1.2 * read_parameters(urdf, model), atol=1e-6)
+    mjcf.write_text(TWO.format(height=0.5))
+    code, _, err = command(
+        "export", tmp_path / "result", "--from", mjcf, "--to", tmp_path / "x.xml"
+    )
+    assert code == 2
+    assert "shoulder (1)" in err or "elbow (2)" in err
+    assert not (tmp_path / "x.xml").exists()
+
+
 def _rest(text: str) -> list[str]:
     """Words of an MJCF without its inertias and joint dynamics, and what symgen says of them."""
     without = re.sub("<!-- written by symgen.*?-->", "", text, flags=re.DOTALL)
@@ -137,11 +203,16 @@ def _rest(text: str) -> list[str]:
     return re.sub(' (armature|damping|frictionloss|stiffness)=".*?"', "", without).split()
 
 
+MESH = '<asset><mesh name="m" file="nothere.stl"/></asset>'
+DRAWN = '<geom type="mesh" mesh="m"/>'
 REFUSED = {
     "a floating base": ('<joint name="shoulder" axis="0 1 0"', '<joint name="shoulder" type="ball"',
                         "it is ball"),
     "no MJCF": ("<worldbody>", "<worldbodies>", "MuJoCo refuses it"),
-    "another zero": ('axis="1 0 0" pos', 'axis="1 0 0" ref="10" pos', "its ref is"),
+    "a mesh that is not there and has mass": (
+        '<geom type="box" size="0.01 0.02 0.03" pos="0 0.02 0.03" mass="0.2"/>',
+        DRAWN, "nothere.stl",
+    ),
     "an axis without a direction": ('axis="1 0 0" pos', 'axis="1e300 0 0" pos', "no direction"),
     "no gravity": ('gravity="0 0.5 -9.7"', 'gravity="0 0 0"', "gravity is zero"),
 }  # fmt: skip
@@ -151,12 +222,50 @@ REFUSED = {
 def test_what_is_no_arm_is_refused_in_one_line(arm, case) -> None:
     old, new, says = REFUSED[case]
     text = MJCF.replace(old, new)
+    if DRAWN in text:
+        text = text.replace("<worldbody>", f"{MESH}<worldbody>")
     if case == "a floating base":
         text = text.replace(' range="-110 110" frictionloss', " frictionloss")
     arm.write_text(text)
     with pytest.raises(RobotError, match=says) as caught:
         read_imported(arm)
     assert "\n" not in str(caught.value)
+
+
+def test_joints_whose_ref_is_not_zero_have_the_torques_of_mujoco(arm) -> None:
+    text = MJCF.replace('axis="1 0 0" pos', 'axis="1 0 0" ref="10" pos')
+    arm.write_text(text.replace('axis="0 0.6 0.8"', 'axis="0 0.6 0.8" ref="0.05"'))
+    ours = Ours(read_imported(arm))
+    states = ours.states(8)
+    want = torques(arm.read_text(), **states)
+    np.testing.assert_allclose(ours.torques(**states), want, rtol=1e-9, atol=1e-9)
+
+
+def test_a_joint_that_an_equality_binds_follows_as_in_mujoco(arm) -> None:
+    """tau of the leader is that of both joints, by the factor."""
+    text = MJCF.replace('axis="0 0.6 0.8"', 'axis="0 0.6 0.8" ref="0.05"')
+    bound = '<joint joint1="finger" joint2="slide" polycoef="0.01 -0.5 0 0 0"/>'
+    bent = '<joint joint1="shoulder" joint2="elbow" polycoef="0 1 2 0 0"/>'
+    arm.write_text(text.replace("</mujoco>", f"<equality>{bound}{bent}</equality></mujoco>"))
+    found = read_imported(arm)
+    ours = Ours(found, free=False)
+    assert ours.names == ["shoulder", "elbow", "slide"]
+    assert any("1 equality" in note for note in found.notes)
+    states = ours.states(8)
+    q, qd, qdd = states.values()
+    follower = [0.01 - 0.5 * (q[:, 2:] - 0.05), -0.5 * qd[:, 2:], -0.5 * qdd[:, 2:]]
+    tau = torques(text, *map(np.hstack, zip(states.values(), follower, strict=True)))
+    want = tau[:, :3] + tau[:, 3:] * [0, 0, -0.5]
+    np.testing.assert_allclose(ours.torques(**states), want, rtol=1e-9, atol=1e-9)
+
+
+def test_a_mesh_for_display_need_not_be_there(arm) -> None:
+    whole = read_imported(arm)
+    text = MJCF.replace("<worldbody>", f"{MESH}<worldbody>")
+    arm.write_text(text.replace('<body name="flange"', f'{DRAWN}<body name="flange"'))
+    found = read_imported(arm)
+    assert (found.robot, found.parameters) == (whole.robot, whole.parameters)
+    assert any("nothere.stl" in note for note in found.notes)
 
 
 def test_what_mujoco_warns_of_is_written_nowhere(arm, tmp_path, monkeypatch, capfd) -> None:
@@ -341,7 +450,7 @@ def test_an_angle_that_costs_base_parameters_is_said_at_import(tmp_path, command
     code, out, err = command("import", path)
     assert code == 0, err
     (line,) = [line for line in out.splitlines() if "base parameter" in line]
-    for words in ("joint j2: alpha is", *BEYOND[off]):
+    for words in ("j2 (2): alpha is", *BEYOND[off]):
         assert words in line
     cost = len(symgen.derive(read_imported(path).robot, ()).base.parameters)
     path.write_text(ARM.format(turn=f'euler="{RIGHT!r} 0 0"', axis="0 0 1", back=""))

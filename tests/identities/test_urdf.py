@@ -298,5 +298,5 @@ def test_cad_inertias_are_parameters_of_the_robot_that_they_belong_to(tmp_path):
     states = rigid_body.states(3)
     inverse = symgen.load(model)["inverse_dynamics"](*states.values(), X)
     assert np.allclose(inverse, rigid_body.torques(**states), rtol=1e-9, atol=1e-10)
-    with pytest.raises(symgen.ParameterError, match="its frames are not those of"):
+    with pytest.raises(symgen.ParameterError, match="the frame of joint 1 is not that of"):
         read_parameters(path, symgen.derive(symgen.read_robot("planar2r")))

@@ -404,3 +404,20 @@ def test_a_range_over_50_rad_is_taken_for_degrees():
     with pytest.raises(LogError, match=r"column q2 spans 50\.2, over 50 rad.*degrees.*accepted"):
         make_log("wide", T, q, Q)
     make_log("narrow", T, q * 0.99, Q)
+
+
+def test_limits_that_the_motion_leaves_are_named_and_not_the_unit_alone(tmp_path, command):
+    """A joint that turns six times, in rad, with limits of one turn in its file."""
+    robot, log = tmp_path / "robot.toml", tmp_path / "log.csv"
+    limits = "[limits]\nposition = [[-6, 6]]\n"
+    robot.write_text(f'[robot]\nname = "spins"\n[[joint]]\nname = "shoulder"\n{limits}')
+    t = np.arange(200) * 0.01
+    q, qd = 40 * np.sin(t) ** 2, 40 * np.sin(2 * t)
+    np.savetxt(log, np.column_stack([t, q, qd, qd]), delimiter=",", header="t,q1,qd1,tau1",
+               comments="")  # fmt: skip
+    for more in ([], ["--unit", "q=rad,qd=rad/s"]):
+        code, _, err = command("identify", robot, log, *more, "--into", tmp_path / "out")
+        assert code == 2
+        assert "wider limits" in err or "wider ones" in err
+        assert "robot file" in err
+    assert "shoulder (1)" in err

@@ -68,6 +68,19 @@ FILES = {
     "unknown table": (TWO + "[foo]\n", ["foo", "unknown key", "coupling"]),
     "unknown robot key": (ROBOT + "foo = 1\n" + JOINT, ["robot", "'foo'", "gravity"]),
     "unknown joint key": (one("alfa", 1), ["joint 2", "'alfa'", "unknown key", "alpha"]),
+    "Craig's length": (
+        one("a", 0.4),
+        ["joint 2", "'a'", "d is the length along x", "r the length"],
+    ),
+    "standard table": (
+        ROBOT + 'convention = "standard"\n' + JOINT,
+        ["'convention'", "d is the length along x"],
+    ),
+    "a length without value": (
+        TWO + 'd = "a2"\n',
+        ["joint 2", "'d'", "'a2'", "[geometry]"],
+    ),
+    "friction in a word": (one("friction", '"none"'), ["joint 2", "'friction'", "[]"]),
     "unknown coupling key": (
         TWO + COUPLING.format(1, 2, 1) + "foo = 1\n",
         ["coupling 1", "'foo'", "ratio"],
