@@ -17,7 +17,6 @@ from symgen.data.log import (
 from symgen.data.raw import Reading as Reading
 from symgen.data.signals import prepare as prepare
 from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
-from symgen.diagnosis.fleet import fleet as fleet
 from symgen.diagnosis.workflow import diagnose as diagnose
 from symgen.distributed import Workers as Workers
 from symgen.errors import (
@@ -58,10 +57,9 @@ from symgen.experiment.reference import (
 )
 from symgen.experiment.simulate import (
     simulate as simulate,
-    track as track,
 )
+from symgen.experiment.study import Study as Study
 from symgen.experiment.study import study as study
-from symgen.experiment.study_result import Study as Study
 from symgen.identification.comparison import compare as compare
 from symgen.identification.estimate import Estimate as Estimate
 from symgen.identification.export import values_header as values_header
@@ -86,10 +84,6 @@ from symgen.robot.types import (
     Frame as Frame,
     Limits as Limits,
     Robot as Robot,
-)
-from symgen.runtime.check import (
-    Checked as Checked,
-    check as check,
 )
 from symgen.runtime.evaluator import (
     Evaluator as Evaluator,

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from symgen.errors import SymgenError
-from symgen.places import sweep, written
+from symgen.files import replace_whole
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -48,7 +48,7 @@ def silent(_: object) -> None:
 
 @dataclass(frozen=True)
 class Workers:
-    """Who does the work of `identify`, `fleet` and `study`, and where it is kept.
+    """Who does the work of `identify` and `study`, and where it is kept.
 
     Attributes:
         processes: on this machine; None for this process, and as many threads as it has cores, at
@@ -266,7 +266,7 @@ def digest(*parts: str | bytes) -> str:
 
 def keep(path: Path, content: bytes) -> None:
     """Write a piece of work, with its SHA-256 behind it, whole or not at all."""
-    written(path, content + hashlib.sha256(content).digest())
+    replace_whole(path, content + hashlib.sha256(content).digest())
 
 
 def kept(path: Path) -> bytes | None:
@@ -286,7 +286,6 @@ class WorkFolder:
         """Make the folder, where it is absent, and remove what killed runs left unfinished."""
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        sweep(folder)
 
     def _file(self, key: str) -> Path:
         return self.folder / f"{key}.npz"
@@ -318,7 +317,6 @@ class WorkFolder:
 
     def remove(self) -> None:
         """Remove what runs kept here, and the folder where nothing else is in it."""
-        sweep(self.folder)
         with suppress(OSError):  # somebody put something into it
             for path in self.folder.iterdir():
                 if _PIECE.fullmatch(path.name):

@@ -1,41 +1,43 @@
-"""Folders written whole or not at all, and the place of the templates.
+"""Folders and files written whole or not at all, and the place of the templates.
 
-A folder is made beside its place, in a temporary folder (see `places`), and then exchanged with the
-one that is there in one step of the system. A kill leaves either the old folder or the new one in
-place, whole; the other is in the temporary folder, which the next run removes.
+A folder is written in a temporary folder beside its place, and then exchanged with the one that is
+there in one step of the system. A kill leaves either the old folder or the new one in place, whole.
+A system that cannot exchange folders takes two steps; a kill between the two leaves the old folder
+beside its place, as `.NAME-old`, where no run removes it.
 
-What symgen wrote into a folder stands in a record there (see `record`); a folder without one is
-refused. All else goes over into the new folder.
-
-A system that cannot exchange folders takes two steps: the old one is moved aside, then the new one
-is moved in. A kill between the two leaves the old folder aside, as `.NAME-old-*`. It may be the
-only copy: no run puts it back, replaces it or removes it. Every later run says where it is.
+The record of a folder, `.symgen.sha256`, has the names and the SHA-256 of its files. A folder that
+holds anything else, or a file that somebody changed, is not replaced.
 """
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import json
 import math
 import os
 import re
-import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symgen.errors import PackageError, SymgenWarning, located, plain
-from symgen.places import alone, exchanged, place, sweep, written
-from symgen.record import RECORD, Carried, read_record, with_record
+from symgen.errors import PackageError, located, plain
 
 if TYPE_CHECKING:
     import jinja2
 
-_ASIDE = "-old-"
-
+RECORD = ".symgen.sha256"
+_PART = ".symgen-part-"
+#: Age from which a temporary folder belongs to no running process, s.
+_STALE = 86_400.0
+#: Foreign files that a message names.
+_NAMED = 5
+_HERE, _EXCHANGE, _SWAP = -100, 2, 2  # AT_FDCWD, RENAME_EXCHANGE (Linux), RENAME_SWAP (macOS)
 #: 200 parts of a key of TOML with dots behind them; a part is bare or in quotes, and short, so that
 #: the search takes a time in proportion to the text.
 _LONG_KEY = re.compile(
@@ -56,83 +58,71 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
     Raises:
         PackageError: the folder holds something else, or cannot be written.
     """
-    _check_kind(folder, marker)
+    check_replaceable(folder, marker)
     folder = folder.absolute()
+    digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    record = "".join(f"{digest}  {name}\n" for name, digest in sorted(digests.items()))
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        sweep(folder.parent)
-        with place(folder.parent) as own:
-            fresh, carried = own / "new", Carried(marker)
-            for name, content in with_record(files, marker).items():
+        with _temporary_folder(folder.parent) as part:
+            fresh = part / "new"
+            for name, content in {**files, RECORD: record.encode()}.items():
                 path = fresh / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_bytes(content)
-            with alone(folder.parent):
-                if folder.exists():
-                    carried.over(folder, fresh)
-                old = _moved_in(fresh, folder)
-                if old is not None:  # what came in the meantime
-                    try:
-                        carried.over(old, folder)
-                    except OSError:
-                        old.rename(_aside(folder, own.name[-8:]))
-                        raise
+            _move_in(fresh, folder)
     except OSError as error:
         raise PackageError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    for name, kept in carried.renamed.items():
-        what = "changed since symgen wrote it, or not written by symgen"
-        warnings.warn(SymgenWarning(f"{folder / name}: {what}; it is now {kept}"), stacklevel=2)
 
 
-def _moved_in(fresh: Path, folder: Path) -> Path | None:
-    """Move a new folder to its place; return where the old one is, None where there was none."""
-    try:
+def _move_in(fresh: Path, folder: Path) -> None:
+    """Move a new folder to its place; the old one goes to where the new one was."""
+    if not folder.exists() or not any(folder.iterdir()):
         fresh.rename(folder)
-        return None
-    except OSError:  # there is one, and it is not empty
-        if not os.path.lexists(folder):
-            raise
-    if exchanged(fresh, folder):
-        return fresh
-    own = fresh.parent
-    aside = _aside(folder, own.name[-8:])
-    folder.rename(aside)
-    try:
+    elif not _exchanged(fresh, folder):
+        aside = folder.with_name(f".{folder.name}-old")
+        folder.rename(aside)
         fresh.rename(folder)
-    except BaseException:
-        if not os.path.lexists(folder):
-            aside.rename(folder)
-        raise
-    return aside.rename(own / "old")
+        shutil.rmtree(aside, ignore_errors=True)
 
 
-def _aside(folder: Path, number: str) -> Path:
-    return folder.absolute().with_name(f".{folder.absolute().name}{_ASIDE}{number}")
+def _exchanged(one: Path, other: Path) -> bool:
+    """Exchange two folders in one step; return whether that was possible.
+
+    Linux and macOS can, on most disks.
+    """
+    import ctypes
+
+    a, b = os.fsencode(one), os.fsencode(other)
+    with suppress(AttributeError, OSError, TypeError):  # no such call in this system's library
+        library = ctypes.CDLL(None)
+        if sys.platform == "darwin":
+            return bool(library.renamex_np(a, b, _SWAP) == 0)
+        return bool(library.renameat2(_HERE, a, _HERE, b, _EXCHANGE) == 0)
+    return False
+
+
+@contextmanager
+def _temporary_folder(parent: Path) -> Iterator[Path]:
+    """Yield a temporary folder in `parent`, and remove it and those that killed runs left."""
+    for leftover in parent.glob(f"{_PART}*"):
+        with suppress(OSError):
+            if time.time() - leftover.lstat().st_mtime > _STALE:
+                shutil.rmtree(leftover, ignore_errors=True)
+    part = Path(tempfile.mkdtemp(prefix=_PART, dir=parent))
+    try:
+        yield part
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
 def check_replaceable(folder: Path, marker: str) -> None:
-    """Check that a folder is absent, empty or one that symgen wrote, before its content is made.
-
-    What killed runs left beside it is removed; an old result that one had moved aside is named.
+    """Check that a folder is absent, empty or as symgen wrote it, before its content is made.
 
     Raises:
-        PackageError: it is not a folder, holds something that symgen did not write, or is the
-            current folder.
+        PackageError: it is no folder, holds another kind of result, files that are not in its
+            record or files that were changed, or is the current folder.
     """
-    _check_kind(folder, marker)
-    whole = folder.absolute()
-    sweep(whole.parent)
-    for aside in sorted(whole.parent.glob(f".{glob.escape(whole.name)}{_ASIDE}*")):
-        warnings.warn(
-            SymgenWarning(
-                f"{aside}: the result of an earlier run, which a killed run had moved aside; "
-                "move it back, or remove it"
-            ),
-            stacklevel=2,
-        )
-
-
-def _check_kind(folder: Path, marker: str) -> None:
     accepted = "accepted: a new or empty folder, or one that symgen wrote"
     with located(str(folder) if len(str(folder)) < 200 else f"{str(folder)[:200]}..."):
         try:
@@ -141,16 +131,52 @@ def _check_kind(folder: Path, marker: str) -> None:
             if folder.exists() and Path.cwd().is_relative_to(folder.resolve()):
                 raise PackageError(f"the current folder cannot be replaced; {accepted}")
             with suppress(FileNotFoundError):
-                _aside(folder, "12345678").lstat()  # the name fits into the file system
+                folder.absolute().with_name(f".{folder.absolute().name}-old").lstat()
             if not folder.is_dir() or not any(folder.iterdir()):
                 return
-            record = read_record(folder, marker)
+            record = _read_record(folder)
+            foreign = _foreign_files(folder, record)
         except OSError as error:
-            raise PackageError(f"not ours ({error.strerror}); {accepted}") from error
-        if record is None or marker not in record:
-            missing = marker if not (folder / marker).is_file() else RECORD
-            reason = f"no {missing} in it" if record is None else f"no {marker} in its {RECORD}"
-            raise PackageError(f"not ours ({reason}); {accepted}")
+            raise PackageError(f"cannot be read ({error.strerror}); {accepted}") from error
+        if foreign:
+            named = ", ".join(foreign[:_NAMED])
+            more = f" and {len(foreign) - _NAMED} more" if len(foreign) > _NAMED else ""
+            raise PackageError(
+                f"holds files that symgen did not write, or that changed since: {named}{more}; "
+                "accepted: another folder, or remove these files first"
+            )
+        if marker not in record:
+            raise PackageError(f"holds another kind of result (no {marker}); {accepted}")
+
+
+def _read_record(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of the files that symgen wrote into a folder; empty without a record."""
+    record: dict[str, str] = {}
+    path = folder / RECORD
+    if path.is_file() and not path.is_symlink():
+        for line in path.read_text("utf-8", errors="replace").split("\n"):
+            digest, _, name = line.partition("  ")
+            record[name] = digest
+    return record
+
+
+def _foreign_files(folder: Path, record: Mapping[str, str]) -> list[str]:
+    """Return the paths in a folder that are not in its record, or were changed."""
+    foreign = []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.is_dir() and not path.is_symlink():
+            continue
+        if name == RECORD and record:
+            continue
+        if path.is_symlink() or name not in record or record[name] != _sha256(path):
+            foreign.append(name)
+    return foreign
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def load_json(text: str) -> Any:
@@ -218,10 +244,27 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        sweep(path.parent)
-        written(path, content)
+        replace_whole(path, content)
     except OSError as error:
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def replace_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
+    """Write a file under another name beside its place, and rename it.
+
+    Args:
+        path: of the file.
+        content: of it.
+        mode: its permissions, less those that the user's umask takes away.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with _temporary_folder(path.parent) as part:
+        fresh = part / path.name
+        fresh.touch(mode)
+        fresh.write_bytes(content)
+        os.replace(fresh, path)
 
 
 def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
@@ -233,25 +276,21 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
     Raises:
         PackageError: a path is taken, or cannot be written.
     """
-    made: list[tuple[Path, Path]] = []
     done: list[Path] = []
     path = Path()
-    with ExitStack() as places:
-        try:
-            for path, content in files:
-                check_new(path)
-                path.parent.mkdir(parents=True, exist_ok=True)
-                sweep(path.parent)
-                fresh = places.enter_context(place(path.parent)) / path.name
-                fresh.write_bytes(content)
-                made.append((fresh, path))
-            for fresh, path in made:
-                os.replace(fresh, path)
-                done.append(path)
-        except OSError as error:
-            for finished in done:
-                finished.unlink(missing_ok=True)
-            raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
+    try:
+        for path, content in files:
+            check_new(path)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            replace_whole(path, content)
+            done.append(path)
+    except BaseException as error:
+        for finished in done:
+            finished.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            reason = error.strerror or error
+            raise PackageError(f"{path}: cannot be written: {reason}") from error
+        raise
 
 
 def check_new(path: Path) -> None:

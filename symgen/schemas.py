@@ -17,6 +17,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import (
+    AliasChoices,
     AliasPath,
     BeforeValidator,
     Field,
@@ -69,7 +70,11 @@ def at(key: str) -> Any:
         key: "residual.train" is the key train of the object residual, which is null where all of
             its fields are None.
     """
-    return Field(validation_alias=AliasPath(*key.split(".")))
+    group, *inner = key.split(".")
+    choices = [AliasPath(group, *inner)]
+    if inner:
+        choices.append(AliasPath(group))  # null, where the object is
+    return Field(validation_alias=AliasChoices(*choices))
 
 
 @cache
@@ -78,7 +83,9 @@ def _keys(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
     out, hints = [], get_type_hints(kind, include_extras=True)
     for f in fields(kind):
         marks = getattr(hints[f.name], "__metadata__", ())
-        paths = (m.validation_alias.path for m in marks if hasattr(m, "validation_alias"))
+        paths = (
+            m.validation_alias.choices[0].path for m in marks if hasattr(m, "validation_alias")
+        )
         form = next((m for m in marks if isinstance(m, Form)), None)
         if BESIDE not in marks:
             out.append((f.name, next(paths, [f.name]), form, OPTIONAL in marks))

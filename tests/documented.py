@@ -24,7 +24,8 @@ _BLOCK = re.compile(
     re.M | re.S,
 )
 #: What is shown and not run: output, equations, drawings of the tree.
-SHOWN = {"text", "math"}
+SHOWN = {"output", "text", "math"}
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,31 @@ def blocks(page: Path) -> Iterator[Block]:
         told = tuple(w.strip() for w in (m["told"] or "").split(",") if w.strip())
         line = text.count("\n", 0, m.start("code"))
         yield Block(line, m["kind"], m["file"] or "", told, m["code"])
+
+
+def assert_same_output(got: str, want: str) -> None:
+    """Check that two texts have the same words, and numbers that are 2 % apart at most.
+
+    A number with a decimal point may also differ by one in its last digit.
+    """
+    assert _NUMBER.sub("#", got).split() == _NUMBER.sub("#", want).split(), got
+    for pair in zip(_NUMBER.findall(got), _NUMBER.findall(want), strict=True):
+        number, wanted = map(float, pair)
+        mantissa, _, exponent = pair[1].partition("e")
+        decimals = len(mantissa.partition(".")[2])
+        digit = 1.01 * 10.0 ** (int(exponent or 0) - decimals) if decimals else 0.0
+        assert abs(number - wanted) <= abs(wanted) / 50 + digit, pair
+
+
+def assert_quoted(quotation: str, printed: str) -> None:
+    """Check that the parts of a quotation were printed in their order; "..." is between them."""
+    begin = 0
+    for part in quotation.split("..."):
+        words = (_NUMBER.pattern.join(map(re.escape, _NUMBER.split(w))) for w in part.split())
+        found = re.compile(r"\s+".join(words)).search(printed, begin)
+        assert found, f"not printed: {part}\nprinted: {printed[begin:]}"
+        assert_same_output(found[0], part)
+        begin = found.end()
 
 
 def shell(code: str, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -226,8 +226,9 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
 
 def read_package(path: Path) -> None:
     """Look at a package as what replaces it does, and as what checks it does."""
-    from symgen.files import check_replaceable
     from symgen.runtime.check import read_options
+
+    from symgen.files import check_replaceable
 
     check_replaceable(path.parent, path.name)
     read_options(path.parent)

@@ -41,7 +41,6 @@ _LINKS = (
 )
 _RATE, _DURATION, _ENCODER, _TORQUE_NOISE = 250.0, 15.0, 2e-5, 0.3
 #: Of an integration step. The motion is then exact to 1 % of an encoder step.
-_TOLERANCE = _ENCODER / 2
 
 
 def true_parameters() -> dict[str, float]:
@@ -153,7 +152,6 @@ def demonstrate(told: Callable[[str], None]) -> Demonstration:
             duration=_DURATION,
             seed=seed,
             recording=symgen.Recording(seen, rate=_RATE),
-            tolerance=_TOLERANCE,
         )
         for seed in (1, 2)
     )

@@ -7,11 +7,10 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, LOGS, ROBOT, again, into, listed, reading_options
+from symgen.cli.options import CUTOFF, LOGS, PERCENT, ROBOT, again, into, listed, reading_options
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
-PERCENT = click.FloatRange(0, 100, min_open=True)
 #: First word of a progress message, and the share of the time that has passed by then.
 _DIAGNOSING = {"reading": 0.02, "deriving": 0.05, "checking": 0.12, "trying": 0.2,
                "looking": 0.6, "writing": 0.85}  # fmt: skip

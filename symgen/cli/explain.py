@@ -11,7 +11,7 @@ from symgen.report.terminal import say, table
 @click.command()
 @click.argument("effect", required=False, shell_complete=effect_names)
 def explain(effect: str | None) -> None:
-    """Explain EFFECT: its formula, its picture, and how to declare it. Without EFFECT, list all."""
+    """Explain EFFECT: its formula, and how to declare it. Without EFFECT, list all."""
     from symgen.report.explain import explained, listed
 
     if effect is None:

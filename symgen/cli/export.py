@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from symgen.cli.options import PATH, reading_options
+from symgen.cli.options import PATH, PERCENT, reading_options
 from symgen.cli.progress import say
 from symgen.errors import PackageError, SymgenError
 
@@ -26,6 +26,8 @@ _GEOMETRY = "geometry"
 @click.option("--robot", help="Robot that was identified; default robot.toml beside ESTIMATE.")
 @click.option("--log", "logs", type=PATH, multiple=True, help="Log on which the written file is "
               "compared with the estimate; repeatable.")  # fmt: skip
+@click.option("--least", type=PERCENT, default=0.8, help="By how much the torque error of the "
+              "written file on a --log may be above the estimate's, percent.")  # fmt: skip
 @click.option("--actuators", is_flag=True, help="MJCF: an actuator for each constant torque.")
 @click.option("--mass", "masses", multiple=True, metavar="LINK=KG", help="Known mass of a link of "
               "the file; repeatable.")  # fmt: skip
@@ -47,19 +49,21 @@ def export(
     source: Path | None,
     robot: str | None,
     logs: tuple[Path, ...],
+    least: float,
     masses: tuple[str, ...],
     boxes: tuple[str, ...],
     actuators: bool,
     samples: int | None,
     seed: int,
     reading: Reading,
-) -> None:
+) -> int:
     """Write the identified values of ESTIMATE into the URDF or MJCF of the robot.
 
     Links, friction, rotor inertia, springs and coupled drives are written, as far as the format
     can hold them. Many sets of link parameters fit an estimate: symgen takes the physically
     possible one that is nearest to the values in the file, and that has the masses and boxes of
-    --mass and --box.
+    --mass and --box. Exit code 1: the torque error of the written file on a --log is above that of
+    the estimate by more than --least.
     """
     from symgen.faults.logs import open_samples
     from symgen.files import json_text, replace_file, write_folder
@@ -127,6 +131,7 @@ def export(
     if first.left_out:
         listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
         click.echo(f"note: the format cannot hold {listed}")
+    code = 0
     for log in logs:
         say(f"comparing with {log}")
         errors = exports.file_errors(paths, log, found, known or copied, reading)
@@ -137,7 +142,12 @@ def export(
             spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
             told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
         click.echo(f"torque error on {log}: {told}; the estimate {100 * errors.estimate:.3g} %")
+        if not samples and errors.files[0] > errors.estimate + least / 100:
+            click.echo(f"this is more than --least {least:g} % above the estimate: symgen diagnose "
+                       "searches for what the model lacks")  # fmt: skip
+            code = 1
     click.echo(f"written: {to}")
+    return code
 
 
 def _of_links(option: str, given: tuple[str, ...], count: int) -> dict[str, list[float]]:
@@ -157,12 +167,13 @@ def _of_links(option: str, given: tuple[str, ...], count: int) -> dict[str, list
 
 def _same_robot(path: Path, source: Path) -> bool:
     """Whether a file that would be replaced is of the robot of another one."""
-    from symgen.identification.parameters import same_frames
+    from symgen.identification.parameters import with_fixed_links
     from symgen.robot.toml_io import read_imported
 
     if path == source:
         return True
     try:
-        return same_frames(read_imported(path).robot, read_imported(source).robot)
+        with_fixed_links(read_imported(path).robot, read_imported(source).robot, path)
     except SymgenError:
         return False
+    return True

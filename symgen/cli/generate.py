@@ -18,7 +18,7 @@ _DERIVING = 0.6
 @click.command()
 @ROBOT
 @click.option("--into", type=PATH, help="Folder of the package; default generated/NAME.")
-@click.option("--target", default="all", help="c, casadi, fmu, mex or all.")
+@click.option("--target", default="all", help="c, casadi, mex or all.")
 @click.option("--dtype", default="double", help="Precision of the C code: double or float.")
 @click.option("--kernels", help="Kernels to write, comma-separated; default all.")
 @click.option(
@@ -28,15 +28,10 @@ _DERIVING = 0.6
 @click.option(
     "--parameters",
     type=PATH,
-    help="Values for NAME_values.h, FMU and MEX: URDF, TOML or a result of identify.",
-)
-@click.option(
-    "--loops",
-    default="auto",
-    help="Loops over the joints in C and CasADi: auto (large robots), always or never.",
+    help="Values for NAME_values.h and MEX: URDF, TOML or a result of identify.",
 )
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
-@click.option("--tex", is_flag=True, help="Add the model as a LaTeX document.")
+@click.option("--tex", is_flag=True, help="Add base parameters and small regressors as LaTeX.")
 def generate(
     robot: str,
     into: Path | None,
@@ -47,7 +42,7 @@ def generate(
     standard: bool,
     **options: Any,
 ) -> None:
-    """Derive the model of ROBOT and write it as a package of C, CasADi, FMU and MEX.
+    """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
 
     ROBOT is a robot.toml, a URDF, MJCF or .par file, a generated package, or the name of a
     built-in robot.

@@ -15,7 +15,6 @@ from typing import Any
 
 import click
 
-from symgen.cli.check import check
 from symgen.cli.compare_sim import compare_sim
 from symgen.cli.demo import demo
 from symgen.cli.diagnose import diagnose
@@ -23,7 +22,6 @@ from symgen.cli.doctor import doctor
 from symgen.cli.excite import excite
 from symgen.cli.explain import explain
 from symgen.cli.export import export
-from symgen.cli.fleet import fleet
 from symgen.cli.generate import generate
 from symgen.cli.identify import identify
 from symgen.cli.payload import payload
@@ -50,7 +48,7 @@ def cli(debug: bool) -> None:
     """Derive dynamic models of robots, identify their parameters, and diagnose model errors."""
 
 
-for _command in (check, compare_sim, demo, diagnose, doctor, excite, explain, export, fleet,
+for _command in (compare_sim, demo, diagnose, doctor, excite, explain, export,
                  generate, identify, import_, payload, predict, report, robots, simulate,
                  study):  # fmt: skip
     cli.add_command(_command)

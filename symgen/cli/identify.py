@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 #: First word of a progress message, and the share of the time that has passed by then.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
-                "solving": 0.7, "refining": 0.72, "judging": 0.75, "writing": 0.85}  # fmt: skip
+                "solving": 0.7, "judging": 0.75, "writing": 0.85}  # fmt: skip
 
 
 @click.command()
@@ -68,15 +68,6 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     help="Commanded motion of a log, for method iv; once for each log.",
 )
 @click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
-@click.option(
-    "--refine",
-    help="simulation: refine the solution so that simulated positions fit the logs.",
-)
-@click.option(
-    "--controller",
-    type=PATH,
-    help="TOML with [controller] kp and kd: simulate held-out motion with this feedback too.",
-)
 @worker_options
 @click.option(
     "--work", type=PATH, help="Folder that keeps an unfinished run; default beside --into."
@@ -105,13 +96,13 @@ def identify(
     """
     import symgen
     from symgen.distributed import WorkFolder
-    from symgen.identification.export import identified_file
+    from symgen.identification.export import identified_file, require_precise
     from symgen.identification.out_of_core import is_long
     from symgen.identification.solving import FOLDED
 
     source = symgen.read_robot(robot)
     kept = None
-    inputs = prior or weights or commanded or options["refine"]
+    inputs = prior or weights or commanded
     plain = method in FOLDED and not (inputs or source.loaded)
     if workers or is_long([*logs, *validation], plain and model != "static"):
         workers = workers or symgen.Workers()
@@ -136,6 +127,8 @@ def identify(
         if robot.endswith(".urdf"):
             try:
                 file = identified_file(robot, estimate, folder=into)
+                if workers is None and model != "static":
+                    require_precise(file, source, validation or logs, estimate, options["reading"])
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:

@@ -74,6 +74,7 @@ def numbers(
 
 Command = Callable[..., Any]
 PATH = click.Path(path_type=Path)
+PERCENT = click.FloatRange(0, 100, min_open=True)
 
 
 def share(_context: Any, _option: Any, percent: float) -> float:

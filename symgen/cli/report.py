@@ -17,7 +17,7 @@ from symgen.report.terminal import print_result
 def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """Print the result in FOLDER again, or compare the estimates in FOLDER and OTHER.
 
-    FOLDER is a result of identify, diagnose, predict, payload, study or fleet. --into writes its
+    FOLDER is a result of identify, diagnose, predict, payload or study. --into writes its
     page again. The exit code is that of the command that wrote the result. For a comparison, it is
     0 if the two agree.
     """

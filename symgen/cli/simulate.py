@@ -13,7 +13,6 @@ from symgen.cli.options import (
     PATH,
     ROBOT,
     SEED,
-    numbers,
     recording_options,
 )
 from symgen.cli.progress import meter, say
@@ -31,15 +30,16 @@ from symgen.report.terminal import print_simulation
     "--hold", is_flag=True, help="Hold each torque of --torque until the next time stamp."
 )
 @click.option(
-    "--temperature",
-    help="START,END,SECONDS: joint temperature in deg C (columns temp1..), and its time constant.",
+    "--width",
+    default=1e-5,
+    help="Speed over which Coulomb friction changes its sign, rad/s or m/s.",
 )
 @recording_options
 @DURATION
 @click.option("--runs", default=1, help="Number of logs: LOG_1.csv and so on.")
 @SEED
 @click.option("--into", type=PATH, required=True, help="Log to write, .csv or .npz.")
-def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> None:
+def simulate(runs: int, into: Path, **options: Any) -> None:
     """Simulate ROBOT under a controller, and write the log that its instruments record."""
     import symgen
     from symgen.experiment.simulate import log_paths
@@ -48,12 +48,8 @@ def simulate(temperature: str | None, runs: int, into: Path, **options: Any) -> 
     paths = log_paths(into, runs)
     for path in paths:
         check_new(path)
-    accepted = "START,END in deg C and SECONDS, such as 25,45,60"
-    course = numbers("--temperature", temperature, accepted, (3,))
     with meter("simulating") as advance:
-        done = symgen.simulate(
-            temperature=course, runs=runs, progress=say, meter=advance, **options
-        )
+        done = symgen.simulate(runs=runs, progress=say, meter=advance, **options)
     write_files(done.files(into))
-    print_simulation(done)
+    print_simulation(done, symgen.read_robot(options["robot"]))
     click.echo(f"written: {', '.join(map(str, paths))}")

@@ -19,8 +19,6 @@ from symgen.cli.options import (
     into,
     one_of,
     recording_options,
-    share,
-    worker_options,
 )
 from symgen.cli.progress import meter, say
 
@@ -55,14 +53,10 @@ from symgen.cli.progress import meter, say
 )
 @DURATION
 @click.option("--runs", default=100, help="Number of simulated identifications.")
-@click.option(
-    "--target", default=2.0, callback=share, help="Relative standard deviation to reach, %."
-)
 @SEED
-@worker_options
 @into("study.json")
 def study(methods: tuple[str, ...], into: Path, **options: Any) -> int:
-    """Find out how well motions and sensors determine ROBOT, and how long you must record.
+    """Find out how well motions and sensors determine ROBOT.
 
     symgen simulates runs with --parameters and sensor noise, identifies them, and compares the
     estimates with the true parameters.

@@ -14,7 +14,6 @@ from itertools import groupby
 import sympy as sp
 
 from symgen.codegen.kernels import LINK, SCALARS, Kernel
-from symgen.codegen.schedule import scheduled
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Steps, Values
 
@@ -52,7 +51,7 @@ def _decimal(digits: str) -> str:
     return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
 
 
-def status(kernel: Kernel, dtype: str, prefix: str, *, many: bool = False) -> list[str]:
+def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
     """Return the statements that find and return the status of a kernel, from its array `guard`.
 
     Guards have the order of the elimination: after the first failure, nothing has a meaning.
@@ -62,7 +61,6 @@ def status(kernel: Kernel, dtype: str, prefix: str, *, many: bool = False) -> li
         kernel: with guards.
         dtype: double or float.
         prefix: prefix of the package's names.
-        many: whether outputs are so many that vectors compare all faster than one after the other.
     """
     zero = literal(sp.S.Zero, dtype)
     going = "&& (status == 0); ++i) {"
@@ -76,16 +74,6 @@ def status(kernel: Kernel, dtype: str, prefix: str, *, many: bool = False) -> li
         "}",
     ]
     finite = [(o.size, f"(({o.name}[i] - {o.name}[i]) == {zero})") for o in kernel.outputs]
-    if many:
-        lines.append("int odd = 0;")
-        for size, same in finite:
-            lines += [
-                f"for (size_t i = 0u; i < {size}u; ++i) {{",
-                f"    odd |= {same} ? 0 : 1;",
-                "}",
-            ]
-        lines += ["if ((odd != 0) && (status == 0)) {", f"    status = {prefix}_NOT_FINITE;", "}"]
-        return [*lines, "return status;"]
     for size, same in finite:
         lines += [
             f"for (size_t i = 0u; (i < {size}u) {going}",
@@ -155,7 +143,7 @@ class Printer:
         for symbol, expr in first:
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         lines += calls
-        for symbol, expr in scheduled(tuple(s for s in self.tape.steps if s[0] not in done)):
+        for symbol, expr in (s for s in self.tape.steps if s[0] not in done):
             lines += [self.step(symbol, expr), *stores.pop(symbol, [])]
         lines += self.verdict()
         needs_math = any(

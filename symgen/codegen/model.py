@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import sympy as sp
+
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernels import ENERGY, Kernel
 from symgen.codegen.recipes import ALL, RECIPES, Subject
@@ -39,9 +41,29 @@ class Model:
         return self.base._repr_html_()
 
     def _repr_latex_(self) -> str:
-        from symgen.codegen.tex import regroupings
+        from symgen.codegen.latex import regroupings
 
-        return regroupings(self.robot, self.base)
+        return regroupings(self.base)
+
+    def closed_form(self, kernel: str) -> tuple[sp.Expr, ...] | None:
+        """Return the output entries of a kernel as expressions; see `symgen.codegen.latex`.
+
+        Args:
+            kernel: the name of a derived kernel.
+
+        Returns:
+            The entries in row-major order; None if one of them has more than 200 operations.
+
+        Raises:
+            ParameterError: the model has no such kernel.
+        """
+        from symgen.codegen.latex import closed_form
+
+        found = self.kernel(kernel)
+        if found is None:
+            known = ", ".join(k.name for k in self.kernels)
+            raise ParameterError(f"kernel {kernel!r}; accepted: {known}")
+        return closed_form(found)
 
     @property
     def inertial(self) -> int:

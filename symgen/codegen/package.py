@@ -9,25 +9,20 @@ import hashlib
 import html
 import re
 import textwrap
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
-from importlib import resources
-from itertools import accumulate
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from symgen import names
 from symgen.codegen import example
-from symgen.codegen.backends import Backend, Package, cpp, fmu, mex
-from symgen.codegen.c_printer import DTYPES, CFunction, Printer, literal
+from symgen.codegen.backends import Backend, Package, mex
+from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
 from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
-from symgen.codegen.loops import CHOICES, MANY, MANY_OF, loop_data, program
+from symgen.codegen.latex import latex_document
 from symgen.codegen.model import Model, uncollected
 from symgen.codegen.panels import panel, panelled
-from symgen.codegen.parts import in_parts
 from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
@@ -42,10 +37,9 @@ from symgen.files import json_text, rendered, write_folder
 from symgen.robot.expressions import text
 from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Frame, Robot, joint_variable, require_gravity
+from symgen.robot.types import Frame, Robot, joint_variable
 from symgen.symbolic.base_parameters import bound
-from symgen.symbolic.rolled import Program
-from symgen.symbolic.tape import Operations, real_symbol
+from symgen.symbolic.tape import real_symbol
 
 SCHEMA = "symgen.manifest/1"
 #: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
@@ -53,15 +47,11 @@ _VERSION = "1.2.0"
 _LINE = 100  # line length of a header
 _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: The C runtime: least squares, and the online identifier.
-_RUNTIME = ("least_squares", "identifier", "identifier_project", "identifier_momentum")
+_RUNTIME = ("least_squares", "identifier", "identifier_momentum")
 #: Limits of [limits] that C has as constants.
 _LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
-#: Steps of the search for possible parameters.
-_STEPS = {"double": 40, "float": 25}
-#: Parameters that are above zero in every robot, beside those of links.
-_POSITIVE = ("IA", "FS", "FV", "IAM", "FSM", "FVM")
 #: Targets that build on the C sources.
-BACKENDS: dict[str, Backend] = {"fmu": fmu, "mex": mex}
+BACKENDS: dict[str, Backend] = {"mex": mex}
 TARGETS = ("c", "casadi", *BACKENDS, "all")
 
 _wrapped = partial(textwrap.wrap, break_long_words=False, break_on_hyphens=False)
@@ -94,39 +84,33 @@ def generate(
     tex: bool = False,
     prefix: str | None = None,
     values: Values | None = None,
-    loops: str = "auto",
 ) -> SourceTree:
-    """Generate a package of C, CasADi, FMU and MEX from a model.
+    """Generate a package of C, CasADi and MEX from a model.
 
     Args:
         model: from `derive`.
-        target: "c", "casadi", "fmu" or "mex" (with their C), or "all" that the kernels allow.
+        target: "c", "casadi", "mex" (with its C), or "all" that the kernels allow.
         dtype: "double" or "float", for the C sources.
         kernels: names of the kernels to write; all by default. The identifier in C comes with
             energy_regressor (and with friction_power if the robot has friction).
         tex: whether to add the model as a LaTeX document, with the formulas of the kernels.
         prefix: prefix of file and function names; by default the name of the robot. In float, it
             ends in f, so that one program can link both packages.
-        values: values of the parameters, for NAME_values.h and the start values of FMU and MEX.
-        loops: whether single calls in C, and functions in CasADi, are loops over the joints instead
-            of single statements: "auto" (large robots), "always" or "never". Only some kernels have
-            loops, and only robots without couplings, effects and joints that follow others.
+        values: values of the parameters, for NAME_values.h and the start values of MEX.
 
     Raises:
         PackageError: an option is unknown, or there is no kernel to write.
     """
     if dtype not in DTYPES:
         raise PackageError(f"dtype {dtype!r}; accepted: {', '.join(DTYPES)}")
-    if loops not in CHOICES:
-        raise PackageError(f"loops {loops!r}; accepted: {', '.join(CHOICES)}")
     chosen = _chosen(model, kernels)
-    added = _backends(target, chosen, model.robot)
+    added = _backends(target, chosen)
     name = default_prefix(model.robot.name, dtype) if prefix is None else prefix
     if not is_robot_name(name):
         raise PackageError(f"prefix {name!r}; accepted: a C identifier that hides no header of C")
     if values is not None:
         values.require(model.base)
-    writer = _Writer(model, target, dtype, chosen, tex, name, added, values, loops=loops)
+    writer = _Writer(model, target, dtype, chosen, tex, name, added, values)
     return writer.tree()
 
 
@@ -148,16 +132,13 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
     return chosen
 
 
-def _backends(target: str, kernels: Sequence[Kernel], robot: Robot) -> tuple[str, ...]:
+def _backends(target: str, kernels: Sequence[Kernel]) -> tuple[str, ...]:
     """Return the backends of a target; for "all", those whose kernels are written."""
     if target not in TARGETS:
         raise PackageError(f"target {target!r}; accepted: {', '.join(TARGETS)}")
     written = {k.name for k in kernels}
     if target == "all":
-        possible = [name for name in BACKENDS if name != "fmu" or not robot.gravity_input]
-        return tuple(name for name in possible if written >= BACKENDS[name].NEEDS)
-    if target == "fmu":
-        require_gravity(robot, "an FMU")
+        return tuple(name for name in BACKENDS if written >= BACKENDS[name].NEEDS)
     if target not in BACKENDS:
         return ()
     missing = sorted(BACKENDS[target].NEEDS - written)
@@ -171,13 +152,11 @@ def library(
 ) -> dict[str, bytes]:
     """Return the C sources and headers of a model in double, for an evaluator.
 
-    They are the functions of `generate` for target "c" and loops "never", without the other files.
+    They are the functions of `generate` for target "c", without the other files.
     Without panels, batches are loops of single calls, which compile faster.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    writer = _Writer(
-        model, "c", "double", chosen, False, model.robot.name, (), panels=panels, loops="never"
-    )
+    writer = _Writer(model, "c", "double", chosen, False, model.robot.name, (), panels=panels)
     return {path: content.encode() for path, content in writer.library().items()}
 
 
@@ -205,20 +184,13 @@ def robot_key(robot: Robot) -> str:
     return hashlib.sha256(robot_toml(robot).encode()).hexdigest()[:16]
 
 
-@cache
-def _worst_case() -> Any:
-    """Return instructions and bytes on a Cortex-M7 (tests/benchmarks/bench_instructions.py)."""
-    return tomllib.loads((resources.files("symgen.codegen") / "worst_case.toml").read_text("utf-8"))
-
-
-def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data: Any) -> str:
+def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str:
     """Return a file of the C runtime, with NAME in place of the prefix.
 
     Args:
         path: path in templates/c/runtime.
         gravity_input: whether its functions take g as the last input.
         dtype: double or float.
-        data: further values for the template.
     """
     declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
     names = ("bytes", "bits", "ps", "f", "sqrt")
@@ -226,7 +198,7 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double", **data
     kind = dict(zip(names, values, strict=True))
     return rendered(
         f"c/runtime/{path}",
-        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind, **data,
+        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind,
     )  # fmt: skip
 
 
@@ -241,24 +213,23 @@ class _Writer:
     backends: tuple[str, ...]
     values: Values | None = None
     panels: bool = True
-    loops: str = "auto"
 
     def tree(self) -> SourceTree:
         verified = verification(self.model, self.kernels)
-        files = {"robot.toml": robot_toml(self.model.robot).encode()}
+        robot = self.model.robot
+        files = {"robot.toml": robot_toml(robot).encode()}
         if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
-            source = casadi_source(self.name, self.model, self.kernels, self.loops)
+            source = casadi_source(self.name, self.model, self.kernels)
             files[f"{self.name}_casadi.py"] = source.encode()
             if self.controlled:
                 program = example.optimal_control(self.name, self.model)
                 files[f"example/{self.name}_optimal_control.py"] = program.encode()
         if self.tex:
-            from symgen.codegen.tex import tex_document
-
-            document = tex_document(self.model.robot, self.model.base, self.kernels)
-            files[f"{self.name}.tex"] = document.encode()
+            files[f"{self.name}.tex"] = latex_document(
+                robot, self.model.base, self.kernels
+            ).encode()
         files["README.md"] = self.readme().encode()
         digests = {
             path: hashlib.sha256(content).hexdigest() for path, content in sorted(files.items())
@@ -281,9 +252,9 @@ class _Writer:
             version=_VERSION,
             dtype=self.dtype,
             proof=base.proof,
-            examples=self.examples,
             backends=self.backends,
             percent=example.PERCENT,
+            example=self.example,
             **data,
         )
 
@@ -304,14 +275,15 @@ class _Writer:
         return _RUNTIME if complete("momentum_regressor", "friction_torque") else _RUNTIME[:-1]
 
     @property
-    def examples(self) -> tuple[str, ...]:
-        if self.target == "casadi":
-            return ()
-        return example.programs(self.model, self.kernels, identifier=bool(self.runtime))
+    def example(self) -> bool:
+        """Whether the controller's example is written: it calls the identifier."""
+        needed = self.target != "casadi" and bool(self.runtime)
+        return needed and example.called_by(example.CONTROLLER, self.kernels)
 
     @property
     def controlled(self) -> bool:
-        return example.controllable(self.model, self.kernels)
+        smooth = not self.model.robot.effects
+        return smooth and example.called_by(example.OPTIMAL_CONTROL, self.kernels)
 
     def library(self) -> dict[str, str]:
         """Return the sources and headers of the functions."""
@@ -333,8 +305,7 @@ class _Writer:
         )
         out = {f"{self.name}.h": header}
         for k in kernels:
-            template = "loops.c" if k["loops"] else "kernel.c"
-            out[f"{self.name}_{k['name']}.c"] = self.render(template, k=k)
+            out[f"{self.name}_{k['name']}.c"] = self.render("kernel.c", k=k)
         plain = [f"{stem}{suffix}" for stem in self.runtime for suffix in (".h", ".c")]
         if any(k["needs_sincos"] for k in kernels):
             plain.append(_SINCOS)
@@ -344,39 +315,9 @@ class _Writer:
             for k in on_panels:
                 out[f"{self.name}_{k['name']}_panels.c"] = self.render("panels.c", k=k)
         for path in plain:
-            data = self.standard() if "project" in path else {}
-            source = runtime_source(path, robot.gravity_input, self.dtype, **data)
+            source = runtime_source(path, robot.gravity_input, self.dtype)
             out[f"{self.name}_{path}"] = source.replace("NAME", self.name)
         return out
-
-    def standard(self) -> dict[str, Any]:
-        """Return what the search for possible parameters knows of the standard ones."""
-        base, numbers = self.model.base, self.model.robot.values()
-        place = {p.name: k for k, p in enumerate(base.standard)}
-        links = [k for k, p in enumerate(base.standard) if p.prefix == names.INERTIA[0]]
-        inside = {k + i for k in links for i in range(len(names.LINK))}
-        kinds = [
-            "IN_LINK" if k in inside else "POSITIVE" if p.prefix in _POSITIVE else "FREE"
-            for k, p in enumerate(base.standard)
-        ]
-        rows = [
-            [
-                (p.index, 1.0),
-                *((place[name], float(c.subs(numbers).evalf(30))) for c, name in p.terms),
-            ]
-            for p in base.parameters
-        ]
-        begin = list(accumulate(map(len, rows), initial=0))
-        return {
-            "order": _wrapped(", ".join(place), _LINE - 4),
-            "standard": len(place),
-            "steps": _STEPS[self.dtype],
-            "links": links,
-            "kinds": _wrapped(", ".join(kinds), _LINE - 6),
-            "begin": _wrapped(", ".join(map(str, begin)), _LINE - 6),
-            "places": _wrapped(", ".join(str(k) for row in rows for k, _ in row), _LINE - 6),
-            "factors": [repr(c) for row in rows for _, c in row],
-        }
 
     def c_files(self, verified: Mapping[str, Any]) -> dict[str, str]:
         out = self.library()
@@ -397,8 +338,7 @@ class _Writer:
                 digest=model_digest(robot_key(robot)),
                 standard=[p.name for p in base.standard],
             )
-        out[f"{self.name}.hpp"] = cpp.header(self.name, self.model, self.kernels)
-        headers = [p for p in out if p.endswith((".h", ".hpp")) and p not in private]
+        headers = [p for p in out if p.endswith(".h") and p not in private]
         out[f"{self.name}_check.c"] = self.render(
             "check.c",
             kernels=[
@@ -407,11 +347,10 @@ class _Writer:
             digits=DIGITS,
             tolerance=repr(TOLERANCE[self.dtype]),
         )
-        programs = [f"{program}.c" for program in self.examples]
-        for file in ["simulated.h", *programs] if programs else []:
-            out[f"example/{self.name}_{file}"] = self.render(
-                f"example/{file}", **example.facts(self.model, self.kernels, self.dtype)
-            )
+        if self.example:
+            facts = example.facts(self.model, self.dtype)
+            for file in ("simulated.h", "controller.c"):
+                out[f"example/{self.name}_{file}"] = self.render(f"example/{file}", **facts)
         out["CMakeLists.txt"] = self.render(
             "CMakeLists.txt", sources=sources, headers=" ".join(headers)
         )
@@ -441,13 +380,9 @@ class _Writer:
         """Return the data of a kernel for the templates."""
         robot, listed = self.model.robot, kernel.arguments
         macros = {real_symbol(g): f"{self.name}_geometry_{g}" for g, _ in robot.geometry}
-        rolled = self.programs.get(kernel.name)
-        function = CFunction((), False, self.dtype == "double")  # loops have a body of their own
-        if rolled is None:
-            function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
+        function = Printer(kernel, macros, robot.values(), self.dtype, self.name).function()
         on_panels = self.panels and panelled(kernel)
-        counts = vars(self.operations(kernel))
-        names = [a.name for a in listed]
+        counts = vars(kernel.tape.operations)
         shapes = [f"{a.name}: {self.shape(a.name, a.size)}" for a in kernel.inputs]
         for o in kernel.outputs:
             of = f": {', '.join(o.columns)}" if o.columns else ""
@@ -478,29 +413,12 @@ class _Writer:
             ],
             "operations": ", ".join(f"{v} {key}" for key, v in counts.items() if v)
             or "0 operations",
-            "loops": rolled and loop_data(kernel, robot, rolled, self.dtype, self.name),
             "body": function.body,
-            "parts": in_parts(function.body, names),
             "dtype": self.dtype,
-            "names": ", ".join(names),
+            "names": ", ".join(a.name for a in listed),
             "needs_math": function.needs_math,
             "needs_sincos": function.needs_sincos,
         }
-
-    @cached_property
-    def programs(self) -> dict[str, Program]:
-        """The loops of kernels that are not single statements, by name."""
-        robot, base = self.model.robot, self.model.base
-        found = (
-            (k.name, program(k.name, robot, base, self.loops, MANY_OF.get(k.name, MANY)))
-            for k in self.kernels
-        )
-        return {name: loops for name, loops in found if loops is not None}
-
-    def operations(self, kernel: Kernel) -> Operations:
-        """Return the operations of a kernel as C."""
-        rolled = self.programs.get(kernel.name)
-        return kernel.tape.operations if rolled is None else rolled.operations
 
     def shape(self, name: str, size: int) -> str:
         """Describe an input."""
@@ -513,8 +431,6 @@ class _Writer:
 
     def readme(self) -> str:
         robot, base = self.model.robot, self.model.base
-        known = _worst_case()
-        counts = known["robots"].get(robot_key(robot), {})
         panels = (f"{k.name}_panels" for k in self.kernels if panelled(k))
         stems = (*(k.name for k in self.kernels), *panels, *self.runtime)
         return self.render(
@@ -542,9 +458,7 @@ class _Writer:
             geometry=[(name, text(value)) for name, value in robot.geometry],
             base=base.parameters,
             no_effect=", ".join(base.no_effect) or "none",
-            kernels=[(k.name, *vars(self.operations(k)).values()) for k in self.kernels],
-            worst_case=[(k.name, *counts[k.name]) for k in self.kernels if k.name in counts],
-            compiler=known["compiler"],
+            kernels=[(k.name, *vars(k.tape.operations).values()) for k in self.kernels],
             control=self.controlled,
         )
 
@@ -560,7 +474,6 @@ class _Writer:
                 "kernels": [k.name for k in self.kernels],
                 "prefix": self.name,
                 **({"tex": True} if self.tex else {}),
-                **({"loops": self.loops} if self.loops != "auto" else {}),
                 **({"values": vars(self.values)} if self.values is not None else {}),
             },
             "joints": robot.n,
@@ -581,7 +494,7 @@ class _Writer:
                     "name": k.name,
                     "inputs": [{"name": a.name, "shape": [a.size]} for a in k.inputs],
                     "outputs": [vars(o) for o in k.outputs],
-                    "operations": vars(self.operations(k)),
+                    "operations": vars(k.tape.operations),
                 }
                 for k in self.kernels
             ],

@@ -14,20 +14,20 @@ import sympy as sp
 
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernels import Kernel
-from symgen.codegen.parts import LIMIT
 from symgen.symbolic.tape import Steps, Values
 
-#: Largest number of output entries of a sample; larger panels need too much stack.
-LARGEST = 1024
+#: Largest number of output entries of a sample, and of its steps: larger panels need much stack,
+#: and compile slowly.
+LARGEST, LONGEST = 1024, 2000
 
 
 def panelled(kernel: Kernel) -> bool:
     """Whether a kernel has panels: array inputs, separate outputs, neither too many nor too long.
 
-    Larger kernels and kernels that come in parts have a loop of single calls.
+    Larger kernels have a loop of single calls.
     """
     arrays = not any(a.plain or (a.read and a.written) for a in kernel.arguments)
-    short = len(kernel.tape.steps) + kernel.size <= LIMIT and kernel.size <= LARGEST
+    short = len(kernel.tape.steps) + kernel.size <= LONGEST and kernel.size <= LARGEST
     return arrays and kernel.batch and short
 
 

@@ -20,14 +20,12 @@ from symgen.symbolic import (
     energy,
     forward,
     friction,
-    operational,
     passive,
     placement,
     regressor,
     regrouping,
 )
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.joined import joined
 from symgen.symbolic.tape import Tape
 
 
@@ -106,12 +104,6 @@ _NO_LOAD = (
     "an effect of the load leaves no unique acceleration; accepted: coefficients for which its "
     "torque stays below that of the load"
 )
-_DEPENDENT = tuple(
-    f"at this q, the chosen row of {motion} {axis} depends on the chosen rows before it; accepted: "
-    "fewer rows, at most as many as joints move the link, or another q"
-    for motion in ("velocity along", "turning about")
-    for axis in "xyz"
-)
 
 
 def _of_tape(
@@ -120,12 +112,11 @@ def _of_tape(
     derive: Callable[[Subject], Tape],
     *,
     batch: bool = True,
-    last: Sequence[str] = (),
 ) -> Recipe:
     """Return the recipe of a kernel; tape outputs after those of `outputs` are guards.
 
-    The last n guards, before those of `last`, are pivots of the mass matrix. Guards before them are
-    about effects of the load.
+    The last n guards are pivots of the mass matrix. Guards before them are about effects of the
+    load.
 
     Args:
         doc: description.
@@ -133,7 +124,6 @@ def _of_tape(
             and of base parameters `p`.
         derive: function that derives the tape.
         batch: whether there is a version for N samples.
-        last: what each of the guards after the pivots says.
     """
 
     def recipe(name: str, s: Subject) -> Kernel:
@@ -142,9 +132,9 @@ def _of_tape(
         for output in outputs.split(";"):
             array, *shape = output.split()
             arrays.append(Output(array, tuple(counts.get(k) or int(k) for k in shape)))
-        count = len(tape.outputs) - sum(array.size for array in arrays) - len(last)
+        count = len(tape.outputs) - sum(array.size for array in arrays)
         pivots = min(count, s.robot.n)
-        guards = (*(count - pivots) * [_NO_LOAD], *pivots * [NO_MASS], *last)
+        guards = (*(count - pivots) * [_NO_LOAD], *pivots * [NO_MASS])
         return Kernel(name, doc, tape, tuple(arrays), guards, batch)
 
     return recipe
@@ -228,18 +218,6 @@ def _base_parameters(name: str, s: Subject) -> Kernel | None:
     return _of_tape(doc, "X p", lambda _: tape, batch=False)(name, s)
 
 
-def _all_terms(name: str, s: Subject) -> Kernel:
-    names = ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
-    parts = [kernel for kernel in map(s.kernel, names) if kernel]
-    return Kernel(
-        name,
-        "mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns "
-        "each angle once",
-        joined(s.robot, [k.tape for k in parts], ("q", "qd", "X")),
-        tuple(output for k in parts for output in k.outputs),
-    )
-
-
 RECIPES: dict[str, Recipe] = {
     "energy_regressor": lambda name, s: _columns(
         name,
@@ -314,7 +292,6 @@ RECIPES: dict[str, Recipe] = {
         "J_out 6 n",
         lambda s: placement.jacobian_tape(s.robot),
     ),
-    "all_terms": _all_terms,
     "slotine_li_regressor": lambda name, s: _columns(
         name,
         "columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols",
@@ -378,15 +355,6 @@ RECIPES: dict[str, Recipe] = {
         "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
         "a 6",
         lambda s: placement.link_drift_tape(s.robot),
-    ),
-    "operational_space": _of_tape(
-        "operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 "
-        "of the rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the "
-        "part (I - J' J#') tau of a torque that does not accelerate these rows; not 0 where these "
-        "rows depend on each other, or M is not positive definite",
-        "Lambda_out 6 6; inverse_out n 6; null_out n",
-        lambda s: operational.operational_space_tape(s.robot, s.base),
-        last=_DEPENDENT,
     ),
     "base_parameters": _base_parameters,
     "add_body": _of_tape(

@@ -159,7 +159,8 @@ def make_log(
         drive: gears and motors of the robot. The log is converted to the joint side.
         temp: (N, n) temperatures, deg C, NaN for joints without a sensor; or None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
-        qr, qdr: (N, n) reference positions and speeds of the controller, or None.
+        qr: (N, n) reference positions of the controller in rad (m), or None.
+        qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that

@@ -500,7 +500,8 @@ class _Joints:
         what = f"{columns} may be in {unit}: only {' and '.join(choice.signs)} says so"
         foreign = ",".join(f"{r}={u.name}" for r, u in asked.items())
         si = ",".join(f"{r}={_SI[self._quantity(r, j)]}" for r in asked)
-        refuse(what, f"a second sign (speeds, [limits]), or --unit {foreign}, or --unit {si}")
+        accepted = f"a second sign (speeds, [limits]), or --unit {foreign}, or --unit {si}"
+        refuse(what, f"{accepted} and, if they are wrong, wider limits in the robot file")
 
     def _other(self, role: str, j: int, choice: _Choice) -> Unit:
         """Return the unit of a column that is no motion."""

@@ -108,7 +108,7 @@ class Baseline:
         """(p, 10 links) matrix from link parameters to base parameters."""
         model = self.evaluator.model
         at = {p.name: k for k, p in enumerate(model.base.standard)}
-        own = [at[f"{key}{joint.number}"] for joint in self.robot.joints for key in names.LINK]
+        own = [at[f"{key}{joint.number}"] for joint in self.robot.moving for key in names.LINK]
         return regrouping(model)[:, own]
 
     def seen(self, found: WhitenedSystem) -> Seen:

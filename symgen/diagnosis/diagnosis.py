@@ -218,7 +218,6 @@ class Diagnosis(Viewable):
         declared: the robot as its file declares it.
         values: base parameters X of the declared model.
         repairs: repairs of the logs.
-        replay: RMS position errors under the measured torques, if read from a folder.
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
@@ -242,7 +241,6 @@ class Diagnosis(Viewable):
     notes: tuple[str, ...]
     parameters: tuple[FoundParameter, ...] = ()
     repairs: tuple[Fault, ...] = ()
-    replay: dict[str, Any] | None = None
     digests: Annotated[dict[str, str] | None, OPTIONAL] = None
     extended: Annotated[Robot, BESIDE]
     joints: Annotated[tuple[int, ...], BESIDE]

@@ -73,7 +73,7 @@ def special_candidates(
 
 def _units(v: Variation) -> FloatArray:
     """Return unit vectors of the link parameters, (10 links, links, 10)."""
-    count = len(v.robot.joints)
+    count = len(v.robot.moving)
     return np.eye(10 * count).reshape(-1, count, 10)
 
 
@@ -380,9 +380,9 @@ def _loads(robot: Robot) -> Iterator[Candidate]:
     """Yield a load on the last movable link, with its identifiable parameters."""
     last = robot.movable[-1]
     v = variation(robot)
-    units = np.zeros((len(_LOAD), len(robot.joints), len(names.LINK)))
+    units = np.zeros((len(_LOAD), len(robot.moving), len(names.LINK)))
     for i, prefix in enumerate(_LOAD):
-        units[i, last.number - 1, names.LINK.index(prefix)] = 1.0
+        units[i, robot.moving.index(last), names.LINK.index(prefix)] = 1.0
     Y = _random(v, units)
     kept = _independent(Y)
     if not kept:

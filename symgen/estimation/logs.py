@@ -87,13 +87,15 @@ def _require_within(log: Log, robot: Robot) -> None:
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
         if max(low - least, most - high) > BEYOND * (high - low):
             what = (
-                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and its limits "
-                f"are {low:g} and {high:g}"
+                f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
+                f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
             )
             drive = "a log that [drive] maps into [limits]; see position_side"
-            refuse(
-                what, drive if log.mapped else "rad or m, within [limits]; --unit deg for degrees"
+            plain = (
+                "rad or m, or --unit deg for degrees; in rad or m, these limits are wrong: wider "
+                "ones in the robot file"
             )
+            refuse(what, drive if log.mapped else plain)
 
 
 def held_from(count: int) -> int:

@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
+from symgen.codegen.model import Model
 from symgen.data.mask import spans
 from symgen.data.signals import can_filter, lowpass
 from symgen.errors import ParameterError
@@ -24,18 +24,13 @@ from symgen.estimation.values import FloatArray
 from symgen.files import load_toml
 from symgen.robot.schema import ControllerTable
 from symgen.robot.types import Robot, Servo
-from symgen.runtime.evaluator import Evaluator
-from symgen.runtime.integrator import Law, integrate
-from symgen.runtime.plant import Plant, plant
+from symgen.runtime.simulate import Law, simulate
 
 #: After which a position is compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
 #: A position error above this multiple of the joint's range of motion counts as having run away,
 #: and as this much.
 _AWAY = 10.0
-#: Of a step of the integrator. A window has hundreds of steps: their errors stay below any error of
-#: a model, but not below the noise of an encoder.
-TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -81,59 +76,23 @@ class Window:
 Gains = tuple[FloatArray, FloatArray]
 
 
-class Mover(Protocol):
-    """What moves a robot from states, under a law of the torque."""
+#: Returns the positions (K, n) of a robot at times (K,) s from a state q, qd (n,) at the first of
+#: them, under a law of the torque; NaN from where it leaves the bounds (n,) around its start.
+Mover = Callable[[FloatArray, FloatArray, Law, FloatArray, FloatArray], FloatArray]
 
-    def moved(
-        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
+
+def model_mover(model: Model, X: FloatArray) -> Mover:
+    """Return symgen's own simulation of a model with parameters X (p,) as a mover."""
+
+    def positions(
+        q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
     ) -> FloatArray:
-        """Return the positions (runs, K, n); NaN from where a run diverges.
-
-        Args:
-            q, qd: (runs, n) states at t[0].
-            law: torques (runs, n) as a function of times (runs,) and states.
-            clock: (runs,) what the law's time is ahead of t, s.
-            t: (K,) s.
-        """
-
-
-@dataclass(frozen=True, eq=False)
-class PlantMover:
-    """symgen's own model as a mover.
-
-    Attributes:
-        plant: the robot with its parameters.
-    """
-
-    plant: Plant
-
-    @classmethod
-    def of(cls, evaluator: Evaluator, X: FloatArray) -> PlantMover:
-        """Return the mover of a model with parameters X (p,).
-
-        Raises:
-            ParameterError: they do not determine a motion.
-        """
-        return cls(plant(evaluator, X))
-
-    def moved(
-        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
-    ) -> FloatArray:
-        """See `Mover`."""
         try:
-            motion = integrate(
-                self.plant, law, t, q, qd, smooth=True, clock=clock, tolerance=TOLERANCE
-            )
-            return motion.q
-        except ParameterError:  # of one run, which the message names in words alone
-            if len(q) == 1:
-                if len(t) > 2:  # it may be near the motion for a while
-                    early = self.moved(q, qd, law, clock, t[:-1])
-                    return np.concatenate([early, np.full((1, 1, q.shape[1]), np.nan)], 1)
-                return np.concatenate([q[:, None], np.full((1, len(t) - 1, q.shape[1]), np.nan)], 1)
-            half = len(q) // 2
-            parts = (slice(half), slice(half, None))
-            return np.concatenate([self.moved(q[p], qd[p], law, clock[p], t) for p in parts])
+            return simulate(model, X, law, t, (q, qd), bounds=bounds).q
+        except ParameterError:  # the motion is not finite
+            return np.concatenate([q[None], np.full((len(t) - 1, len(q)), np.nan)])
+
+    return positions
 
 
 def gains_of(robot: Robot) -> Gains | None:
@@ -175,17 +134,6 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
     return []
 
 
-def consecutive_windows(logs: Sequence[FilteredLog], seconds: float) -> list[Window]:
-    """Return windows of a length, s, one after another from node to node of each log."""
-    out = []
-    for log in logs:
-        every = log.stride
-        rows = round(seconds / (every * log.step)) * every
-        for a, b in spans(np.all(log.clear, axis=1)):
-            out += [Window(log, k, seconds) for k in range(-(-a // every) * every, b - rows, rows)]
-    return out
-
-
 def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     rows = round(seconds / log.step)
     whole = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
@@ -210,12 +158,13 @@ def play(
         t: (K,) times after the start of each window, s; the first is 0.
         gains: kp and kd, (n,) each, of the feedback to the measured motion.
     """
-    out = []
-    for log in dict.fromkeys(w.log for w in windows):
-        starts = np.array([w.start for w in windows if w.log is log])
-        law = torque_law(log, gains)
-        out.append(mover.moved(log.q[starts], log.qd[starts], law, log.t[starts], t))
-    return np.concatenate(out)
+    laws = {log: torque_law(log, gains) for log in dict.fromkeys(w.log for w in windows)}
+    bounds = position_bounds(windows)
+    courses = []
+    for window in windows:
+        log, start = window.log, window.start
+        courses.append(mover(log.q[start], log.qd[start], laws[log], log.t[start] + t, bounds))
+    return np.stack(courses)
 
 
 def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
@@ -238,29 +187,36 @@ def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     kp, kd = gains
     measured = between(np.concatenate([tau, *log.nodes(log.stride)], axis=1), log.t[0], step)
 
-    def law(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
+    def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
         at = measured(t)
-        return np.asarray(at[:, :n] + kp * (at[:, n : 2 * n] - q) + kd * (at[:, 2 * n :] - qd))
+        return np.asarray(at[:n] + kp * (at[n : 2 * n] - q) + kd * (at[2 * n :] - qd))
 
     return law
 
 
-def between(x: FloatArray, first: float, step: float) -> Callable[[FloatArray], FloatArray]:
-    """Return x (N, c) at times first, first + step, .. as a function of time (T,), s.
+def between(x: FloatArray, first: float, step: float) -> Callable[[float], FloatArray]:
+    """Return x (N, c) at times first, first + step, .. as a function of time, s.
 
     By cubics of Catmull and Rom. SciPy's splines take longer to import than all windows to
     simulate.
     """
     slope, last = np.gradient(x, axis=0), len(x) - 1
 
-    def at(t: FloatArray) -> FloatArray:
-        u = np.clip((t - first) / step, 0, last)
-        k = np.minimum(u.astype(int), last - 1)
-        s, a, rise = (u - k)[:, None], slope[k], x[k + 1] - x[k]
+    def at(t: float) -> FloatArray:
+        u = min(max((t - first) / step, 0.0), float(last))
+        k = min(int(u), last - 1)
+        s, a, rise = u - k, slope[k], x[k + 1] - x[k]
         bend = a + slope[k + 1] - 2 * rise
         return np.asarray(x[k] + s * (a + s * (rise - a - bend + s * bend)))
 
     return at
+
+
+def position_bounds(windows: Sequence[Window]) -> FloatArray:
+    """Return the distance from its start at which each joint counts as having run away, (n,)."""
+    logs = dict.fromkeys(w.log for w in windows)
+    ranges = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
+    return np.asarray(_AWAY * np.maximum(ranges, 1e-9))
 
 
 def position_errors(
@@ -273,10 +229,7 @@ def position_errors(
         t: (K,) s.
         moved: (windows, K, n) simulated positions.
     """
-    ranges = np.ptp(
-        np.concatenate([log.q for log in dict.fromkeys(w.log for w in windows)]), axis=0
-    )
-    far = _AWAY * np.maximum(ranges, 1e-9)
+    far = position_bounds(windows)
     out, diverged = [], 0
     for seconds in HORIZONS:
         if seconds > windows[0].seconds:

@@ -16,15 +16,12 @@ import numpy as np
 
 from symgen.data.mask import Bools
 from symgen.errors import LogError
-from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
-#: Periods of a low-pass's cutoff after which white noise that passed it is uncorrelated to 2 %.
-MEMORY = 2.0
 #: An error above which its digits say nothing.
 MANY = 10.0
 
@@ -152,10 +149,8 @@ def fit(
     out = TorqueFit.none(evaluator.model.robot.n)
     for log in logs:
         torque = modelled_torque(evaluator, log, X)
-        apart = round(MEMORY * PER_PERIOD) if log.rows.cutoff is not None else 1
-        apart = apart if log.mask is None else 0
-        both, raw = (log.measured, torque), log.tau[log.kept]
-        trace = Trace(log.name, kind, "torque", log.compared_t, *both, apart, raw)
+        raw = log.tau[log.kept]
+        trace = Trace(log.name, kind, "torque", log.compared_t, log.measured, torque, raw)
         out += squares(log.free, log.measured, torque, log.resting, (trace,))
     if logs and all(log.mask for log in logs) and not out.size.all():
         j = int(np.argmin(out.size)) + 1

@@ -36,8 +36,6 @@ class Trace:
         t: time of the row, s, shape (K,).
         measured: shape (K, m).
         predicted: shape (K, m).
-        spacing: distance in rows at which two rows share no window and no memory of a filter; 0 if
-            some rows are masked.
         raw: unfiltered measured torque, shape (K, m); None for other quantities.
     """
 
@@ -47,71 +45,7 @@ class Trace:
     t: Curve
     measured: Curve
     predicted: Curve
-    spacing: int = 1
     raw: Annotated[FloatArray | None, BESIDE] = None
-
-
-@dataclass(frozen=True, eq=False)
-class Balance:
-    """The energy balance of a log since its start, by the model.
-
-        work = integral of qd^T tau dt = change of kinetic and potential energy + friction + rest
-
-    Attributes:
-        log: name of the log.
-        kind: "train" or "validation".
-        t: time, s, shape (K,).
-        work: measured, J, (K,).
-        energy: change of the model's kinetic and potential energy, J, (K,).
-        friction: work of friction and of other effects of the model, J, (K,).
-    """
-
-    log: str
-    kind: str
-    t: Curve
-    work: Curve
-    energy: Curve
-    friction: Curve
-
-    @property
-    def rest(self) -> FloatArray:
-        """The work that the model does not account for, J, (K,)."""
-        return self.work - self.energy - self.friction
-
-
-@dataclass(frozen=True)
-class Whiteness:
-    """Lag correlations of a residual, and the test that they are all zero.
-
-    Attributes:
-        quantity: as of the traces.
-        component: position of the joint; 0 for energy.
-        kind: "train" or "validation".
-        rows: number of residuals, so far apart that they are independent by construction.
-        step_s: time between them, s.
-        correlations: correlations at lags of 1, 2 ... steps.
-        bands: half the width of the 95 % interval of each correlation of a white residual.
-        statistic: sum of the squares of correlations over their standard deviations.
-        p_value: probability of a larger statistic if the residual is white.
-    """
-
-    quantity: str
-    component: int
-    kind: str
-    rows: int
-    step_s: float
-    correlations: tuple[float, ...]
-    bands: tuple[float, ...]
-    statistic: float
-    p_value: float
-
-
-@dataclass(frozen=True, eq=False)
-class Convergence:
-    """The recursive estimate over time: t (K,) in s of data used, values (K, p)."""
-
-    t: FloatArray
-    values: FloatArray
 
 
 @dataclass(frozen=True)

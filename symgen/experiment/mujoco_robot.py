@@ -10,7 +10,7 @@ import numpy as np
 
 from symgen.data.raw import FloatArray
 from symgen.errors import RobotError, first_of, located, told_by
-from symgen.runtime.integrator import Law
+from symgen.runtime.simulate import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a joint that is held
 _FINEST = 1e-3  # s: longest step
@@ -64,18 +64,13 @@ class MujocoRobot:
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
         self.data = mujoco.MjData(m)
 
-    def moved(
-        self, q: FloatArray, qd: FloatArray, law: Law, clock: FloatArray, t: FloatArray
+    def __call__(
+        self, q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
     ) -> FloatArray:
-        """Return the positions (runs, K, n) at times t; see `symgen.estimation.playback.Mover`.
+        """Return the positions (K, n) at times t; see `symgen.estimation.playback.Mover`.
 
         A torque is held for a step.
         """
-        return np.stack([self._run(*start, law, t) for start in zip(q, qd, clock, strict=True)])
-
-    def _run(
-        self, q: FloatArray, qd: FloatArray, clock: float, law: Law, t: FloatArray
-    ) -> FloatArray:
         m, d = self.model, self.data
         self._mujoco.mj_resetData(m, d)
         d.qpos[self._q], d.qvel[self._v] = q, qd
@@ -87,12 +82,14 @@ class MujocoRobot:
                 out[row] = d.qpos[self._q]
                 row += 1
                 continue
-            at = np.array([clock + t[0] + (step + 0.5) * m.opt.timestep])
-            d.qfrc_applied[self._v] = law(at, d.qpos[None, self._q], d.qvel[None, self._v])[0]
+            at = float(t[0] + (step + 0.5) * m.opt.timestep)
+            d.qfrc_applied[self._v] = law(at, d.qpos[self._q], d.qvel[self._v])
             self._mujoco.mj_step(m, d)
             step += 1
             if not np.isfinite(d.qpos).all() or d.time < 0.5 * step * m.opt.timestep:
                 break  # MuJoCo begins anew where a state is not finite
+            if (np.abs(d.qpos[self._q] - q) > bounds).any():
+                break
         return out
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.runtime.evaluator import Evaluator
-from symgen.runtime.integrator import Law
-from symgen.runtime.plant import Repeated
+from symgen.runtime.simulate import Law
 
 if TYPE_CHECKING:
     from symgen.experiment.reference import Reference
@@ -240,18 +239,23 @@ def tracking(
         X: parameters (p,) of the robot, before `scale`.
     """
     known = controller.scale * X
-    torque = Repeated(evaluator, "inverse_dynamics", known)
+    torque = evaluator["inverse_dynamics"].bind()
+    own_q, own_qd, own_qdd, parameters = torque.inputs
+    parameters[...] = known[: len(parameters)]
     w = controller.bandwidth
     stiff, damp = w * w, 2 * controller.damping * w
     size = np.abs(np.diagonal(evaluator["mass_matrix"](reference.q[0], known)))
 
-    def law(t: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
-        # Runs at one time share the reference.
-        aim = reference.at(t[:1] if (t == t[0]).all() else t)
-        back = damp * (aim[:, 1] - qd) + stiff * (aim[:, 0] - q)
+    def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
+        aim_q, aim_qd, aim_qdd = reference.at(np.array([t]))[0]
+        back = damp * (aim_qd - qd) + stiff * (aim_q - q)
         if controller.kind == "pd":
-            return np.asarray(torque(aim[:, 0], aim[:, 1], aim[:, 2]) + size * back)
-        return torque(q, qd, aim[:, 2] + back)
+            own_q[...], own_qd[...], own_qdd[...] = aim_q, aim_qd, aim_qdd
+            torque()
+            return np.asarray(torque.out + size * back)
+        own_q[...], own_qd[...], own_qdd[...] = q, qd, aim_qdd + back
+        torque()
+        return torque.out.copy()
 
     return law
 
@@ -259,11 +263,11 @@ def tracking(
 def replay(t: FloatArray, tau: FloatArray, hold: bool) -> Law:
     """Return the law that applies torques (N, n) at stamps (N,), interpolated or held."""
 
-    columns = np.ascontiguousarray(tau.T)
-
-    def law(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
-        if hold:
-            return tau[np.maximum(np.searchsorted(t, at, side="right") - 1, 0)]
-        return np.stack([np.interp(at, t, column) for column in columns], axis=-1)
+    def law(at: float, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
+        k = min(max(int(np.searchsorted(t, at, side="right")) - 1, 0), len(t) - 1)
+        if hold or k == len(t) - 1:
+            return np.asarray(tau[k])
+        share = (at - t[k]) / (t[k + 1] - t[k])
+        return np.asarray(tau[k] + share * (tau[k + 1] - tau[k]))
 
     return law

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symgen.codegen.model import Model, derive
-from symgen.data.drive import joint_side, motor_side
+from symgen.data.drive import motor_side
 from symgen.data.log import Log, make_log, read_only
 from symgen.data.raw import FloatArray
 from symgen.distributed import Meter, Say, silent
 from symgen.errors import LogError, ParameterError
-from symgen.estimation.temperature_torque import torque_beside
 from symgen.experiment.recording import (
     Controller,
     Instruments,
@@ -27,13 +26,13 @@ from symgen.experiment.recording import (
     tracking,
     unseen_torque,
 )
-from symgen.experiment.reference import Reference, as_csv, from_log, reference_of, torques_of
+from symgen.experiment.reference import Reference, as_csv, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.runtime.integrator import Law, Motion, integrate
-from symgen.runtime.plant import KERNELS, Plant, plant, without_dry
+from symgen.runtime.simulate import WIDTH, Law, Motion, without_dry
+from symgen.runtime.simulate import simulate as simulate_motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +52,6 @@ class Simulation:
         joints: their numbers in the robot file.
         notes: remarks as texts.
         drive: [drive] of the robot, which determines on which side (motor or joint) files are.
-        temp: (N, n) temperatures in the logs, deg C, or None.
     """
 
     robot: str
@@ -68,7 +66,6 @@ class Simulation:
     joints: tuple[int, ...]
     notes: tuple[str, ...] = ()
     drive: Drive | None = None
-    temp: FloatArray | None = None
 
     def __repr__(self) -> str:
         """Return robot, runs and duration."""
@@ -109,7 +106,7 @@ class Simulation:
         qd = None if self.qd_log is None else self.qd_log[run]
         name = f"{self.robot} {run + 1}"
         q, tau = self.q_log[run], self.tau_log[run]
-        log = make_log(name, self.t, q, tau, qd, sigma=self.sigma, temp=self.temp)
+        log = make_log(name, self.t, q, tau, qd, sigma=self.sigma)
         return replace(log, mapped=self.drive is not None)
 
     def files(self, into: Path) -> Iterator[tuple[Path, bytes]]:
@@ -127,7 +124,7 @@ class Simulation:
         log = Log(self.robot, self.t, self.q_log[run], qd, self.tau_log[run])
         if self.drive is not None:
             log = motor_side(log, self.drive)
-        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current, "temp": self.temp}
+        every = {"q": log.q, "qd": log.qd, "tau": log.tau, "i": log.current}
         groups: dict[str, Any] = {r: array for r, array in every.items() if array is not None}
         if suffix == ".npz":
             out = io.BytesIO()
@@ -154,47 +151,14 @@ def _require_format(suffix: str) -> None:
         raise LogError(f"log {suffix or 'without a suffix'}; accepted: .csv or .npz")
 
 
-def warmed(
-    done: Simulation,
-    robot: Robot,
-    temperature: tuple[float, float, float],
-    instruments: Instruments,
-    runs: range,
-    seed: int,
-) -> Simulation:
-    """Return a simulation with temperatures, and with the torques that depend on them.
-
-    Args:
-        done: the motions.
-        robot: robot with effects that depend on temperature.
-        temperature: temperature at the start and at the end, deg C, and the time constant, s.
-        instruments: the sensors.
-        runs: numbers of the runs.
-        seed: seed of all noise.
-
-    Raises:
-        ParameterError: the temperature is not valid.
-    """
-    start, end, constant = temperature
-    if not all(map(math.isfinite, temperature)) or constant <= 0:
-        listed = ",".join(f"{x:g}" for x in temperature)
-        raise ParameterError(
-            f"simulate: temperature {listed}; accepted: START,END in deg C and a time above 0 s"
-        )
-    t = done.t - done.t[0]
-    course = end + (start - end) * np.exp(-t / constant)
-    temp = np.repeat(course[:, None], len(done.sigma), axis=1)
-    pairs = zip(done.q, done.qd, strict=True)
-    more = [torque_beside(robot, q, qd, temp, done.robot) for q, qd in pairs]
-    tau = read_only(done.tau + np.stack(more))
-    shown = instruments.torque(tau, runs, seed)
-    return replace(done, tau=tau, tau_log=read_only(shown), temp=read_only(temp))
-
-
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
 _MOST_RUNS = 100_000
+#: Of an integration step: a log without noise gives its parameters back to 1e-4.
+_TOLERANCE = 1e-8
+#: What the controllers call.
+KERNELS = ("inverse_dynamics", "mass_matrix")
 
 
 def simulate(
@@ -206,21 +170,20 @@ def simulate(
     hold: bool = False,
     recording: Recording | None = None,
     initial: tuple[ArrayLike, ArrayLike] | None = None,
-    temperature: tuple[float, float, float] | None = None,
     duration: float = 20.0,
     runs: int | range = 1,
     seed: int = 0,
-    tolerance: float = 1e-9,
+    width: float = WIDTH,
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Simulation:
     """Simulate a robot that follows a reference or given torques, and return its logs.
 
-        M(q) qdd + h(q, qd) + A' f = tau + disturbance
+        M(q) qdd + h(q, qd) = tau + disturbance
 
-    The model has friction, couplings and effects. Coulomb friction of width 0 holds a joint at rest
-    under any smaller load (see `symgen.runtime.plant`). The integrator is the method of order 5
-    of Dormand and Prince, for all runs together.
+    The model has friction, couplings and effects. Coulomb friction changes its sign over a small
+    width of the speed, so a joint that friction holds creeps by at most the width times the time
+    (see `symgen.runtime.simulate`).
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
@@ -235,14 +198,11 @@ def simulate(
             exact logs.
         initial: initial q and qd (n,); by default those of the reference, those of the log with the
             torques, or rest at 0.
-        temperature: temperature of all joints, (a, b, T): b + (a - b) exp(-t/T) deg C at t s. The
-            logs contain it, and the torques of effects that depend on it. The controller
-            compensates these torques.
         duration: duration of the Fourier series, s.
         runs: number of runs, or the numbers of some. They differ in noise and disturbance. Run k
             does not depend on the number of runs.
         seed: seed of all noise, and of the Fourier series.
-        tolerance: largest error of an integration step, absolute (rad, m, rad/s, m/s) and relative.
+        width: width of the Coulomb friction of joints without coulomb_width, rad/s or m/s.
         progress: called with a text about the current step.
         meter: called with the part of the motion that is done, from 0 to 1.
 
@@ -258,11 +218,6 @@ def simulate(
     evaluator, X = _loaded(robot, parameters, progress)
     source = evaluator.model.robot
     made = recording or Recording()
-    if source.on_logs and (temperature is None or torque is not None):
-        raise ParameterError(
-            f"simulate: {source.name} has {source.on_logs[0].name}; accepted: a temperature "
-            "(--temperature), and no torques to play"
-        )
     follows = trajectory is not None or made.controller != Controller()
     if torque is not None and follows:
         raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
@@ -283,96 +238,48 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    done = _run(
-        plant(evaluator, X), t, law, start if initial is None else initial, made, numbers, seed,
-        tolerance, hold=hold, smooth=torque is None, progress=progress, meter=meter,
-    )  # fmt: skip
-    if temperature is None:
-        return done
-    return warmed(done, source, temperature, made.instruments, numbers, seed)
-
-
-def track(
-    robot: Robot | str | Path | Evaluator,
-    parameters: Parameters,
-    log: Log,
-    controller: Controller | None = None,
-    *,
-    cutoff: float | None = None,
-    clip: bool = False,
-    tolerance: float = 1e-9,
-) -> Simulation:
-    """Simulate a robot that a controller moves along the measured motion of a log.
-
-    The reference is q of the log after a zero-phase low-pass filter, with its derivatives. If the
-    model is right, the simulated torque equals the measured one. The motion then differs only by
-    the Coulomb friction that the feedback does not compensate.
-
-    Args:
-        robot: a robot, a path or library name, or a loaded evaluator.
-        parameters: as in `simulate`.
-        log: the measured log.
-        controller: computed torque by default.
-        cutoff: cutoff of the low-pass, Hz; by default from the bandwidth of the motion.
-        clip: as in `simulate`.
-        tolerance: as in `simulate`.
-
-    Returns:
-        One run over the stamps of the log: `t` is log.t, and `q[0]`, `qd[0]`, `tau[0]` (N, n) are
-        the simulated motion and torque, without noise.
-
-    Raises:
-        ParameterError: as `simulate`.
-        LogError: the log has another number of joints, or a gap.
-    """
-    evaluator, X = _loaded(robot, parameters, silent)
-    source = evaluator.model.robot
-    log = log if source.drive is None else joint_side(log, source.drive)
-    aim = reference_of(from_log(log, cutoff), source)
-    made = Recording(controller=controller or Controller(), clip=clip)
-    law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    return _run(
-        plant(evaluator, X), log.t, law, (aim.q[0], aim.qd[0]), made, range(1), 0, tolerance
+    first = start if initial is None else initial
+    return _moved(
+        evaluator.model, X, t, law, first, made, numbers, seed, width, hold, progress, meter
     )
 
 
-def _run(
-    moved: Plant,
+def _moved(
+    model: Model,
+    X: FloatArray,
     t: FloatArray,
     law: Law,
     initial: tuple[ArrayLike, ArrayLike],
     made: Recording,
     runs: range,
     seed: int,
-    tolerance: float,
-    *,
-    hold: bool = False,
-    smooth: bool = True,
-    progress: Say = silent,
-    meter: Meter = silent,
+    width: float,
+    hold: bool,
+    progress: Say,
+    meter: Meter,
 ) -> Simulation:
-    """Simulate a plant along stamps t (N,), and return the logs.
+    """Simulate runs along stamps t (N,), and return the logs.
 
     Args:
-        moved: the robot.
+        model: the robot.
+        X: its parameters (p,).
         t: (N,) s.
         law: the torque that acts.
         initial: q and qd (n,).
         made: instruments, controller, disturbance and clipping.
         runs: their numbers.
         seed: of all noise.
-        tolerance: of an integration step.
+        width: of Coulomb friction.
         hold: whether a torque is held until the next stamp.
-        smooth: whether the law does not bend at the stamps.
         progress: is told what is being done.
         meter: is told which part is done.
     """
-    robot, shown = moved.evaluator.model.robot, made.instruments
+    robot, shown = model.robot, made.instruments
     limits = robot.limits.torque if robot.limits else None
     if made.clip and limits is None:
         raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
-    if not 1e-13 <= tolerance <= 1e-3:
-        raise ParameterError(f"simulate: tolerance {tolerance:g}; accepted: 1e-13 to 1e-3")
+    if not 1e-9 <= width <= 1.0:
+        raise ParameterError(f"simulate: width {width:g}; accepted: 1e-9 to 1")
     if len(runs) * len(t) * robot.n > _MOST:
         raise ParameterError(
             f"simulate: {len(runs)} runs of {len(t)} samples and {robot.n} joints would fill "
@@ -385,49 +292,105 @@ def _run(
                 f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
                 f"accepted: ({robot.n},)"
             )
-    noise = shown.motion_noise(runs, seed, (len(t), robot.n))
-    top = np.array(limits or ())
     measured, pushed = made.controller.feedback == "measured", made.unseen(robot.n)
+    noisy = measured and (shown.position_noise or shown.velocity_noise)
     # Runs that differ in nothing but what is read off them are one motion.
-    apart = pushed.any() or (measured and any(e.size > 1 for e in noise))
-    moving = runs if apart else runs[:1]
-
-    def torque(at: FloatArray, q: FloatArray, qd: FloatArray) -> FloatArray:
-        tau = law(at, q, qd)
-        return np.clip(tau, -top, top) if made.clip else tau
-
-    def held(k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
-        now = slice(k, k + 1)
-        errors = (e if e.size == 1 else e[: len(q), now] for e in noise)
-        q, qd = shown.read(*shown.delayed(t, q, qd, now), *errors)
-        return torque(np.full(len(q), t[k]), q[:, 0], qd[:, 0])
-
+    moving = runs if pushed.any() or noisy else runs[:1]
     progress(f"moving {robot.name} over {t[-1] - t[0]:.6g} s")
-    motion = integrate(
-        moved,
-        torque,
-        t,
-        *(np.repeat(x[None], len(moving), axis=0) for x in start),
-        held=held if hold or measured else None,
-        unseen=unseen_torque(pushed, moving, seed, len(t)) if pushed.any() else None,
-        smooth=smooth,
-        tolerance=tolerance,
-        progress=lambda k: meter((k + 1) / (len(t) - 1)),
-    )
+    motions = []
+    for k, run in enumerate(moving):
+        acting = _clipped(law, limits) if made.clip else law
+        if measured:
+            acting = _on_measurements(acting, shown, t, range(run, run + 1), seed, robot.n)
+        push = unseen_torque(pushed, range(run, run + 1), seed, len(t))[0] if pushed.any() else None
+        motions.append(
+            simulate_motion(
+                model,
+                X,
+                acting,
+                t,
+                (start[0], start[1]),
+                width=width,
+                hold=hold or measured,
+                pushed=push,
+                tolerance=_TOLERANCE,
+                progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
+            )
+        )
+    for motion in motions:
+        _require_finite(motion, robot)
+    q, qd, tau = (np.stack([getattr(m, name) for m in motions]) for name in ("q", "qd", "tau"))
     true = Simulation(
         robot.name,
         read_only(t),
-        *(motion.q, motion.qd, motion.tau) * 2,
+        q,
+        qd,
+        tau,
+        q,
+        qd,
+        tau,
         robot.sigma,
         tuple(j.number for j in robot.movable),
-        _torque_notes(motion, robot, limits, made.clip),
+        _torque_notes(t, tau, robot, limits, made.clip),
         robot.drive,
     )
     return true.seen_by(shown, runs, seed)
 
 
+def _clipped(law: Law, limits: tuple[float, ...] | None) -> Law:
+    top = np.array(limits or ())
+    return lambda t, q, qd: np.clip(law(t, q, qd), -top, top)
+
+
+def _on_measurements(
+    law: Law, instruments: Instruments, t: FloatArray, run: range, seed: int, n: int
+) -> Law:
+    """Return a law that acts at the stamps on what the instruments read there."""
+    shape = (len(t), n)
+    errors = [
+        np.broadcast_to(e, (1, *shape))[0] for e in instruments.motion_noise(run, seed, shape)
+    ]
+    past_q, past_qd = np.zeros((2, 1, *shape))
+
+    def measured(at: float, q: FloatArray, qd: FloatArray) -> FloatArray:
+        k = int(np.argmin(np.abs(t - at)))
+        past_q[0, k], past_qd[0, k] = q, qd
+        q, qd = (x[0, 0] for x in instruments.delayed(t, past_q, past_qd, slice(k, k + 1)))
+        return law(at, *instruments.read(q, qd, errors[0][k], errors[1][k]))
+
+    return measured
+
+
+def _require_finite(motion: Motion, robot: Robot) -> None:
+    """Refuse a motion that is not finite.
+
+    Raises:
+        ParameterError: the message has the time.
+    """
+    odd = ~np.isfinite(motion.tau).all(axis=1)
+    if odd.any():
+        raise ParameterError(
+            f"simulate: the motion of {robot.name} is not finite at t = "
+            f"{motion.t[int(np.argmax(odd))]:.6g} s; accepted: torques under which it is"
+        )
+
+
+def _loaded(
+    robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
+) -> tuple[Evaluator, FloatArray]:
+    """Return the evaluator with the controller's kernels, and X (p,)."""
+    source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
+    require_gravity(source, "a simulation")
+    if isinstance(robot, Evaluator) and all(map(robot.has, KERNELS)):
+        return robot, values_of(parameters, robot.model)
+    progress("deriving and compiling the model")
+    model = derive(source, KERNELS)
+    X = values_of(parameters, model)
+    return load(model), X
+
+
 def _torque_notes(
-    motion: Motion, robot: Robot, limits: tuple[float, ...] | None, clip: bool
+    t: FloatArray, tau: FloatArray, robot: Robot, limits: tuple[float, ...] | None, clip: bool
 ) -> tuple[str, ...]:
     """Return notes on how often a torque was clipped.
 
@@ -436,13 +399,13 @@ def _torque_notes(
     """
     notes = []
     for j, limit in enumerate(limits or ()):
-        size, joint = np.abs(motion.tau[:, :, j]), robot.listed([j])
+        size, joint = np.abs(tau[:, :, j]), robot.listed([j])
         if clip and (share := float(np.mean(size >= limit))):
             notes.append(f"the torque of {joint} was clipped in {100 * share:.3g} % of samples")
         if size.max() > limit * (1 + 1e-12):
             k = int(np.argmax((size > limit).any(axis=0)))
             raise ParameterError(
-                f"simulate: {joint} needs {size[:, k].max():.4g} at t = {motion.t[k]:.6g} "
+                f"simulate: {joint} needs {size[:, k].max():.4g} at t = {t[k]:.6g} "
                 f"s, and [limits] allow {limit:g}; accepted: a slower motion, or clipping (--clip)"
             )
     return tuple(notes)
@@ -455,20 +418,6 @@ def _stamps(t: FloatArray, rate: float) -> FloatArray:
             f"simulate: rate {rate:g} Hz over {t[-1] - t[0]:.4g} s; accepted: more"
         )
     return np.asarray(t[0] + np.arange(count) / rate)
-
-
-def _loaded(
-    robot: Robot | str | Path | Evaluator, parameters: Parameters, progress: Say
-) -> tuple[Evaluator, FloatArray]:
-    """Return the evaluator with the necessary kernels, and X (p,)."""
-    source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
-    require_gravity(source, "a simulation")
-    if isinstance(robot, Evaluator) and all(map(robot.has, KERNELS)):
-        return robot, values_of(parameters, robot.model)
-    progress("deriving and compiling the model")
-    model = derive(source, KERNELS)
-    X = values_of(parameters, model)
-    return load(model), X
 
 
 def values_of(parameters: Parameters, model: Model) -> FloatArray:

@@ -631,7 +631,7 @@ def _units(scene: Scene) -> Iterator[Cause]:
 
 def _fields(scene: Scene) -> FloatArray:
     """Return the weight columns of the links for gravity along each axis, (3, K, n, m)."""
-    count = len(scene.rows.evaluator.model.robot.joints)
+    count = len(scene.rows.evaluator.model.robot.moving)
     every = np.eye(count * len(names.LINK)).reshape(count, len(names.LINK), count, -1)
     units = every[:, np.isin(names.LINK, _HEAVY)].reshape(-1, count, len(names.LINK))
 
@@ -654,7 +654,7 @@ def _tied(scene: Scene, fields: FloatArray) -> Callable[[FloatArray], float]:
         fields: the result of `_fields`.
     """
     rows, n, size = scene.rows, scene.n, len(names.LINK)
-    links = len(rows.evaluator.model.robot.joints)
+    links = len(rows.evaluator.model.robot.moving)
     units = np.eye(links * size).reshape(links * size, links, size)
 
     def columns(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:

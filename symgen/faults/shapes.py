@@ -314,9 +314,10 @@ def _lengths(scene: Scene) -> Iterator[Shape]:
 def _loads(scene: Scene) -> Iterator[Shape]:
     """Yield a load on the last link from some time on; a permanent load belongs to the link."""
     robot = scene.rows.evaluator.model.robot
-    links = np.zeros((4, len(robot.joints), len(names.LINK)))
+    links = np.zeros((4, len(robot.moving), len(names.LINK)))
+    last = robot.moving.index(robot.movable[-1])
     for i, prefix in enumerate((names.MASS, *names.MOMENT)):
-        links[i, robot.movable[-1].number - 1, names.LINK.index(prefix)] = 1.0
+        links[i, last, names.LINK.index(prefix)] = 1.0
 
     def loaded(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return scene.rows.variation.regressor((q, qd, qdd), links).reshape(len(q), -1)

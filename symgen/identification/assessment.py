@@ -8,9 +8,6 @@
 
 How often they are right is counted on simulated runs on which none of the thresholds was chosen
 (tests/workflow/trust_study.py).
-
-A residual that is correlated in time holds motion that the model does not explain. Rows that share
-a window, or what a filter spreads, are correlated by construction: only rows further apart count.
 """
 
 from __future__ import annotations
@@ -28,21 +25,20 @@ import numpy as np
 from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.data.signals import Samples
-from symgen.errors import IdentificationError, ParameterError, first_of
+from symgen.errors import IdentificationError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Wls, bias_of_least_squares
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit, quiet, unexplained_from
-from symgen.estimation.integrals import cumulative_integral
 from symgen.estimation.logs import digest
 from symgen.estimation.masking import seldom_moving
 from symgen.estimation.playback import (
     HORIZONS,
     Gains,
     Horizon,
-    PlantMover,
     Window,
+    model_mover,
     play,
     position_errors,
     windows_of,
@@ -51,8 +47,8 @@ from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
-from symgen.estimation.torque_error import MEMORY, TorqueFit, equation_residual, largest, percent
-from symgen.estimation.values import Balance, FloatArray, OtherEstimate, Residual, Trace, Whiteness
+from symgen.estimation.torque_error import TorqueFit, equation_residual, largest, percent
+from symgen.estimation.values import FloatArray, OtherEstimate, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.samples import torques_look_computed
 from symgen.faults.scene import mean_friction_power
@@ -64,7 +60,6 @@ from symgen.identification.estimate import (
     Alternative,
     Consistency,
     Estimate,
-    FittedConstant,
     ParameterEstimate,
     Use,
     joints_of,
@@ -76,7 +71,6 @@ from symgen.identification.solving import (
     UNBIASED,
     EquatedLog,
     Method,
-    convergence,
     equate,
     system_of,
 )
@@ -86,7 +80,6 @@ from symgen.runtime.evaluator import Evaluator
 from symgen.symbolic.near_angles import costly_angles
 
 _PLENTY = 10  # independent equations for each parameter
-_AT_ONCE = 8192  # samples whose energies are evaluated together
 _LOUD = 0.03  # relative residual above which signs are tried
 _BETTER = 0.5  # of the residual that another sign has to leave at most
 #: Held-out torque error over that of the training logs above which the log was learned by heart.
@@ -120,9 +113,6 @@ _SCALED = (
 )
 #: Most lags that are looked at, fewest, and rows that each needs.
 LAGS, _LEAST, _ROWS = 20, 3, 5
-#: Probability from which a residual is called correlated.
-LEVEL = 0.01
-_NORMAL = 1.959963984540054
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +129,6 @@ class Outcome:
         repairs: what was mended in the logs.
         notes, provenance: of the logs, beside those of every run.
         faults: reasons why the model is not good for prediction.
-        constants: of effects, that were fitted with the parameters.
     """
 
     solution: Solution
@@ -152,7 +141,6 @@ class Outcome:
     notes: tuple[str, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
     faults: tuple[str, ...] = ()
-    constants: tuple[FittedConstant, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +201,12 @@ def assess(
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
     solution, bias = found.solution, ""
-    if not (method.refined or method.name in UNBIASED) and chosen.columns is None:
+    if method.name not in UNBIASED and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    physical = consistency(evaluator.model, X, solution.covariance)
+    physical = consistency(evaluator.model, X, solution.covariance, trials.own_values)
     if chosen.columns is not None:
         known = chosen.columns.known
         std = np.full(len(X), math.nan)
@@ -276,18 +264,14 @@ def assess(
         window_s=None if model.name == "torque" else model.window,
         notes=(*_notes(chosen, solution, found), *found.notes, *limits),
         traces=traces,
-        convergence=convergence(train, names),
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
         physical=physical,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
         prior=prior and OtherEstimate.by("prior", names, prior.mean, prior.std),
-        balances=energy_balances(evaluator, (*train, *held), X),
-        whiteness=whiteness(traces),
         band=run.band,
         repairs=found.repairs,
-        constants=found.constants or None,
         alternatives=tuple(
             # the chosen one with the fit of all logs, of which it was chosen on a sample
             replace(
@@ -874,14 +858,10 @@ def _played(
     gains: Gains | None = None,
 ) -> tuple[tuple[Horizon, ...], int]:
     """Return the position errors over windows, and how many diverged; none without a motion."""
-    robot = evaluator.model.robot
-    if X is None or not windows or robot.loaded or robot.on_logs:
-        return (), 0
-    try:
-        mover = PlantMover.of(evaluator, X)
-    except ParameterError:  # negative friction: the reasons name it
+    if X is None or not windows or evaluator.model.robot.on_logs:
         return (), 0
     t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
+    mover = model_mover(evaluator.model, X)
     return position_errors(windows, t, play(mover, windows, t, gains))
 
 
@@ -968,126 +948,13 @@ def disagreement(found: Sequence[Alternative]) -> tuple[str, ...]:
 
 def model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tuple[Trace, ...]:
     """Return what the model's own equations measure and predict, for drawing."""
-    first = part.equations[0]
     if model.name == "torque":  # drawn from `fit`
         return ()
     t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
     measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
     predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)
-    log = part.log
-    apart = first.correlation + 1  # neighbouring windows share the sample where they meet
-    if log.band.filters(log.step) and len(first.t) > 1:
-        row = float(np.median(np.diff(first.t)))
-        apart += math.ceil(MEMORY / (log.band.cutoff_hz * row))
-    return (Trace(log.name, part.kind, model.name, t, measured, predicted, apart),)
-
-
-def energy_balances(
-    evaluator: Evaluator, parts: Sequence[EquatedLog], X: FloatArray
-) -> tuple[Balance, ...]:
-    """Return where the measured work went, log by log.
-
-    Masked logs, whose torque is not to be believed throughout, are left out; and all are where the
-    model has effects that hold its own torque.
-
-    Args:
-        evaluator: the compiled model, with the kernels of energy.
-        parts: the logs.
-        X: the parameters, (p,).
-    """
-    model = evaluator.model
-    if model.base.linear < len(model.base.parameters):
-        return ()
-    out = []
-    for part in parts:
-        s, every = part.log, slice(None, None, part.log.stride)
-        if s.mask is not None:
-            continue
-        q, qd = s.nodes(s.stride)
-        spans = [slice(k, k + _AT_ONCE) for k in range(0, len(q), _AT_ONCE)]
-        kinds = zip(
-            (evaluator.energy_regressor, evaluator.friction_power),
-            (X[: model.inertial], X[model.inertial :]),
-            strict=True,
-        )
-        h, lost = (
-            np.concatenate([kernel(q[k], qd[k]) @ own for k in spans]) for kernel, own in kinds
-        )
-        work = cumulative_integral(np.einsum("ij,ij->i", s.qd, s.tau), s.step)[every]
-        friction = cumulative_integral(lost, s.step * s.stride)
-        out.append(Balance(s.name, part.kind, s.t[every], work, h - h[0], friction))
-    return tuple(out)
-
-
-def whiteness(traces: Sequence[Trace]) -> tuple[Whiteness, ...]:
-    """Test the residuals of traces, logs of one kind together; short ones are left out.
-
-    Args:
-        traces: of any quantities and kinds; those with no spacing are left out.
-    """
-    from scipy.special import chdtrc
-
-    groups: dict[tuple[str, str], list[Trace]] = {}
-    for trace in (t for t in traces if t.spacing > 0 and len(t.t) > 1):
-        groups.setdefault((trace.quantity, trace.kind), []).append(trace)
-    out = []
-    for (quantity, kind), members in groups.items():
-        step = float(np.median([t.spacing * np.median(np.diff(t.t)) for t in members]))
-        pieces = [piece.T for t in members for piece in _pieces(t)]
-        for component, series in enumerate(zip(*pieces, strict=True)):
-            rows = sum(map(len, series))
-            lags = min(LAGS, rows // _ROWS)
-            if lags < _LEAST or not any(np.ptp(e) > 0 for e in series):
-                continue
-            r, deviation = lag_correlations(series, lags)
-            statistic = float(np.sum((r / deviation) ** 2))
-            bands, tail = tuple((_NORMAL * deviation).tolist()), float(chdtrc(lags, statistic))
-            about = (quantity, component, kind, rows, step)
-            out.append(Whiteness(*about, tuple(r.tolist()), bands, statistic, tail))
-    return tuple(out)
-
-
-def _pieces(trace: Trace) -> list[FloatArray]:
-    """Return the residual of a log without its mean, (K, m), in the stretches between pauses."""
-    residual = trace.measured - trace.predicted
-    step = np.diff(trace.t)
-    cuts = np.flatnonzero(step > 1.5 * np.median(step)) + 1
-    return [e[:: trace.spacing] for e in np.split(residual - residual.mean(axis=0), cuts)]
-
-
-def lag_correlations(series: Sequence[FloatArray], lags: int) -> tuple[FloatArray, FloatArray]:
-    """Return r_k at lags k = 1 .. `lags` and their standard deviations where there is none.
-
-        r_k = sum e_i e_(i+k) / sum e_i^2,    std_k = sqrt(sum (e_i e_(i+k))^2) / sum e_i^2
-
-    The deviation also holds where the size of the residual changes along the motion, as it does
-    with speed (Lobato, Nankervis and Savin 2001); sum (r_k/std_k)^2 is chi-square of `lags` degrees
-    of freedom. With a constant size it is the statistic of Ljung and Box (1978).
-
-    Args:
-        series: residuals (K,) without their mean, stretch by stretch: no pair spans two.
-        lags: how many.
-    """
-    power = sum(float(e @ e) for e in series)
-    r, deviation = np.zeros(lags), np.zeros(lags)
-    for k in range(1, lags + 1):
-        products = np.concatenate([e[k:] * e[:-k] for e in series])
-        r[k - 1] = products.sum() / power
-        deviation[k - 1] = np.sqrt(float(products @ products)) / power
-    return r, np.maximum(deviation, 1e-300)
-
-
-def in_words(tested: Whiteness) -> str:
-    """Return what a test says."""
-    if tested.p_value >= LEVEL:
-        return "white: no correlation beyond chance"
-    sizes = np.abs(tested.correlations) / np.asarray(tested.bands)
-    k = int(np.argmax(np.where(sizes > 1, np.abs(tested.correlations), 0.0)))
-    return (
-        f"not white: correlated by {tested.correlations[k]:.2f} after "
-        f"{(k + 1) * tested.step_s:.2g} s"
-    )
+    return (Trace(part.log.name, part.kind, model.name, t, measured, predicted),)
 
 
 def wrong_sign(

@@ -15,18 +15,14 @@ from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
 from symgen.estimation.playback import Horizon
 from symgen.estimation.values import (
-    Balance,
-    Convergence,
     Endogeneity,
     OtherEstimate,
     Residual,
     Trace,
-    Whiteness,
 )
 from symgen.faults.fault import Fault, delay_of
-from symgen.identification.curves import FILE, read_curves
+from symgen.identification.curves import FILE, read_traces
 from symgen.names import joint_label, unit
-from symgen.robot.expressions import exact
 from symgen.robot.types import Robot
 from symgen.schemas import (
     BESIDE,
@@ -95,22 +91,6 @@ class ParameterEstimate:
     def __post_init__(self) -> None:
         relative = 100 * self.std / abs(self.value) if self.value else math.inf
         object.__setattr__(self, "relative_std_percent", relative)
-
-
-@dataclass(frozen=True)
-class FittedConstant:
-    """A constant of an effect of the robot file that was fitted with the parameters.
-
-    Attributes:
-        name: in the torque of the effect.
-        effect: name of the effect.
-        value, std: in the unit that the robot file uses.
-    """
-
-    name: str
-    effect: str
-    value: float
-    std: float
 
 
 @dataclass(frozen=True)
@@ -250,12 +230,8 @@ class Estimate(Viewable):
         endogeneity: tests of whether least squares is biased here, where instruments exist.
         comparison: the same parameters by other methods: wls beside iv and iv beside wls.
         prior: what was given as a prior, its std infinite where nothing was; None without one.
-        balances: where the measured work went, log by log.
-        whiteness: of the residuals, quantity by quantity and joint by joint.
         band: the filters of the run; None in an older file.
         repairs: what was mended in the logs before anything was estimated.
-        constants: of effects, with other values than in the robot file that was given; the
-            robot.toml beside the estimate has these. None where none was fitted.
         alternatives: the models that were fitted, the chosen one first.
         uses: what the estimate may be used for.
         headline: what it is good for, one sentence a use, with BETWEEN_USES between them.
@@ -282,19 +258,15 @@ class Estimate(Viewable):
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
-    constants: Annotated[tuple[FittedConstant, ...] | None, OPTIONAL] = None
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
     endogeneity: tuple[Endogeneity, ...] = ()
     comparison: tuple[OtherEstimate, ...] = ()
     prior: OtherEstimate | None = None
     correlation: Annotated[FloatArray, MATRIX] = field(default_factory=lambda: np.empty((0, 0)))
-    whiteness: tuple[Whiteness, ...] = ()
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
-    convergence: Annotated[Convergence | None, BESIDE] = None
-    balances: Annotated[tuple[Balance, ...], BESIDE] = ()
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""
@@ -312,11 +284,6 @@ class Estimate(Viewable):
     def shifts(self) -> tuple[Fault, ...]:
         """Repairs that shifted the torques of all logs, which other logs of the robot need too."""
         return tuple(fault for fault in self.repairs if delay_of(fault))
-
-    def robot_of(self, robot: Robot) -> Robot:
-        """Return the robot that was given with the constants that were fitted."""
-        values = {c.name: exact(c.value) for c in self.constants or ()}
-        return robot.with_constants(values)
 
     @property
     def covariance(self) -> FloatArray:
@@ -365,8 +332,8 @@ def read_estimate(path: str | Path) -> Estimate:
         )
     torque = found.torque_validation and found.torque_validation.per_joint
     joints = (Joint(j, "N m or N") for j in range(1, len(torque or ()) + 1))
-    curves = read_curves(file.with_name(FILE), len(found.parameters))
-    return replace(found, joints=found.joints or tuple(joints), **curves)
+    traces = read_traces(file.with_name(FILE))
+    return replace(found, joints=found.joints or tuple(joints), traces=traces)
 
 
 def _torn(e: Estimate) -> str:
@@ -376,8 +343,4 @@ def _torn(e: Estimate) -> str:
         return "parameters: some are missing, or there twice"
     if e.correlation.size and e.correlation.shape != (len(names), len(names)):
         return "correlation: it has another size"
-    for w in e.whiteness:
-        joints = len(e.joints) if w.quantity in _PER_JOINT else 1
-        if not 0 <= w.component < joints or not w.bands or len(w.correlations) != len(w.bands):
-            return "whiteness: a joint that is not there, or no lags"
     return ""

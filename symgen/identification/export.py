@@ -20,13 +20,15 @@ from symgen.codegen.values import Values
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError, plain
 from symgen.estimation.equation_model import JUDGING
+from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import (
+    base_values,
     cad_parameters,
     estimate_facts,
     read_parameters,
-    same_frames,
+    with_fixed_links,
 )
 from symgen.identification.physical import (
     LinkFact,
@@ -37,6 +39,7 @@ from symgen.identification.physical import (
     box_fact,
     link_parameters,
     mass_fact,
+    no_robot_near,
 )
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
@@ -207,14 +210,10 @@ def identified_file(
     """
     path = Path(path)
     found = read_imported(path)
-    model = derive(found.robot if robot is None else robot)
-    if model.base.names != tuple(p.name for p in estimate.parameters):
+    model = derive(with_fixed_links(robot or found.robot, found.robot, path))
+    ours, theirs = model.base.names, (p.name for p in estimate.parameters)
+    if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
-    if not same_frames(found.robot, model.robot):
-        raise ParameterError(
-            f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
-            "robot was imported from"
-        )
     facts = tuple((known or Known()).facts(path, model.robot))
     if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
         raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")
@@ -234,6 +233,8 @@ def identified_file(
             f"the identified X is not physically possible{beside}: the file contains the nearest "
             f"possible values, {links.sigmas:.3g} standard deviations away in all"
         )
+        if far := no_robot_near(links.sigmas, len(links.X)):
+            notes.append(far)
     if mjcf:
         text, pushed, changes = updated_mjcf(path, dynamics, actuators)
         notes += changes
@@ -427,6 +428,37 @@ def read_identified(
                 "with the robot.toml that was identified"
             )
     return known, robot
+
+
+def require_precise(
+    file: IdentifiedFile,
+    robot: Robot,
+    logs: Sequence[str | Path],
+    estimate: Estimate,
+    reading: Reading | None = None,
+) -> None:
+    """Refuse a file whose torque error on some logs is above the estimate's by what matters.
+
+    Args:
+        file: of the robot, with the values of the estimate.
+        robot: the robot.
+        logs: paths.
+        estimate: identified on the robot.
+        reading: columns, span and masks of the logs.
+
+    Raises:
+        LogError: a log cannot be read.
+        ParameterError: the torque error of the file is too large.
+    """
+    model = derive(robot, JUDGING)
+    values = [base_values(file.values, model, robot.name), estimate.X]
+    for log in logs:
+        written, own = torque_errors(robot, log, values, estimate.band, estimate.shifts, reading)
+        if written > own + LEAST:
+            raise ParameterError(
+                f"{log}: torque error {100 * written:.3g} %, of the estimate {100 * own:.3g} %; "
+                "symgen diagnose searches for what the model lacks, symgen export writes the file"
+            )
 
 
 class FileErrors(NamedTuple):

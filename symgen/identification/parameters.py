@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symgen import names
-from symgen.codegen.model import Model
+from symgen.codegen.model import Model, derive
 from symgen.codegen.values import Values, named_values
 from symgen.errors import ParameterError, SymgenError, told_by
 from symgen.estimation.band import Band
@@ -26,6 +26,8 @@ from symgen.robot.toml_io import read_imported
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import result_file
+
+_SAME = 1e-6  # m or rad: the frames of two files of one robot agree so closely
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,26 +167,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
             f"{path}: the estimate is of the robot {content['robot']!r}; accepted: one of "
             f"{model.robot.name!r}"
         )
-    _require_constants(path, content.get("constants"), model.robot)
     return {str(p["name"]): (p["value"], p.get("std")) for p in table}
-
-
-def _require_constants(path: Path, fitted: Any, robot: Robot) -> None:
-    """Refuse the constants of another robot.toml: parameters hold with theirs alone.
-
-    Raises:
-        ParameterError: the message names the constants.
-    """
-    own = {name: float(value.subs(robot.values())) for e in robot.effects
-           for name, value in e.nonlinear}  # fmt: skip
-    table = fitted if isinstance(fitted, list) else []
-    found = {str(c.get("name")): c.get("value") for c in table if isinstance(c, dict)}
-    other = [f"{name} = {value}" for name, value in found.items() if own.get(name) != value]
-    if other:
-        raise ParameterError(
-            f"{path}: the estimate has {', '.join(other)}, and the robot file has other values; "
-            f"accepted: the robot.toml in {path.parent}"
-        )
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
@@ -198,16 +181,16 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     found = read_imported(path)
     if not found.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
-    if not same_frames(found.robot, model.robot):
-        raise ParameterError(
-            f"{path}: its frames are not those of {model.robot.name}; accepted: the file that the "
-            "robot was imported from, and geometry as imported"
-        )
+    robot = with_fixed_links(model.robot, found.robot, path)
     values = dict(found.parameters)
     if found.robot.payload is not None and model.robot.payload is None:  # it is part of its link
         for prefix in names.LINK:
             values[f"{prefix}{found.robot.payload}"] += values.pop(f"{prefix}L")
-    return _with_drives(values, model)
+    if robot == model.robot:
+        return _with_drives(values, model)
+    there = derive(robot)
+    X = base_values(_with_drives(values, there), there, str(path))
+    return dict(zip(model.base.names, X, strict=True))
 
 
 def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:
@@ -257,22 +240,33 @@ def _undeclared(name: str, value: float, robot: Robot) -> bool:
     return drive and value == 0 and number in {str(joint.number) for joint in robot.joints}
 
 
-def same_frames(imported: Robot, robot: Robot) -> bool:
-    """Whether a robot has the frames of its file; joints of the file may be fixed in the robot."""
-    theirs, ours = imported.with_values().joints, robot.with_values().joints
-    if len(theirs) != len(ours):
-        return False
-    for a, b in zip(theirs, ours, strict=True):
+def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
+    """Return a robot with the fixed links of a file in which the same joints move.
+
+    Joints of the file may be fixed in the robot. Fixed links behind all joints that move may
+    differ: their bodies are part of the links that carry them.
+
+    Raises:
+        ParameterError: the frame of a joint is another one.
+    """
+    count = imported.moving[-1].number
+    theirs, ours = imported.with_values().joints[:count], robot.with_values().joints
+    behind = [joint for joint in ours[count:] if not joint.fixed]
+    for a, b in zip(theirs, ours, strict=False):
         keys = ["antecedent", "gamma", "b", "alpha", "d"]
-        if a.sigma == b.sigma:
+        if a.sigma == b.sigma or not b.fixed:
             keys += ["sigma", "theta", "r"]
-        elif b.sigma == names.FIXED:  # it stands somewhere along its axis
-            keys.append("r" if a.sigma == names.REVOLUTE else "theta")
-        else:
-            return False
-        if any(getattr(a, key) != getattr(b, key) for key in keys):
-            return False
-    return True
+        else:  # it stands somewhere along its axis
+            keys.append("r" if a.turns else "theta")
+        if any(abs(float(getattr(a, key) - getattr(b, key))) > _SAME for key in keys):
+            behind.append(b)
+    if behind or len(ours) < count:
+        what = "its joints" if not behind else f"the frame of {robot.label(behind[0].number)}"
+        raise ParameterError(
+            f"{where}: {what} is not that of {robot.name}; accepted: the file that the robot was "
+            "imported from, or one in which the same joints move in the same frames"
+        )
+    return replace(robot, joints=(*robot.joints[:count], *imported.joints[count:]))
 
 
 def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatArray:

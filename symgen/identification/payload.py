@@ -66,7 +66,7 @@ from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
-from symgen.identification.curves import FILE, read_curves
+from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given, regrouping
 from symgen.identification.physical import (
@@ -74,7 +74,8 @@ from symgen.identification.physical import (
     MATRIX,
     Cone,
     about_centre,
-    minimise,
+    deviations,
+    nearest_moves,
     parameters_of,
     pseudo_inertia,
 )
@@ -101,7 +102,6 @@ UNITS = np.array([*[_LENGTH**2] * 6, *[_LENGTH] * 3, 1.0])
 _TIED = 1e-7  # singular value, of scaled columns, of a direction that the logs do not determine
 _SEEN = 1e-6  # share of a parameter in directions that the logs do not determine
 _MARGIN = 1e-6  # smallest eigenvalue of the pseudo-inertia of the nearest body, in its units
-_FAINT = 1e-9
 _FITS, _SEEN_MASS = 0.8, 3.0  # of the torque that is left; standard deviations of a mass
 _STEPS, _SETTLED = 30, 1e-3  # of the standard deviation
 #: Places in s that mass, centre and inertia about it depend on: XX on MY, MZ and M, and so on.
@@ -220,8 +220,8 @@ def read_payload(path: str | Path) -> Payload:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    curves = read_curves(file.with_name(FILE), 0)
-    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=curves.get("traces", ()))
+    traces = read_traces(file.with_name(FILE))
+    return replace(read_result(Payload, file, SCHEMA, traces=()), traces=traces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +268,9 @@ class LoadEstimate:
     def nearest(self, mass: float | None = None) -> LoadEstimate:
         """Return the most likely load that exists: a body of positive density.
 
-            minimise (s - s0)' C^-1 (s - s0)   with a pseudo-inertia that is positive definite
+            minimise |z|^2   with   s = s0 + L z,  L L' = C,  and a positive definite pseudo-inertia
+
+        Directions that the logs do not determine are free.
 
         Args:
             mass: kept, where it is known.
@@ -280,13 +282,14 @@ class LoadEstimate:
         if not self.null.size and float(np.linalg.eigvalsh(pseudo_inertia(self.s / scale))[0]) > 0:
             return self
         x0 = self.s / scale
-        C = self.covariance / np.outer(scale, scale)
-        P = np.linalg.pinv(C, rcond=1e-12, hermitian=True)
-        P = P / float(np.linalg.norm(P, 2)) + _FAINT * np.eye(10)
-        cones = [Cone("semidefinite", MATRIX, -_MARGIN * IDENTITY)]
+        onto = np.hstack([self.null, deviations(self.covariance) / scale[:, None]])
+        cones = [Cone("semidefinite", MATRIX @ onto, MATRIX @ x0 - _MARGIN * IDENTITY)]
         if mass is not None:
-            cones.append(Cone("zero", np.eye(10)[-1:], np.array([-mass / scale[-1]])))
-        x, _ = minimise(P, -P @ x0, cones)
+            cones.append(Cone("zero", onto[-1:], x0[-1:] - mass / scale[-1]))
+        move = next(nearest_moves(self.null.shape[1], cones), None)
+        if move is None:
+            raise ParameterError("no possible load is near the estimate")
+        x = x0 + onto @ move
         return LoadEstimate(x * scale, self.covariance, self.null)
 
 
@@ -666,8 +669,8 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
     if found.joint != link:
         own = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
         raise RobotError(
-            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load on "
-            f"that of joint {link}; accepted: {own}"
+            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load "
+            f"on that of {robot.label(link)}; accepted: {own}"
         )
     return found
 

@@ -11,6 +11,12 @@ Every base parameter has a leading standard parameter that no other one contains
 parameters are free variables, and X = G s holds to rounding. The units are a typical length and
 mass of the robot, in which the entries of a pseudo-inertia have similar size.
 
+The possible X nearest to an estimate X0 of covariance C has the whitened deviation z as variable,
+
+    minimise |z|^2 + faint |y|^2   with   X = X0 + L z,   L L' = C
+
+and the free standard parameters y. So the optimum has size one for any precision of the logs.
+
 Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
 their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
 
@@ -33,6 +39,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
@@ -190,7 +197,8 @@ def box_fact(
     return LinkFact(f"{label}: a box from {corners} m", moved, np.zeros(3), False)
 
 
-_SOLVED = ("Solved", "AlmostSolved")  # to the accuracy, or to a hundred times it
+#: To the accuracy; and to it or to a hundred times it, which decides whether a solution exists.
+_SOLVED, _DECIDED = ("Solved",), ("Solved", "AlmostSolved")
 _ACCURACIES = (1e-10, 1e-8)  # of the first and of the second try
 
 
@@ -210,7 +218,7 @@ def triangle_vector(matrix: FloatArray) -> FloatArray:
 
 
 def minimise(
-    P: FloatArray, c: FloatArray, cones: Sequence[Cone]
+    P: FloatArray, c: FloatArray, cones: Sequence[Cone], accepted: Sequence[str] = _DECIDED
 ) -> tuple[FloatArray, list[FloatArray]]:
     """Return the minimiser y (n,), and the dual vector of every cone.
 
@@ -218,6 +226,7 @@ def minimise(
         P: positive semidefinite (n, n).
         c: (n,).
         cones: constraints on y.
+        accepted: statuses of Clarabel that are a solution.
 
     Raises:
         ParameterError: Clarabel finds no solution.
@@ -249,12 +258,43 @@ def minimise(
             settings,
         )
         solution = solver.solve()
-        if str(solution.status) in _SOLVED:
+        if str(solution.status) in accepted:
             break
     else:
         raise ParameterError(f"the solver Clarabel ends with {solution.status}")
     ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
     return np.array(solution.x) * unit, np.split(np.array(solution.z), ends)
+
+
+def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
+    """Yield minimisers (y, z) of |z/unit|^2 + faint |y|^2, for a unit of distance that grows.
+
+    The solver needs variables of size one, and the distance |z| of the nearest point is not known.
+    The solution of the smallest unit is the most exact one.
+
+    Args:
+        free: number of variables y, which come first.
+        cones: constraints on (y, z).
+    """
+    n = cones[0].E.shape[1]
+    weights, size = np.ones(n), np.ones(n)
+    weights[:free] = _FAINTEST
+    for size[free:] in _DISTANCES:
+        scaled = [replace(cone, E=cone.E * size) for cone in cones]
+        with suppress(ParameterError):
+            yield size * minimise(np.diag(weights), np.zeros(n), scaled, _SOLVED)[0]
+
+
+def deviations(covariance: FloatArray) -> FloatArray:
+    """Return L (p, p) with L L' a covariance, so that z of X = X0 + L z is in standard deviations.
+
+    Eigenvalues of the correlation matrix are at least 1e-10.
+    """
+    std = np.sqrt(np.diag(covariance))
+    unit = np.where(std > 0, std, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _TIED))
+    return L
 
 
 #: The pseudo-inertia of ten link parameters as a vector of the solver, the unit matrix as such a
@@ -266,14 +306,18 @@ _UNIT = np.array([2.0, 0, 0, 2, 0, 2, 0, 0, 0, 1])
 #: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive: what half
 #: the digits of a number show ...
 _CERTAIN = math.sqrt(np.finfo(float).eps)
-#: ... that the nearest consistent parameters keep ...
-_NEAREST = 1e-5
+#: ... that the nearest possible parameters keep, far below the smallest link of an arm ...
+_NEAREST = 1e-7
 #: ... and above which a robot is not asked for more.
 _ENOUGH = 1e-3
 #: Largest trace of a pseudo-inertia, in the robot's units.
-_LARGEST = 100.0
-#: Weight of the size of what a prior does not name, and of size in the search for the nearest.
-_FAINT, _FAINTEST, _TINY = 1e-3, 1e-6, 1e-12
+_LARGEST = 300.0
+#: Weights of the size of what a prior does not name, and of what has no other weight.
+_FAINT, _FAINTEST = 1e-3, 1e-6
+#: Units of distance in the search for the nearest, in standard deviations, one after the other.
+_DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e4, 1e6, 1e8, 1e10)
+#: A negative value of this size, in the robot's units, is rounding.
+_ROUNDING = 1e-12
 #: Most steps of Newton's method, the shortest part of one, and the decrease that ends it.
 _STEPS, _SHORTEST, _DONE = 200, 1e-12, 1e-22
 #: Share of a link in what makes X impossible, from which it is named.
@@ -395,8 +439,10 @@ class Feasibility:
         """Return a text: why no link parameters give X; '' if some do."""
         wrong = [
             f"{p.name} is {x:.4g} and cannot be negative" + f" ({p.expression})" * bool(p.terms)
-            for row, p, x in zip(self.G, self.parameters, self.X, strict=True)
-            if x < 0 and row.min() >= 0 and self.never_negative[row > 0].all()
+            for row, p, x, size in zip(
+                self.G, self.parameters, self.X, self.at[self.heads], strict=True
+            )
+            if size < -_ROUNDING and row.min() >= 0 and self.never_negative[row > 0].all()
         ]
         if wrong:
             return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
@@ -532,7 +578,7 @@ class Feasibility:
         """Return y of the smallest parameters x = onto y + at: those nearest to a prior, or to 0.
 
         Every link has half of the least eigenvalue that all can have at once, or what it has in the
-        prior where that is less. Where the solver fails, they have all of it.
+        prior where that is less. Where the solver does not keep that, they have all of it.
         """
         target = np.array([float(prior.get(name, 0.0)) for name in self.names]) / self.scale
         named = np.isin(self.names, list(prior))
@@ -544,43 +590,62 @@ class Feasibility:
         below[links] = floors[:, None] * _UNIT
         weighted = onto.T * weights
         try:
-            return minimise(
+            y, _ = minimise(
                 weighted @ onto,
                 weighted @ (at - target),
                 [*self._consistent(onto, at - below, links), *self._within(onto, at)],
-            )[0]
+            )
         except ParameterError:
             return widest
+        return y if (_least((onto @ y + at)[links]) > 0).all() else widest
 
-    def nearest(self, covariance: FloatArray) -> tuple[FloatArray, float]:
-        """Return the nearest physically possible base parameters, and their distance."""
-        whiten = _whitening(covariance, len(self.X))
-        n, p = len(self.names), len(self.X)
-        onto = whiten @ self.G * self.scale
-        # In units of the most precise direction: deviations may span many decades.
-        precise = float(np.linalg.norm(onto, 2))
-        distance = np.hstack([onto / precise, -np.eye(p)])
-        floors = np.zeros(n)
-        floors[self.links] = _NEAREST * _UNIT
-        faint = max(_FAINTEST / precise**2, _TINY)
-        y, _ = minimise(
-            np.diag([*np.full(n, faint), *np.ones(p)]),
-            np.zeros(n + p),
-            [
-                Cone("zero", distance, -whiten @ self.X / precise),
-                *self._consistent(np.eye(n, n + p), -floors, self.links),
-                *self._within(np.eye(n, n + p), np.zeros(n), _NEAREST),
-                *(
-                    Cone("zero", np.pad(rows, ((0, 0), (0, p))), -sides)
-                    for rows, sides in [self._equal]
-                    if len(rows)
-                ),
-            ],
-        )
-        s = y[:n] * self.scale
-        s[self.positive] = np.maximum(s[self.positive], 0.0)
-        near: FloatArray = self.G @ s
-        return near, float(np.linalg.norm(whiten @ (near - self.X)))
+    def nearest(
+        self, covariance: FloatArray, known: FloatArray | None = None
+    ) -> tuple[FloatArray, float]:
+        """Return the nearest physically possible base parameters, and their distance.
+
+        Args:
+            covariance: of X, (p, p).
+            known: parameters (p,); if a robot can have them, the nearest are at most as far.
+
+        Raises:
+            ParameterError: the solver finds no possible parameters, or the covariance is not one.
+        """
+        p = len(self.X)
+        variances = np.diag(covariance) if covariance.shape == (p, p) else np.zeros(p)
+        if not (np.isfinite(covariance).all() and (variances > 0).all()):
+            raise ParameterError(
+                f"the covariance is not a ({p}, {p}) matrix with a positive diagonal"
+            )
+        L = deviations(covariance)
+        moved = np.zeros((len(self.names), p))
+        moved[self.heads] = L / self.scale[self.heads, None]
+        onto = np.hstack([self.onto, moved])
+        margin = np.zeros(len(self.names))
+        margin[self.links] = _NEAREST * _UNIT
+        rows, sides = self._equal
+        cones = [
+            *self._consistent(onto, self.at - margin, self.links),
+            *self._within(onto, self.at, _NEAREST),
+            Cone("zero", rows @ onto, rows @ self.at - sides),
+        ]
+        candidates = [] if known is None or not self._allows(known) else [known]
+        for move in nearest_moves(len(self.free), cones):
+            s = (onto @ move + self.at) * self.scale
+            s[self.positive] = np.maximum(s[self.positive], 0.0)
+            near = self.G @ s
+            if self._allows(near):
+                candidates.append(near)
+                break
+        if not candidates:
+            raise ParameterError(f"{self.robot}: no possible robot is near these parameters")
+        distances = np.linalg.norm(np.linalg.solve(L, np.transpose(candidates - self.X)), axis=0)
+        first = int(np.argmin(distances))
+        return candidates[first], float(distances[first])
+
+    def _allows(self, X: FloatArray) -> bool:
+        """Return whether other base parameters are possible with the same facts."""
+        return not Feasibility(self._model, X, self.facts).fault()
 
     def _consistent(self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]) -> list[Cone]:
         """Return the cones of x = onto y + at: links as bodies, and what is never negative."""
@@ -687,16 +752,7 @@ def _length(robot: Robot) -> float:
     return sum(lengths) / len(lengths) if lengths else 0.1
 
 
-def _whitening(covariance: FloatArray, p: int) -> FloatArray:
-    """Return W (p, p) with W'W the inverse of a covariance."""
-    std = np.sqrt(np.diag(covariance)) if covariance.shape == (p, p) else np.zeros(p)
-    if not (np.isfinite(covariance).all() and (std > 0).all()):
-        raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
-    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
-    whiten: FloatArray = vectors.T / np.sqrt(np.maximum(values, _TIED))[:, None] / std
-    return whiten
-
-
+_MISSING = "an effect is missing from the model: symgen diagnose searches for it"
 CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
@@ -760,7 +816,8 @@ def link_parameters(
                 f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
                 "accepted: nearest=covariance of X, for the nearest possible values"
             )
-        near, sigmas = problem.nearest(np.asarray(nearest, dtype=float))
+        known = problem.G @ [prior.get(name, 0.0) for name in problem.names]
+        near, sigmas = problem.nearest(np.asarray(nearest, dtype=float), known)
         problem = Feasibility(model, near, facts)
     s = problem.closest(prior)
     values = dict(zip(problem.names, map(float, s), strict=True))
@@ -799,7 +856,7 @@ def beyond_noise(
 
 
 def nearest_consistent(
-    model: Model, X: FloatArray, covariance: FloatArray
+    model: Model, X: FloatArray, covariance: FloatArray, known: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
     """Return the nearest physically possible base parameters, and their distance.
 
@@ -812,30 +869,31 @@ def nearest_consistent(
         model: whose parameters they are.
         X: base parameters X0, (p,).
         covariance: C of X0, (p, p).
+        known: base parameters (p,), such as those of the robot's file. If a robot can have them,
+            the nearest ones are at most as far.
 
     Returns:
         The base parameters, and sqrt((X - X0)' C^-1 (X - X0)), which is 0 if X0 is possible.
 
     Raises:
-        ParameterError: the solver finds no solution, or its solution is not possible.
+        ParameterError: the solver finds no possible parameters.
     """
     problem = Feasibility(model, X)
     if not problem.fault():
         return problem.X, 0.0
-    near, sigmas = problem.nearest(covariance)
-    fault = Feasibility(model, near).fault()
-    if fault:
-        raise ParameterError(f"{model.robot.name}: no consistent parameters are found: {fault}")
-    return near, sigmas
+    return problem.nearest(covariance, known)
 
 
-def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consistency:
+def consistency(
+    model: Model, X: FloatArray, covariance: FloatArray, known: FloatArray | None = None
+) -> Consistency:
     """Return whether base parameters are physically possible, and the distance to the nearest.
 
     Args:
         model: whose parameters they are.
         X: base parameters (p,).
         covariance: of X, (p, p).
+        known: as for `nearest_consistent`.
     """
     try:
         problem = Feasibility(model, X)
@@ -845,18 +903,24 @@ def consistency(model: Model, X: FloatArray, covariance: FloatArray) -> Consiste
     if not fault:
         return Consistency(True, 0.0, "bodies of positive mass can have these base parameters")
     try:
-        near, sigmas = problem.nearest(covariance)
+        near, sigmas = problem.nearest(covariance, known)
     except ParameterError as error:
-        return Consistency(False, None, f"{fault}; nearest possible values unknown: {error}")
+        return Consistency(False, None, f"{fault}; {error}; {_MISSING}")
     moves = np.abs(near - X) / np.sqrt(np.diag(covariance))
     worst = int(np.argmax(moves))
+    advice = no_robot_near(sigmas, len(X)) or "symgen identify --method consistent gives them"
     return Consistency(
         False,
         sigmas,
         f"{fault}; the nearest possible values differ by {sigmas:.3g} standard deviations in all "
         f"(noise alone: up to {_noise(len(X)):.2g}), at most {moves[worst]:.2g} for "
-        f"{model.base.names[worst]}: symgen identify --method consistent gives them",
+        f"{model.base.names[worst]}: {advice}",
     )
+
+
+def no_robot_near(sigmas: float, p: int) -> str:
+    """Return a text if p estimates are farther from the possible than noise explains, else ""."""
+    return f"no possible robot is near; {_MISSING}" if sigmas > _noise(p) else ""
 
 
 def _noise(p: int) -> float:
@@ -879,10 +943,12 @@ class Consistent:
     Attributes:
         model: model of the robot.
         base: estimator of the base estimate.
+        known: base parameters (p,), such as those of the robot's file, as in `nearest_consistent`.
     """
 
     model: Model
     base: Estimator = field(default_factory=Wls)
+    known: FloatArray | None = None
     name: ClassVar[str] = "consistent"
     excludes: ClassVar[str] = (
         NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
@@ -899,17 +965,18 @@ class Consistent:
 
     def bounded(self, free: Solution, names: tuple[str, ...]) -> Solution:
         """Return the solution nearest to an unconstrained one; raises the errors of `solve`."""
-        near, sigmas = nearest_consistent(self.model, free.X, free.covariance)
+        near, sigmas = nearest_consistent(self.model, free.X, free.covariance, self.known)
         moved = (
             f"the physically possible parameters differ from the {self.base.name} estimate by "
             f"{sigmas:.3g} standard deviations in all"
             if sigmas
             else f"the {self.base.name} estimate is physically possible and is kept"
         )
+        far = no_robot_near(sigmas, len(near))
         return replace(
             free,
             X=near,
-            notes=(*free.notes, moved),
+            notes=(*free.notes, *filter(None, (far, moved))),
             comparison=(
                 OtherEstimate.by(self.base.name, names, free.X, free.std),
                 *free.comparison,

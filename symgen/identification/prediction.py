@@ -129,7 +129,7 @@ def predict(
         band=band,
         repairs=repairs,
         notes=(*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
-        torque=Trace(samples.name, "validation", "torque", seen.t, measured, torque, 0),
+        torque=Trace(samples.name, "validation", "torque", seen.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
     )

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,10 +25,9 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source, listed_logs
-from symgen.estimation.solve import Solution, merged, weighed, with_the_others_zero
-from symgen.estimation.summary import triangle
+from symgen.estimation.solve import Solution, weighed, with_the_others_zero
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Convergence, FloatArray
+from symgen.estimation.values import FloatArray
 from symgen.faults.samples import least_step
 from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
@@ -99,10 +96,8 @@ FOLDED = (Wls.name, Ols.name, Consistent.name)
 _WITH_PRIOR = (Wls.name, Consistent.name)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
-_REFINED = "errors of the model that are alike in all windows"
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
-_CHECKPOINTS = 80
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
@@ -136,18 +131,18 @@ class Method:
     """A method with its options.
 
     Attributes:
-        name: one of ALL_METHODS.
+        name: one of ALL_METHODS, or that of the estimator object.
         forgetting: for method recursive, in (0, 1].
         prior: for methods wls and consistent.
         given: the estimator object, if the user passed one.
-        refined: whether output error refined the solution.
+        known: base parameters (p,) of the robot's file, for method consistent.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
     given: Estimator | None = None
-    refined: bool = False
+    known: FloatArray | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -156,11 +151,13 @@ class Method:
             method = method.name
         if isinstance(method, str):
             return cls(method, forgetting)
-        prior = getattr(method, "prior", method if isinstance(method, Prior) else None)
+        prior = method.prior if isinstance(method, Wls) else None
+        if isinstance(method, Prior):
+            prior = method
         return cls("wls" if prior else method.name, forgetting, prior, method)
 
     def __post_init__(self) -> None:
-        if self.name not in ALL_METHODS:
+        if self.given is None and self.name not in ALL_METHODS:
             raise IdentificationError(f"method {self.name!r}; accepted: {', '.join(ALL_METHODS)}")
         if not (math.isfinite(self.forgetting) and 0 < self.forgetting <= 1):
             raise IdentificationError(
@@ -189,13 +186,13 @@ class Method:
     def label(self) -> str:
         """Name of the method in an estimate."""
         prior = " with prior" if self.prior is not None else ""
-        return f"{self.name}{prior}{', refined by simulation' if self.refined else ''}"
+        return f"{self.name}{prior}"
 
     @property
     def excludes(self) -> str:
         """The errors that its standard deviations do not include."""
-        if self.refined:
-            return _REFINED
+        if self.given is not None and self.prior is None:
+            return self.given.excludes
         if self.name == "recursive":
             return NOISE_BIAS
         if self.name == Consistent.name:
@@ -212,7 +209,7 @@ class Method:
             return self.given
         plain = self.prior or Wls()
         if self.name == Consistent.name:
-            return Consistent(evaluator.model, plain)
+            return Consistent(evaluator.model, plain, self.known)
         return plain if self.name == Wls.name else ESTIMATORS[self.name]
 
 
@@ -250,7 +247,7 @@ def solve(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
         system = system.columns(kept)
-    if method.name != "recursive":
+    if method.given is not None or method.name != "recursive":
         found = method.estimator(evaluator).solve(system)
     elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
@@ -337,26 +334,3 @@ def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
         out = [*(forgetting ** (age / 2) for age in ages), *out]
         later += hop * len(ends)
     return out
-
-
-def convergence(train: Sequence[EquatedLog], names: tuple[str, ...]) -> Convergence:
-    """Return the least-squares estimate after every chunk of data, from merged triangles.
-
-    The equations of all joints of a log are taken together by their times.
-    """
-    p = len(names)
-    factor = np.zeros((0, p + 1))
-    stride = max(1, sum(len(part.equations[0].t) for part in train) // _CHECKPOINTS)
-    times, values, before = [], [], 0.0
-    for part in train:
-        t = max((e.t for e in part.equations), key=len)
-        for k, span in enumerate(pairwise([-math.inf, *t[stride::stride], math.inf])):
-            own = (e.where(slice(*np.searchsorted(e.t, span)), e.name) for e in part.equations)
-            rows = [math.sqrt(e.weight) * np.column_stack([e.W, e.y]) for e in own]
-            factor = triangle(np.concatenate([factor, *rows]))
-            with suppress(IdentificationError):
-                if len(factor) >= p:
-                    values.append(merged([factor], np.ones(1), names)[0])
-                    times.append(before + float(t[k * stride : (k + 1) * stride][-1] - t[0]))
-        before += float(t[-1] - t[0])
-    return Convergence(np.array(times), np.array(values).reshape(len(times), p))

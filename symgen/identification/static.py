@@ -170,7 +170,8 @@ def identify_poses(
         IdentificationError: the robot has effects that standstill does not separate, the method or
             weights have no meaning for poses, or these determine nothing.
     """
-    if method.name not in METHODS or any(s != 1.0 for s in asked.weights or ()):
+    known = method.given is not None or method.name in METHODS
+    if not known or any(s != 1.0 for s in asked.weights or ()):
         raise IdentificationError(
             f"model static with method {method.name} or weights; accepted: "
             f"{', '.join(METHODS)}, without --weights"
@@ -328,7 +329,7 @@ def _fit(evaluator: Evaluator, tables: Sequence[Samples], X: FloatArray, kind: s
     for s in tables:
         zero = np.zeros_like(s.q)
         torque = evaluator["inverse_dynamics"](np.ascontiguousarray(s.q), zero, zero, X)
-        trace = Trace(s.name, kind, "torque", s.t, s.tau, torque, 0)
+        trace = Trace(s.name, kind, "torque", s.t, s.tau, torque)
         out += squares(np.ones(s.tau.shape, dtype=bool), s.tau, torque, traces=(trace,))
     return out
 

@@ -9,19 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from symgen.codegen.derivations import Derivations
 from symgen.codegen.model import derive
 from symgen.codegen.package import generate
 from symgen.diagnosis import diagnosis as diagnoses
-from symgen.diagnosis import fleet as fleets
 from symgen.diagnosis.diagnosis import Diagnosis
-from symgen.diagnosis.fleet import Fleet
-from symgen.diagnosis.replay import Replay, replayed
 from symgen.errors import ParameterError, SymgenError
-from symgen.experiment import playback, study_result
+from symgen.experiment import playback
+from symgen.experiment import study as studies
 from symgen.experiment.plan import Plan
 from symgen.experiment.playback import SimulationComparison
-from symgen.experiment.study_result import Study
+from symgen.experiment.study import Study
 from symgen.files import json_text, write_folder
 from symgen.identification import curves, prediction
 from symgen.identification import estimate as estimates
@@ -34,7 +31,6 @@ from symgen.identification.prediction import Prediction
 from symgen.report.content.comparison import comparison_content
 from symgen.report.content.diagnosis import diagnosis_content
 from symgen.report.content.estimate import estimate_content
-from symgen.report.content.fleet import fleet_content
 from symgen.report.content.model import model_content
 from symgen.report.content.parts import Content
 from symgen.report.content.payload import payload_content
@@ -48,9 +44,7 @@ from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-Result: TypeAlias = (
-    Estimate | Diagnosis | Prediction | Payload | Study | Fleet | SimulationComparison
-)
+Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | SimulationComparison
 #: What has a page: results, and values that no folder of results holds.
 Value: TypeAlias = Result | Comparison | Plan | Evaluator
 _PAGE = "report.html"
@@ -70,9 +64,8 @@ _KINDS = {
     diagnoses.MARKER: _Kind(Diagnosis, diagnoses.read_diagnosis, diagnosis_content),
     prediction.MARKER: _Kind(Prediction, prediction.read_prediction, prediction_content),
     payloads.MARKER: _Kind(Payload, payloads.read_payload, payload_content),
-    study_result.MARKER: _Kind(Study, study_result.read_study, study_content),
+    studies.MARKER: _Kind(Study, studies.read_study, study_content),
     playback.MARKER: _Kind(SimulationComparison, playback.read_comparison, simulation_content),
-    fleets.MARKER: _Kind(Fleet, fleets.read_fleet, fleet_content),
 }
 
 
@@ -88,11 +81,11 @@ def _kind(result: Result) -> tuple[str, _Kind]:
     return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
 
 
-def content(result: Value, *beside: Robot | Replay | None) -> Content:
+def content(result: Value, *beside: Robot | None) -> Content:
     """Return what is said of a result.
 
     Args:
-        result: of identify, diagnose, predict, payload, study, fleet, compare, excite or load.
+        result: of identify, diagnose, predict, payload, study, compare, excite or load.
         beside: of an estimate, the robot, which is drawn; of a diagnosis, the models moved by the
             measured torques.
     """
@@ -102,7 +95,7 @@ def content(result: Value, *beside: Robot | Replay | None) -> Content:
 
 
 def read_result(path: str | Path) -> Result:
-    """Read what identify, diagnose, predict, payload, study or fleet wrote.
+    """Read what identify, diagnose, predict, payload or study wrote.
 
     Args:
         path: the folder, or the JSON file in it.
@@ -119,8 +112,8 @@ def read_result(path: str | Path) -> Result:
         if not path.exists():
             what = "it is not there"
         raise ParameterError(
-            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload, "
-            f"study or fleet wrote, or the {', '.join(_KINDS)} in it"
+            f"{path}: {what}; accepted: a folder that identify, diagnose, predict, payload "
+            f"or study wrote, or the {', '.join(_KINDS)} in it"
         )
     return _KINDS[found[0]].read(path / found[0])
 
@@ -152,7 +145,7 @@ def write(
     """Write a result as its command does: JSON, a page that opens offline, and what goes with them.
 
     Args:
-        result: of identify, diagnose, predict, payload, study or fleet.
+        result: of identify, diagnose, predict, payload or study.
         folder: a new or empty folder, or one that symgen wrote, which is replaced; whole or not at
             all.
         robot: what was identified, for its drawing and its file beside an estimate.
@@ -191,29 +184,21 @@ def result_files(result: Result, robot: Robot | None = None) -> dict[str, bytes]
     if isinstance(result, SimulationComparison):
         files[playback.WINDOW] = result.to_csv()
     if isinstance(result, Payload):
-        files[curves.FILE] = curves.curves_npz({"traces": result.traces, "balances": ()}, None)
+        files[curves.FILE] = curves.traces_npz(result.traces)
     if isinstance(result, Estimate):
         files[f"{result.robot}_values.h"] = values_header(result).encode()
-        drawn = {"traces": result.traces, "balances": result.balances}
-        files[curves.FILE] = curves.curves_npz(drawn, result.convergence)
+        files[curves.FILE] = curves.traces_npz(result.traces)
         if robot is not None:
-            files["robot.toml"] = robot_toml(result.robot_of(robot)).encode()
+            files["robot.toml"] = robot_toml(robot).encode()
     return {_kind(result)[0]: (json_text(result.to_json()) + "\n").encode(), **files}
 
 
 def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]:
     """Return a diagnosis with what its folder adds, and its other files: page, robot, package."""
     extended = diagnosis.extended
-    package = Derivations.of(extended).package(lambda: generate(derive(extended, "all")).files)
-    motion, moved = None, None
-    try:
-        motion = replayed(diagnosis)
-        moved = motion.to_json()
-    except SymgenError as error:
-        note = f"no motion under the measured torques: {error}"
-        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, note))
+    package = generate(derive(extended, "all")).files
     files = {
-        _PAGE: page(content(diagnosis, motion)).encode(),
+        _PAGE: page(content(diagnosis)).encode(),
         "robot.toml": robot_toml(extended).encode(),
         **{f"generated/{path}": data for path, data in package.items()},
     }
@@ -222,4 +207,4 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
         files["parameters.toml"] = parameters_toml(values.items()).encode()
     # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
-    return replace(diagnosis, replay=moved, digests=digests), files
+    return replace(diagnosis, digests=digests), files

@@ -144,11 +144,11 @@ def print_model(model: Any) -> None:
         click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")
 
 
-def print_simulation(done: Simulation) -> None:
+def print_simulation(done: Simulation, robot: Robot) -> None:
     """Print how far, how fast and how hard each joint of a simulation moves, and what was done."""
     rows = [
         (
-            str(number),
+            robot.label(number),
             f"{done.q[:, :, j].min():.4g} to {done.q[:, :, j].max():.4g}",
             f"{abs(done.qd[:, :, j]).max():.4g}",
             f"{abs(done.tau[:, :, j]).max():.4g}",

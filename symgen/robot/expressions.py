@@ -285,7 +285,7 @@ class _Parser:
             self.advance()
             return self.values.get(token, sp.Symbol(token, real=True))
         declared = ", ".join([*CONSTANTS, *self.functions, *self.names])
-        raise self.error(f"a number, '(' or one of {declared}")
+        raise self.error(f"a number, '(' or one of {declared}; [geometry] declares lengths")
 
 
 def text(expr: sp.Expr) -> str:

@@ -238,12 +238,18 @@ _TABLES: dict[str, type[BaseModel]] = {
     "frame": FrameTable,
     "effect": EffectTable,
 }
+#: For the author of another Denavit-Hartenberg table.
+_TABLE = (
+    "; the table is modified Denavit-Hartenberg: d is the length along x and r the length along z "
+    "(Craig's a and d), and alpha and d come before theta and r; alpha and a of row j of a "
+    "standard table are alpha and d of row j + 1"
+)
 # Error type of pydantic -> message for the author of the file.
 _WORDS = {
     "missing": "is missing; it must be given",
     "model_type": "is not a table; accepted: [name] with keys below it, [[name]] where it repeats",
     "dict_type": "is not a table; accepted: [name] with keys below it",
-    "list_type": "is not a list; accepted: [...], or [[name]] for each table",
+    "list_type": "is not a list; accepted: [...] ([] for none), or [[name]] for each table",
     "tuple_type": "is not a list; accepted: [...]",
     "int_type": "is no integer; accepted: an integer",
     "bool_type": "is not a truth value; accepted: true or false",
@@ -275,6 +281,8 @@ def validated(data: dict[str, object]) -> RobotFile:
         else:
             message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
             what = f"accepted: {message}"
+        if fault["loc"][-1] in ("convention", "a"):
+            what += _TABLE
         raise RobotError(f"{place}: {what}") from error
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -412,14 +412,6 @@ class Robot:
     def values(self) -> dict[sp.Symbol, sp.Expr]:
         """Map the symbol of every named length or angle to its exact value."""
         return {sp.Symbol(name, real=True): value for name, value in self.geometry}
-
-    def with_constants(self, values: Mapping[str, sp.Expr]) -> Robot:
-        """Return the robot with other values of some constants of its effects."""
-        effects = tuple(
-            replace(e, nonlinear=tuple((n, values.get(n, value)) for n, value in e.nonlinear))
-            for e in self.effects
-        )
-        return replace(self, effects=effects)
 
     def with_values(self) -> Robot:
         """Return the robot with values in place of the named symbols."""

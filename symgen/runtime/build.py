@@ -2,7 +2,7 @@
 
 The cache key is the digest of the sources, the compiler with its version, the flags, and the Python
 that loads the module. A build happens in its own folder and ends with one atomic rename, so a
-killed build leaves no module. One process builds a module; others that need it wait and load it.
+killed build leaves no module. Two processes that need a module at once both build it.
 
 Loading a module runs it: `symgen.cache` describes which files it accepts.
 """
@@ -16,17 +16,18 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from symgen.cache import kept_files, kept_name, private_folder
+from symgen.cache import private_folder
 from symgen.distributed import digest
 from symgen.errors import BuildError, SymgenWarning
-from symgen.runtime.turns import sweep, turn
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
 _NATIVE = "-march=native"  # all that this machine's processor has
@@ -106,17 +107,15 @@ def _silent(command: tuple[str, ...]) -> str:
 
 
 @cache
-def native(compiler: Compiler) -> tuple[tuple[str, ...], str]:
-    """Return the flags for this machine's processor, and the text that identifies the processor.
+def native(compiler: Compiler) -> str:
+    """Return the compiler's predefined macros for this machine's processor, one a line.
 
-    The text lists the compiler's predefined macros, which name every instruction set. A cache on a
-    shared disk therefore never gives a module to a processor that cannot run it.
+    They name every instruction set. A cache on a shared disk therefore never gives a module to a
+    processor that cannot run it.
     """
     probe = (*compiler.command, *_FLAGS, _NATIVE, "-dM", "-E", "-x", "c", os.devnull)
     status, said = _probe(probe)
-    if status != 0:
-        return (), ""
-    return (_NATIVE,), "\n".join(sorted(said.splitlines()))
+    return "\n".join(sorted(said.splitlines())) if status == 0 else ""
 
 
 def missing_compiler() -> str:
@@ -149,27 +148,23 @@ def build_module(
     import cffi
 
     suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    built_by = (*compiler.command, compiler.version, *_FLAGS, *flags, native(compiler)[1])
+    built_by = (*compiler.command, compiler.version, *_FLAGS, *flags, native(compiler))
     names = sorted(sources)
     key = digest(
         *built_by, cffi.__version__, suffix, declarations, *names, *map(sources.__getitem__, names)
     )
     module = f"_symgen_{key[:32]}"
     folder = private_folder()
-    known = _kept(folder, module, suffix)
-    if known is not None:
-        return known
-    sweep(folder)
+    target = folder / f"{module}{suffix}"
+    if target.is_file():
+        with suppress(ImportError):  # of another machine, say: build it again
+            return _load(module, target)
     if _probe((*compiler.command, *_ASSEMBLE))[0] is None:
         raise BuildError(_silent(compiler.command))
     try:
-        with turn(folder, module, _TIMEOUT_SECONDS) as work:
-            known = _kept(folder, module, suffix)  # built by another process meanwhile
-            if known is not None:
-                return known
-            built = _compile(module, sources, declarations, compiler, flags, work, suffix)
+        with tempfile.TemporaryDirectory(prefix="build-", dir=folder) as work:
+            built = _compile(module, sources, declarations, compiler, flags, Path(work), suffix)
             built.chmod(0o700)
-            target = folder / kept_name(module, built.read_bytes(), suffix)
             os.replace(built, target)
     except OSError as error:
         raise BuildError(
@@ -179,16 +174,6 @@ def build_module(
         return _load(module, target)
     except ImportError as error:
         raise BuildError(f"the compiled model cannot be loaded: {error}") from error
-
-
-def _kept(folder: Path, module: str, suffix: str) -> ModuleType | None:
-    """Return a module from the cache, if it is there; remove one that cannot be loaded."""
-    for known in kept_files(folder, module, suffix):
-        try:
-            return _load(module, known)
-        except ImportError:  # of another machine, say: build it again
-            known.unlink(missing_ok=True)
-    return None
 
 
 def _compile(

@@ -13,13 +13,9 @@ from symgen.codegen.kernels import LINK, Argument, Kernel
 from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.expressions import shortened
-from symgen.robot.types import Robot
-from symgen.symbolic.guard import FUNCTIONS
-from symgen.symbolic.tape import Numbers
 
 NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
 NOT_FINITE = 2
-_BLOCK = 512  # samples of a batch that the search for a failed guard evaluates at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,58 +88,22 @@ def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
     )
 
 
-def result(
-    kernel: Kernel,
-    robot: Robot,
-    inputs: Sequence[FloatArray],
-    outputs: Sequence[FloatArray],
-    status: int,
-) -> Any:
+def result(kernel: Kernel, outputs: Sequence[FloatArray], status: int) -> Any:
     """Return one output, or the tuple of all; raise an error for a status other than OK.
 
     Args:
         kernel: the kernel.
-        robot: its robot.
-        inputs: the arrays of the call, of one sample or of a batch.
         outputs: the arrays that it filled.
         status: the status that it returned.
     """
     if status & NOT_POSITIVE_DEFINITE:
-        raise ParameterError(f"{kernel.name}: {_failure(kernel, robot, inputs)}")
+        failures = dict.fromkeys(kernel.guards)
+        raise ParameterError(f"{kernel.name}: {', or '.join(failures)}")
     if status:
         raise ParameterError(
             f"{kernel.name}: an input or what came of it is not finite; accepted: finite numbers"
         )
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
-
-
-def _failure(kernel: Kernel, robot: Robot, inputs: Sequence[FloatArray]) -> str:
-    """Return what the first guard says that is not positive, with the sample and link of the call.
-
-    A status does not tell which guard fails, so the tape is run again. It can round other than
-    compiled code; where no guard fails then, all that they can say is returned.
-    """
-    said = tuple(dict.fromkeys(kernel.guards))
-    if len(said) == 1:
-        return said[0]
-    named = {a.name: x for a, x in zip(kernel.inputs, inputs, strict=True)}
-    link = named.pop(LINK, None)
-    chosen = {LINK: np.arange(1, kernel.links + 1) == link}
-    count = max((len(x) for x in named.values() if x.ndim == 2), default=1)
-    for begin in range(0, count, _BLOCK):
-        block = {k: x[begin : begin + _BLOCK] if x.ndim == 2 else x for k, x in named.items()}
-        columns = {k: list(x.T.astype(float)) for k, x in (block | chosen).items()}
-        with np.errstate(all="ignore"):
-            found = kernel.tape.run(Numbers(robot.values(), FUNCTIONS), columns)[kernel.size :]
-        guards = np.array(np.broadcast_arrays(*found)).reshape(len(found), -1)
-        first = np.argmax(~(guards > 0), axis=0)
-        failed = np.flatnonzero(guards[first, np.arange(guards.shape[1])] <= 0)
-        if len(failed):
-            at = [f"sample {begin + failed[0]}"] if count > 1 else []
-            at += [] if link is None else [f"link of {robot.label(int(link[0]))}"]
-            says = kernel.guards[first[failed[0]]]
-            return f"{', '.join(at)}: {says}" if at else says
-    return ", or ".join(said)
 
 
 def buffers(

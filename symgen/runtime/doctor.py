@@ -10,7 +10,7 @@ from importlib import metadata, util
 from symgen.cache import cache_folder
 from symgen.errors import SymgenError
 from symgen.runtime.build import build_module, find_compiler, missing_compiler
-from symgen.runtime.flags import Chosen, chosen_flags
+from symgen.runtime.flags import kernel_flags
 
 _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow",
            "clarabel")  # fmt: skip
@@ -71,7 +71,6 @@ def _compiler() -> Finding:
         return Finding("C compiler", True, "none: CasADi evaluates the models", missing_compiler())
     try:
         build_module(_PROBE, _DECLARED, compiler)
-        chosen = chosen_flags(compiler)
     except SymgenError as error:  # CasADi takes its place, which is slower
         return Finding(
             "C compiler",
@@ -79,14 +78,8 @@ def _compiler() -> Finding:
             f"{compiler.version} fails: {error}",
             "the headers of Python (python3-dev) may be missing",
         )
-    return Finding("C compiler", True, f"{compiler.version}, {_flags(chosen)}")
-
-
-def _flags(chosen: Chosen) -> str:
-    """Return a text about the compiler flags: which set, why, and the times of the others."""
-    flags = " ".join(chosen.flags.flags) or "no flags of the processor"
-    others = ", ".join(f"{name} {ratio:.2f}" for name, ratio in chosen.ratios.items())
-    return f"{flags} ({chosen.origin}{f': {others}' if others else ''})"
+    flags = " ".join(kernel_flags(compiler)) or "no flags of the processor"
+    return Finding("C compiler", True, f"{compiler.version}, {flags}")
 
 
 def _cache() -> Finding:

@@ -40,7 +40,7 @@ from symgen.runtime.calls import (
     checked,
     result,
 )
-from symgen.runtime.flags import chosen_flags
+from symgen.runtime.flags import kernel_flags
 from symgen.views import Viewable
 
 if TYPE_CHECKING:
@@ -75,8 +75,7 @@ class KernelFunction(ABC):
 
         Raises:
             ParameterError: a shape is wrong. Or a kernel with a status, such as forward_dynamics,
-                finds that M is not positive definite, that rows of a task depend on each other, or
-                that a number is not finite.
+                finds that M is not positive definite, or that a number is not finite.
         """
         last = (named[a.name] for a in self.kernel.inputs if a.name in named)
         arrays, count = checked(self.kernel, (*inputs, *last))
@@ -87,7 +86,7 @@ class KernelFunction(ABC):
         lead = () if count is None else (count,)
         outputs = [np.empty((*lead, *o.shape)) for o in self.kernel.outputs]
         status = self._bound(arrays, outputs, count)() or 0
-        return result(self.kernel, self.robot, arrays, outputs, status)
+        return result(self.kernel, outputs, status)
 
     def bind(self, count: int | None = None) -> Bound:
         """Return the kernel on fixed buffers, for one sample or for a batch of `count`."""
@@ -197,9 +196,6 @@ class Evaluator(Viewable):
     """Of (q): Transforms 0T_j (links, 4, 4), fixed links included."""
     jacobian: _Array
     """Of (q): Jacobian (6, n) of the last frame that moves, in frame 0: velocity, then turning."""
-    all_terms: _Arrays
-    """Of (q, qd, X, g): M, h, gravity torque, Jacobian and frames in one call, which turns each
-    angle once."""
     slotine_li_regressor: _Array
     """Of (q, qd, qdr, qddr, g): Columns (n, p) of M qddr + C(q, qd) qdr + g + friction(qd)."""
     slotine_li_torque: _Array
@@ -223,10 +219,6 @@ class Evaluator(Viewable):
     its number."""
     link_drift: _Array
     """Of (q, qd, link, point): dJ/dt qd (6,) of such a point: its acceleration without qdd."""
-    operational_space: _Arrays
-    """Of (q, link, point, select, tau, X): Inertia (6, 6) that a task at such a point feels, its
-    dynamically consistent inverse (n, 6), and tau (n,) without effect on the task; rows of
-    link_jacobian with select 1 are the task."""
     base_parameters: _Array
     """Of (standard): X (p,) from the standard parameters, in the order of `model.base.standard`."""
     add_body: _Array
@@ -281,8 +273,7 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
         # Where gravity is an input the identifier takes g: it is for C alone.
         if f"{name}_{header}" in sources and not model.robot.gravity_input:
             declarations += declared.replace("NAME", name)
-    flags = chosen_flags(compiler).flags.flags
-    module = build_module(sources, declarations, compiler, flags)
+    module = build_module(sources, declarations, compiler, kernel_flags(compiler))
     functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
     return Evaluator(model, functions, module)
 
@@ -310,9 +301,6 @@ int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y
 void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
 int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
 """,
-    "identifier_project.h": """
-int NAME_identifier_project(const void *state, const double *X0, double *X);
-""",
     "identifier_momentum.h": """
 size_t NAME_identifier_momentum_size(size_t window);
 int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
@@ -327,7 +315,6 @@ class _CKernel(KernelFunction):
     ) -> None:
         name = model.robot.name
         self.kernel = kernel
-        self.robot = model.robot
         self._origin = (model, compiler)
         self._ffi = module.ffi
         self._one: Any = getattr(module.lib, f"{name}_{kernel.name}")
@@ -368,7 +355,6 @@ class _CKernel(KernelFunction):
 class _CasadiKernel(KernelFunction):
     def __init__(self, kernel: Kernel, model: Model) -> None:
         self.kernel = kernel
-        self.robot = model.robot
         self._function = casadi_function(model, kernel, flat=True)
         self._maps: dict[int, Any] = {}
 

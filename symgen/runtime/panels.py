@@ -50,9 +50,8 @@ class Panels:
             f"int {name}_panels(int stream, size_t N, const size_t *strides, {listed});\n"
         )
         sources = library(model, (kernel.name,), panels=True)
-        flags = panel_flags(compiler).flags.flags
-        module = build_module(sources, declarations, compiler, flags)
-        self.kernel, self._robot = kernel, model.robot
+        module = build_module(sources, declarations, compiler, panel_flags(compiler))
+        self.kernel = kernel
         self.width = int(getattr(module.lib, f"{name}_width")())
         self._ffi = module.ffi
         self._rows = getattr(module.lib, f"{name}_rows")
@@ -71,9 +70,7 @@ class Panels:
         pointers = [self._ffi.from_buffer("double *", a) for a in (*arrays, *outputs)]
         # Not past the cache: new pages come from the kernel through it, and are still there.
         status = self._rows(0, count, self._ffi.NULL, *pointers)
-        found: FloatArray | tuple[FloatArray, ...] = result(
-            self.kernel, self._robot, arrays, outputs, status
-        )
+        found: FloatArray | tuple[FloatArray, ...] = result(self.kernel, outputs, status)
         return found
 
     def bind(self, count: int, *, rows: bool = True, stream: bool | None = None) -> Bound:

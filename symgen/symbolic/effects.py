@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import sympy as sp
 
 from symgen.robot import expressions
-from symgen.robot.effect import OWN, Definition, Effect
+from symgen.robot.effect import OWN, Definition
 from symgen.robot.expressions import text
 from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint
-from symgen.symbolic.kinematics import arrays, builder, variables
-from symgen.symbolic.tangent import tangents
 from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 _VARIABLE = re.compile(r"qd?\d+")
@@ -95,33 +93,6 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
         for name in definition.linear
     ]
     return tape.tape(inputs, outputs)
-
-
-def constants_tape(robot: Robot, effects: Sequence[Effect]) -> Tape:
-    """Derive the columns of effects, and their derivatives by motion and constants.
-
-    Args:
-        robot: that has the effects.
-        effects: whose torques depend on q, qd and their constants alone.
-
-    Returns:
-        A tape with the inputs q, qd and c, the constants of one effect after the other. Each
-        coefficient has, for each joint that it acts on, 1 + 2 n + c outputs: the column, and its
-        derivatives by q, qd and c.
-    """
-    constants = [real_symbol(name) for effect in effects for name, _ in effect.nonlinear]
-    tape, motion = builder(robot, constants), variables(robot)
-    by = (*motion.q, *motion.qd, *constants)
-    outputs: list[sp.Expr] = []
-    for effect in effects:
-        for name, _ in effect.linear:
-            for j, torque in effect.torque:
-                tag = f"{name}_{j}"
-                column = _smooth(-sp.diff(torque, real_symbol(name)), robot)
-                value = tape.name(f"D{tag}", _lowered(column, f"D{tag}", tape, by))
-                slopes = (tangents({j: value}, {s: sp.S.One}, tape, f"{s.name}_") for s in by)
-                outputs += [value, *(slope.get(j, sp.S.Zero) for slope in slopes)]
-    return tape.tape([*arrays(robot, "q", "qd"), ("c", constants)], outputs)
 
 
 def _lowered(

@@ -84,7 +84,11 @@ def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJ
 def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
     speed = by_joint(robot, variables(robot).qd)
     coupled = {
-        c.second: _Drive(drive_speed(c, speed, tape), drive_shares(c, tape), 0.0)
+        c.second: _Drive(
+            drive_speed(c, speed, tape),
+            drive_shares(c, tape),
+            robot.joint(c.second).coulomb_width,
+        )
         for c in robot.couplings
     }
     out = []

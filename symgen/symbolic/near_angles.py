@@ -15,7 +15,7 @@ import sympy as sp
 
 from symgen.errors import IdentificationError
 from symgen.robot import exact_numbers
-from symgen.robot.expressions import shortened, text
+from symgen.robot.expressions import text
 from symgen.robot.types import ANGLES, Joint, Robot
 from symgen.symbolic.base_parameters import count_base
 
@@ -42,7 +42,7 @@ def costly_angles(robot: Robot) -> tuple[str, ...]:
         more = count_base(_with(plain, [other for other in near if other is not one])) - least
         if more > 0:
             angle = getattr(plain.joint(number), key)
-            lines.append(_line(robot.joint(number), key, angle, fraction, more))
+            lines.append(_line(robot.label(number), key, angle, fraction, more))
     return tuple(lines)
 
 
@@ -81,11 +81,11 @@ def _with(robot: Robot, angles: Sequence[tuple[int, str, sp.Expr]]) -> Robot:
     return replace(robot, joints=tuple(new.values()))
 
 
-def _line(joint: Joint, key: str, angle: sp.Expr, fraction: sp.Expr, more: int) -> str:
+def _line(label: str, key: str, angle: sp.Expr, fraction: sp.Expr, more: int) -> str:
     value, meant = float(angle), text(fraction)
     cost = "one more base parameter" if more == 1 else f"{more} more base parameters"
     return (
-        f"joint {shortened(joint.name) or joint.number}: {key} is {value:.9g} rad, "
+        f"{label}: {key} is {value:.9g} rad, "
         f"{abs(value - float(fraction)):.2g} rad from {meant}, which costs {cost}; if {meant} is "
         "meant, write it in the robot file"
     )

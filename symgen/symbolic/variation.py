@@ -19,6 +19,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
 from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.kinematics import path
 from symgen.symbolic.parameters import standard_parameters
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
@@ -38,12 +39,16 @@ class Variation:
 
     @cached_property
     def lengths(self) -> tuple[tuple[int, str], ...]:
-        """Number of the joint and key of every length that is not zero, as ("d", "r", "b")."""
+        """Number of the joint and key of every length that is not zero, as ("d", "r", "b").
+
+        The lengths of fixed joints that carry none that moves are left out.
+        """
+        carrying = {k for joint in self.robot.moving for k in path(self.robot, joint.number)}
         return tuple(
             (joint.number, key)
             for joint in self._plain.joints
             for key in _LENGTHS
-            if getattr(joint, key) != 0
+            if joint.number in carrying and getattr(joint, key) != 0
         )
 
     @cached_property
@@ -62,8 +67,9 @@ class Variation:
 
         Args:
             state: q, qd, qdd, (..., n) each; rad or m and so on.
-            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link, (..., links, 10). The leading axes
-                are broadcast against those of the state.
+            links: XX XY XZ YY YZ ZZ MX MY MZ M of every link that moves, fixed ones in it
+                included, (..., links, 10). The leading axes are broadcast against those of the
+                state.
             gravity: in frame 0, (3,), m/s2; None for the file's.
             changes: added to lengths, m.
 
@@ -122,9 +128,10 @@ class Variation:
             # Names that no step of the tape may take; their values come with each run.
             geometry=tuple((s.name, sp.S.One) for s in (*gravity, *self._values)),
         )
-        standard = standard_parameters(robot)
-        every = tuple(BaseParameter(p.name, i, (), p.unit, True) for i, p in enumerate(standard))
-        p = plant(robot, BaseParameters(every, standard, (), _UNPROVED))
+        every = standard_parameters(robot)
+        standard = tuple(p for p in every if not robot.joint(p.joint).fixed)
+        own = tuple(BaseParameter(p.name, i, (), p.unit, True) for i, p in enumerate(standard))
+        p = plant(robot, BaseParameters(own, standard, (), _UNPROVED))
         torque = inverse_dynamics(p)
         return p.close(("q", "qd", "qdd"), [torque[j] for j in p.numbers])
 
@@ -143,16 +150,17 @@ def _arithmetic(
 
 
 def link_values(robot: Robot, base: BaseParameters, X: FloatArray) -> FloatArray:
-    """Return link parameters (links, 10) that give X (p,).
+    """Return parameters of the links that move, (links, 10), that give X (p,).
 
     Parameters that lead a base parameter have its value; all others are zero. The difference from
     the true set has no torque in the geometry and gravity of the model.
     """
-    out = np.zeros((len(robot.joints), len(names.LINK)))
+    out = np.zeros((len(robot.moving), len(names.LINK)))
+    at = {joint.number: i for i, joint in enumerate(robot.moving)}
     for value, p in zip(X, base.parameters, strict=True):
         standard = base.standard[p.index]
         if standard.prefix in names.LINK:
-            out[standard.joint - 1, names.LINK.index(standard.prefix)] += value
+            out[at[standard.joint], names.LINK.index(standard.prefix)] += value
     return out
 
 

@@ -12,67 +12,6 @@ writes each function as a .casadi file for casadi.Function.load. Needs casadi.
 
 import casadi as ca
 
-{% if tables %}
-N, JOINTS = {{ tables.n }}, {{ tables.joints }}
-# By joint, those with a variable first: the joint before it, counted from 1 (0 is the base), the
-# same past joints without a variable, and its kind: {{ tables.kinds }}.
-# ORDER has the joints with antecedents first. To ANGLES, TURNS times q is added. Columns of
-# GEOMETRY: {{ tables.columns | join(", ") }}.
-# PLACES has row and column of each entry of X among the parameters of bodies:
-# {{ tables.parameters | join(", ") }}.
-{% for table, lines in tables.lines.items() %}
-{{ table }} = [
-{% for line in lines %}
-    {{ line }}
-{% endfor %}
-]
-{% endfor %}
-
-
-def _started(q, X):
-    """Return cosine and sine of the angle of each joint, and the parameters of its body."""
-    angles = [theta + TURNS[j] * q[j] if j < N else ca.SX(theta) for j, theta in enumerate(ANGLES)]
-    body = [[0.0] * {{ tables.parameters | length }} for _ in ANGLES]
-    for k, (row, column) in enumerate(PLACES[: X.numel()]):
-        body[row][column] = X[k]
-    return [ca.cos(a) for a in angles], [ca.sin(a) for a in angles], body
-
-
-def _way(row):
-    """Yield the rows of a joint and of those on its way to the base, counted from 1."""
-    while row:
-        yield row
-        row = WAY[row]
-
-
-def _factored(M):
-    """Replace M = L' D L by D, and L below the diagonal; return D and its inverse."""
-    guard, inverse = [], [0.0] * N
-    for j in reversed(range(N)):
-        guard.append(M[j * N + j])
-        inverse[j] = 1 / guard[-1]
-        for u in _way(WAY[j + 1]):
-            low = M[j * N + u - 1] * inverse[j]
-            for v in _way(u):
-                M[(u - 1) * N + v - 1] -= low * M[j * N + v - 1]
-            M[j * N + u - 1] = low
-    return guard, inverse
-
-
-def _solved(L, inverse, x):
-    """Return the solution of L' D L y = x."""
-    x = [x[k] for k in range(N)]
-    for j in reversed(range(N)):
-        for u in _way(WAY[j + 1]):
-            x[u - 1] -= L[j * N + u - 1] * x[j]
-    for j in range(N):
-        x[j] *= inverse[j]
-        for u in _way(WAY[j + 1]):
-            x[j] -= L[j * N + u - 1] * x[u - 1]
-    return x
-
-
-{% endif %}
 {% for k in kernels %}
 
 def {{ k.name }}():
@@ -83,91 +22,8 @@ def {{ k.name }}():
 {% for line in k.lines %}
     {{ line }}
 {% endfor %}
-{% if k.loops %}
-{% if k.loops.columns %}
-    X = ca.SX.sym("X", {{ k.loops.parameters }})
-{% endif %}
-    c, s, body = _started(q, X)
-{% for array, size, base in k.loops.state %}
-    {{ array }} = [[0.0] * (JOINTS + 1) for _ in range({{ size }})]
-{% for place, value in base %}
-    {{ array }}[{{ place }}][0] = {{ value }}
-{% endfor %}
-{% endfor %}
-{% for array, size in k.loops.outputs %}
-    {{ array }} = [0.0] * {{ size }}
-{% endfor %}
-{% for matrix in k.loops.matrices %}
-    {{ matrix }} = [0.0] * N * N
-{% endfor %}
-{% if k.loops.guards %}
-    guard = [0.0] * N
-{% endif %}
-{% for step in k.loops.steps %}
-{% if step.kind == "sweep" %}
-    for j in {{ "reversed(ORDER)" if step.order == "inward" else "ORDER" }}:  # {{ step.doc }}
-{% if step.up %}
-        up = ANTECEDENT[j]
-{% endif %}
-{% if step.bodies | length == 1 %}
-{% for line in step.bodies[0] %}
-        {{ line }}
-{% endfor %}
-{% else %}
-{% for body in step.bodies %}
-{% if loop.last %}
-        else:
-{% else %}
-        {{ "if" if loop.first else "elif" }} KIND[j] == {{ loop.index0 }}:
-{% endif %}
-{% for line in body %}
-            {{ line }}
-{% endfor %}
-{% endfor %}
-{% endif %}
-{% elif step.kind == "pairs" %}
-    for j in range(N):  # {{ step.doc }}
-        for u in _way(j + 1):
-            entry = [0.0] * {{ step.count }}
-{% for line in step.body %}
-            {{ line }}
-{% endfor %}
-{% for matrix, place, entry in step.places %}
-            {{ matrix }}[{{ "j" if place[0] == "j" else "(u - 1)" }} * N + {{ "j" if place[1] == "j" else "u - 1" }}] = entry[{{ entry }}]
-{% endfor %}
-{% if step.diagonal %}
-        {{ step.diagonal[0] }}[j * N + j] += {{ step.diagonal[1] }}[0][j + 1]
-{% endif %}
-{% elif step.kind == "elimination" %}
-    guard, inverse = _factored({{ step.matrix }})  # {{ step.doc }}
-{% if step.into %}
-    for j in range(N):
-        {{ step.into[0] }}[j * N + j], {{ step.into[1] }}[j] = 1.0, guard[N - 1 - j]
-        for u in range(j):
-            {{ step.into[0] }}[u * N + j] = {{ step.matrix }}[j * N + u]
-{% endif %}
-{% elif step.single %}
-    {{ step.into }} = _solved({{ step.matrix }}, inverse, {{ step.right }})  # {{ step.doc }}
-{% else %}
-    for i in range(N):  # {{ step.doc }}
-{% if step.right %}
-        x = [-b for b in {{ step.right }}[i::N]]
-{% else %}
-        x = [float(i == k) for k in range(N)]
-{% endif %}
-        {{ step.into }}[i::N] = _solved({{ step.matrix }}, inverse, x)
-{% endif %}
-{% endfor %}
-{% for array, size in k.loops.outputs %}
-    {{ array }} = ca.vertcat(*{{ array }})
-{% endfor %}
-{% for output, array in k.loops.columns %}
-    {{ output }} = ca.densify(ca.jacobian({{ array }}, X))
-{% endfor %}
-{% endif %}
 {% for o in k.outputs %}
-{% if k.loops %}
-{% elif o.empty %}
+{% if o.empty %}
     {{ o.name }} = ca.SX(0, 1)
 {% else %}
     {{ o.name }} = ca.vertcat(
@@ -182,14 +38,9 @@ def {{ k.name }}():
 {% endfor %}
 {% if k.guards %}
     valid = 1
-{% if k.loops %}
-    for pivot in guard:
-        valid *= pivot > 0
-{% else %}
 {% for guard in k.guards %}
     valid *= {{ guard }} > 0
 {% endfor %}
-{% endif %}
 {% for o in k.outputs %}
     {{ o.name }} = ca.if_else(valid, {{ o.name }}, ca.SX.nan(*{{ o.name }}.shape))
 {% endfor %}

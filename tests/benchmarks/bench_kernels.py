@@ -10,6 +10,12 @@ repeats that take turns; generation times are of one derivation in this process.
 
 What it costs that a load may alias a store: the sources of a package compiled as they are and with
 `restrict` at every output, with gcc and clang where they are here, ns of the batch form as above.
+
+    python tests/benchmarks/bench_kernels.py --flags panda
+
+What the flags of a build do to single calls: a program in C calls six kernels of a package, as each
+compiler builds it with each set of flags, and overwrites their outputs; ns a call, and that over
+the first set's.
 """
 
 from __future__ import annotations
@@ -36,6 +42,7 @@ from rich.table import Table
 import symgen
 from symgen.codegen.kernels import Kernel
 from symgen.codegen.model import Model
+from symgen.codegen.package import library
 from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
 from symgen.runtime.build import _FLAGS
@@ -43,6 +50,25 @@ from symgen.runtime.build import _FLAGS
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")
 SAMPLES = 1000
 REPEATS = 31
+#: Whose time `--flags` takes, and the flags that a user may build a package with.
+SIX = (
+    "energy_regressor",
+    "momentum_regressor",
+    "torque_regressor",
+    "inverse_dynamics",
+    "mass_matrix",
+    "forward_dynamics",
+)
+BUILDS = ("-O2", "-O2 -march=native", "-O2 -mfma -fno-tree-slp-vectorize")
+SINGLE = """
+#include "NAME.h"
+void single(size_t N, ARGUMENTS)
+{
+    for (size_t k = 0; k < N; ++k) {
+        NAME_KERNEL(EACH);
+    }
+}
+"""
 OUTPUT = re.compile(r"(?<!const )\bdouble(\s+)(\w+)\[(\d+)\]")  # in a prototype
 
 
@@ -50,10 +76,13 @@ def main() -> None:
     """Print one table a robot, or the table of `restrict`."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--restrict", metavar="ROBOT")
-    robot = parser.parse_args().restrict
+    parser.add_argument("--flags", metavar="ROBOT")
+    asked = parser.parse_args()
     console = Console(width=110)
-    if robot:
-        restrict(robot, console)
+    if asked.restrict:
+        restrict(asked.restrict, console)
+    elif asked.flags:
+        flags(asked.flags, console)
     else:
         kernels(console)
 
@@ -144,6 +173,53 @@ def restrict(name: str, console: Console) -> None:
             cells = [f"{without:,.0f} {word:,.0f} {word / without:.2f}" for without, word in pairs]
             table.add_row(kernel.name, str(o.mul + o.add + o.div), *cells)
     console.print(table)
+
+
+def flags(name: str, console: Console) -> None:
+    """Print the ns of single calls of six kernels by the flags of the build, and their ratios."""
+    model = symgen.derive(symgen.read_robot(name), SIX)
+    for compiler in (c for c in ("gcc", "clang") if shutil.which(c)):
+        title = f"{name}, {compiler}: ns a call, and over that of {BUILDS[0]}"
+        table = Table("kernel", *BUILDS, title=title)
+        for kernel in model.kernels:
+            with tempfile.TemporaryDirectory() as folder:
+                given = inputs_of(model, kernel, np.random.default_rng(0))
+                given += [np.zeros((SAMPLES, output.size)) for output in kernel.outputs]
+                calls = {
+                    build: partial(
+                        single(model, kernel, f"{compiler} {build}", Path(folder) / str(k)).single,
+                        ctypes.c_size_t(SAMPLES), *map(pointer, given),
+                    )
+                    for k, build in enumerate(BUILDS)
+                }  # fmt: skip
+                ns = taking_turns(calls)
+            first = ns[BUILDS[0]]
+            table.add_row(kernel.name, *(f"{ns[b]:,.0f} {ns[b] / first:.2f}" for b in BUILDS))
+        console.print(table)
+
+
+def single(model: Model, kernel: Kernel, build: str, folder: Path) -> ctypes.CDLL:
+    """Compile a loop of single calls of a kernel with a compiler and its flags."""
+    folder.mkdir()
+    for path, content in library(model, (kernel.name,)).items():
+        (folder / path).write_bytes(content)
+    words = {
+        "NAME": model.robot.name,
+        "KERNEL": kernel.name,
+        "ARGUMENTS": kernel.listed("double", batch=True),
+        "EACH": ", ".join(
+            a.name if a.shared or not a.read else f"&{a.name}[k * {a.size}]"
+            for a in kernel.arguments
+        ),
+    }
+    text = SINGLE
+    for word, stands_for in words.items():
+        text = text.replace(word, stands_for)
+    (folder / "loop.c").write_text(text)
+    sources = sorted(path.name for path in folder.glob("*.c"))
+    command = [*build.split(), "-fPIC", "-shared", *sources, "-o", "loop.so", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return ctypes.CDLL(str(folder / "loop.so"))
 
 
 def built(files: Mapping[str, bytes], folder: Path, compiler: str, word: str) -> ctypes.CDLL:

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 from packages import STRICT, c_files, run
 
-from symgen.runtime.build import Compiler
-from symgen.runtime.stack import worst_case_stack
-
 M7 = ["arm-none-eabi-gcc", "-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]
+
+
+pytestmark = pytest.mark.slow
 
 
 def needs(*tools: str) -> None:
@@ -45,14 +45,6 @@ def test_a_float_package_builds_for_cortex_m7_without_data(name, complete, tmp_p
     for text, data, bss in sizes.values():
         assert text > 0
         assert (data, bss) == (0, 0)
-    library = {f.name: f.read_bytes() for f in [*c_files(package), *package.glob("*.h")]}
-    stack = worst_case_stack(library, Compiler(tuple(M7), ""))
-    assert stack is not None
-    deepest = max(stack, key=stack.__getitem__)
-    total = sum(text for text, _, _ in sizes.values())
-    assert stack[deepest] < 8192
-    print(f"\n{name}, float, Cortex-M7: text {total}, data 0, bss 0 bytes; deepest stack", end=" ")
-    print(f"{stack[deepest]} ({deepest}), control {stack[f'{name}_inverse_dynamics']} bytes")
 
 
 def test_a_float_package_calls_no_double_arithmetic_on_a_single_precision_fpu(

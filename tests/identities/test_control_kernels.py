@@ -248,22 +248,6 @@ def test_the_factor_gives_the_mass_matrix_and_its_projections(seed: int) -> None
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_all_terms_are_those_of_pinocchio_and_each_angle_is_turned_once(seed: int) -> None:
-    c = case(seed)
-    M, h, g, J, T = c("all_terms", c.q, c.qd, c.bare)
-    _close(M, c.mass(c.q))
-    _close(g[c.apart], c.weight(c.q)[c.apart])
-    _close(h, christoffel(c) @ c.qd + c.weight(c.q), 1e-7)
-    _close(T, world_transforms(c.arm, c.G @ c.q + c.c))
-    _close(J, c("jacobian", c.q))
-    _close(c("all_terms", c.q, c.qd, c.X)[1], c("bias_torque", c.q, c.qd, c.X))
-    together = c.model.kernel("all_terms").tape.operations
-    parts = [c.model.kernel(name).tape.operations for name in TERMS]
-    assert together.sincos == max(p.sincos for p in parts)
-    assert together.mul + together.add <= sum(p.mul + p.add for p in parts)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
 def test_a_point_of_any_link_moves_as_its_jacobian_and_drift_say(seed: int) -> None:
     c, h = case(seed), 1e-4
     point = np.array([0.3, -0.2, 0.5])
@@ -478,64 +462,6 @@ def test_kernels_over_standard_parameters_come_on_request_alone() -> None:
     names = {k.name for k in symgen.derive(symgen.read_robot("planar2r"), "all").kernels}
     assert "slotine_li_regressor" in names
     assert not any(name.startswith("standard_") for name in names)
-
-
-@pytest.mark.parametrize("backend", ["c", "casadi"])
-@pytest.mark.parametrize(("name", "link"), [("rx90", 6), ("panda", 5), ("twin", 7)])
-def test_operational_space_is_that_of_khatib(name, link, backend) -> None:
-    """Of chosen rows of the Jacobian; the torque in the null space accelerates none of them."""
-    model = symgen.derive(name, ("operational_space", "link_jacobian", "mass_matrix"))
-    evaluator = symgen.load(model, backend=backend)
-    X = np.array(physical_parameters(model, random.Random(1)))
-    rng, n = np.random.default_rng(5), model.robot.n
-    for chosen in ([0, 1, 2], [0, 2, 4], [1, 2]):
-        q, point, tau = rng.uniform(-1, 1, n), rng.uniform(-0.2, 0.2, 3), rng.normal(size=n)
-        select = np.isin(np.arange(6), chosen).astype(float)
-        Lambda, inverse, null = evaluator["operational_space"](q, link, point, select, tau, X)
-        J = evaluator["link_jacobian"](q, link, point)[chosen]
-        mobility = np.linalg.inv(evaluator["mass_matrix"](q, X[: model.inertial]))
-        expected = np.linalg.inv(J @ mobility @ J.T)
-        scale = np.abs(expected).max()
-        np.testing.assert_allclose(Lambda[np.ix_(chosen, chosen)], expected, atol=1e-11 * scale)
-        consistent = mobility @ J.T @ expected
-        np.testing.assert_allclose(inverse[:, chosen], consistent, atol=1e-10)
-        others = np.setdiff1d(np.arange(6), chosen)
-        assert not inverse[:, others].any()
-        assert not Lambda[others].any()
-        np.testing.assert_allclose(null, tau - J.T @ (consistent.T @ tau), atol=1e-10)
-        np.testing.assert_allclose(J @ mobility @ null, 0, atol=1e-10)
-
-
-@pytest.mark.parametrize("backend", ["c", "casadi"])
-def test_operational_space_of_rows_that_depend_on_each_other_says_so(backend) -> None:
-    """More rows than joints move the link: the first row too many is named."""
-    model = symgen.derive("panda", ("operational_space",))
-    evaluator = symgen.load(model, backend=backend)
-    X = np.array(physical_parameters(model, random.Random(1)))
-    rng = np.random.default_rng(2)
-    for link in 40 * [2, 3, 4]:
-        q, point, tau = rng.uniform(-2, 2, 7), rng.uniform(-0.2, 0.2, 3), np.ones(7)
-        select = np.zeros(6)
-        select[rng.permutation(6)[: link + 1]] = 1.0
-        with pytest.raises(symgen.ParameterError, match=f"link of joint {link}.* depends on"):
-            evaluator["operational_space"](q, link, point, select, tau, X)
-
-
-@pytest.mark.parametrize("backend", ["c", "casadi"])
-def test_an_error_names_the_guard_and_the_sample_that_fails(backend) -> None:
-    model = symgen.derive("rx90", ("operational_space",))
-    call = symgen.load(model, backend=backend)["operational_space"]
-    X = np.array(physical_parameters(model, random.Random(1)))
-    q, tau = np.random.default_rng(1).uniform(-1, 1, (2, 700, 6))
-    point, select = np.full((700, 3), 0.1), np.tile([1.0, 1, 0, 0, 0, 0], (700, 1))
-    assert np.isfinite(call(q, 3, point, select, tau, X)[0]).all()
-    select[650] = [1, 0, 1, 0, 1, 1]  # four rows, three joints
-    with pytest.raises(
-        symgen.ParameterError, match=r"sample 650, link of joint 3: .*turning about z"
-    ):
-        call(q, 3, point, select, tau, X)
-    with pytest.raises(symgen.ParameterError, match=r"sample 0, .*mass matrix is not positive"):
-        call(q, 3, point, select, tau, -X)
 
 
 def test_factors_of_a_mass_matrix_of_zero_say_that_it_is_not_positive_definite() -> None:

@@ -21,9 +21,7 @@ import pytest
 from support import PROJECT, heeds_ctrl_c, messages
 
 import symgen
-from symgen.data.dataset import listed_files
 from symgen.data.log import read_log
-from symgen.diagnosis.fleet import grouped
 from symgen.errors import plain
 from symgen.files import load_json, load_toml, write_folder
 from symgen.identification.parameters import read_parameters
@@ -46,17 +44,6 @@ ESTIMATE = {
     "window_s": 0.2,
     "verdict": "trusted",
     "reasons": [],
-}
-WHITE = {
-    "quantity": "energy",
-    "component": 0,
-    "kind": "train",
-    "rows": 100,
-    "step_s": 0.1,
-    "correlations": [0.5, 0.1, 0.1],
-    "bands": [0.2, 0.2, 0.2],
-    "statistic": 30.0,
-    "p_value": 1e-6,
 }
 
 
@@ -98,7 +85,7 @@ def test_errors_of_a_prediction_are_one_for_each_joint(command, tmp_path, errors
 
 
 def test_the_estimate_that_the_cases_below_spoil_is_good(report):
-    code, out, lines = report(json.dumps({**ESTIMATE, "whiteness": [WHITE]}))
+    code, out, lines = report(json.dumps(ESTIMATE))
     assert (code, lines) == (0, [])
     assert "verdict: trusted" in out
 
@@ -157,14 +144,6 @@ def test_lone_surrogates_in_json_are_shown_as_text(report):
     code, out, lines = report(text.replace("PLACE", r"\ud800 bad"))
     assert (code, lines) == (0, [])
     assert r"note: \ud800 bad" in out
-
-
-@pytest.mark.parametrize(
-    "spoiled", [{"bands": [0.2]}, {"correlations": []}, {"correlations": [], "bands": []}]
-)
-def test_lags_and_bands_of_whiteness_of_unequal_length_are_damage(report, spoiled):
-    code, _, lines = report(json.dumps({**ESTIMATE, "whiteness": [{**WHITE, **spoiled}]}))
-    one_line(code, lines, "damaged")
 
 
 @pytest.mark.parametrize("gap", ["before", "after", "noise_floor"])
@@ -298,9 +277,8 @@ def test_escape_bytes_of_files_and_folders_reach_no_terminal(tmp_path):
     path = folder / "a\x1b[31m.csv"
     rows = "\n".join(f"{0.01 * k},{k % 7},{k % 3}" for k in range(40))
     path.write_text(f"t,q1,tau1\n{rows}\n")
-    (day,) = grouped(listed_files([tmp_path]), None)
-    for text in (read_log(path).name, day.robot, day.day):
-        assert plain(text) == text
+    text = read_log(path).name
+    assert plain(text) == text
 
 
 def test_brackets_in_a_result_are_no_markup(report):
@@ -377,12 +355,12 @@ READ = """
 import resource, sys
 import symgen
 from symgen.data.log import read_log
-from symgen.identification.curves import read_curves
+from symgen.identification.curves import read_traces
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
 base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 try:
-    read_log(sys.argv[1]) if sys.argv[2] == "log" else read_curves(Path(sys.argv[1]), 1)
+    read_log(sys.argv[1]) if sys.argv[2] == "log" else read_traces(Path(sys.argv[1]))
 except symgen.SymgenError as error:
     print(error)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - base)

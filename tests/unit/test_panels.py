@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import shutil
 import subprocess
 import sys
@@ -17,8 +16,7 @@ import symgen
 from symgen.codegen import panels as panelling
 from symgen.runtime import evaluator as evaluators
 from symgen.runtime import panels as panels_module
-from symgen.runtime.build import find_compiler, forget_compilers, native
-from symgen.runtime.flags import SETS
+from symgen.runtime.build import find_compiler, forget_compilers
 from symgen.runtime.panels import Panels
 
 PROJECT = Path(__file__).resolve().parents[2]
@@ -56,7 +54,6 @@ KERNELS = (
     "forward_dynamics",
     "solve_mass_matrix",
 )
-WIDTHS = {"plain": 2, "avx2": 4, "native": 8}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -64,7 +61,6 @@ def compiled(tmp_path_factory):
     """Compile into a folder of this run."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.setenv("SYMGEN_FLAGS", "plain")
         patch.delenv("SYMGEN_CC", raising=False)
         forget_compilers()
         yield
@@ -81,18 +77,12 @@ def loaded(name: str) -> symgen.Evaluator:
 
 
 @cache
-def panels_of(name: str, kernel: str, flags: str) -> Panels:
-    """A kernel on panels, compiled with a set of flags."""
+def panels_of(name: str, kernel: str) -> Panels:
+    """A kernel on panels."""
     compiler = find_compiler()
     assert compiler is not None
-    chosen = next(s for s in SETS if s.name == flags)
-    defined = native(compiler)[1].split()
-    if not set(chosen.needs) <= set(defined):
-        pytest.skip(f"this processor has no {flags}")
     found = loaded(name)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMGEN_FLAGS", flags)
-        return Panels(found.model, compiler, found[kernel].kernel)
+    return Panels(found.model, compiler, found[kernel].kernel)
 
 
 def points(name: str, kernel: str, count: int) -> list[np.ndarray]:
@@ -122,13 +112,12 @@ def agree(found, expected, tolerance=1e-13) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "kernel", "flags"),
-    [("mixed", k, f) for k in KERNELS for f in WIDTHS]
-    + [("puma560", k, "native") for k in ("energy_regressor", "forward_dynamics")],
+    ("name", "kernel"),
+    [("mixed", k) for k in KERNELS]
+    + [("puma560", k) for k in ("energy_regressor", "forward_dynamics")],
 )
-def test_panels_give_the_values_of_the_single_call(name, kernel, flags):
-    panels = panels_of(name, kernel, flags)
-    assert panels.width == WIDTHS[flags] or flags == "native"
+def test_panels_give_the_values_of_the_single_call(name, kernel):
+    panels = panels_of(name, kernel)
     single = loaded(name)[kernel]
     # forward_dynamics solves with M: rounding grows with its condition number
     tolerance = 1e-11 if kernel == "forward_dynamics" else 1e-13
@@ -137,11 +126,10 @@ def test_panels_give_the_values_of_the_single_call(name, kernel, flags):
         agree(panels(*inputs), single(*inputs), tolerance)
 
 
-@pytest.mark.parametrize("flags", WIDTHS)
 @pytest.mark.parametrize("stream", [False, True])
 @pytest.mark.parametrize("kernel", ["energy_regressor", "momentum_regressor", "inverse_dynamics"])
-def test_bound_panels_and_rows_hold_the_same_values(kernel, stream, flags):
-    panels = panels_of("mixed", kernel, flags)
+def test_bound_panels_and_rows_hold_the_same_values(kernel, stream):
+    panels = panels_of("mixed", kernel)
     width, count = panels.width, 3 * panels.width + 1
     inputs = points("mixed", kernel, count)
     rows = panels.bind(count, stream=stream)
@@ -174,19 +162,17 @@ def test_outputs_larger_than_the_cache_are_right_whichever_stores_write_them(mon
     np.testing.assert_array_equal(bound.out, panels(*inputs))
 
 
-@pytest.mark.parametrize("flags", WIDTHS)
-def test_values_depend_on_neither_the_number_nor_the_place_of_samples(flags):
-    panels = panels_of("mixed", "torque_regressor", flags)
+def test_values_depend_on_neither_the_number_nor_the_place_of_samples():
+    panels = panels_of("mixed", "torque_regressor")
     inputs = points("mixed", "torque_regressor", 40)
     whole = panels(*inputs)
     for first, last in ((0, 1), (1, 40), (3, 30), (39, 40)):
         np.testing.assert_array_equal(panels(*(a[first:last] for a in inputs)), whole[first:last])
 
 
-@pytest.mark.parametrize("flags", WIDTHS)
 @pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf, 1e6, -3.7e11, 1e300, 5e-324, -0.0])
-def test_an_odd_sample_gives_what_the_single_call_gives_and_spoils_no_other(odd, flags):
-    panels, single = panels_of("mixed", "energy_regressor", flags), loaded("mixed")
+def test_an_odd_sample_gives_what_the_single_call_gives_and_spoils_no_other(odd):
+    panels, single = panels_of("mixed", "energy_regressor"), loaded("mixed")
     q, qd = points("mixed", "energy_regressor", 19)
     clean = panels(q, qd)
     q[5, 1], q[18, 3] = odd, odd
@@ -200,8 +186,7 @@ def test_an_odd_sample_gives_what_the_single_call_gives_and_spoils_no_other(odd,
         np.testing.assert_allclose(found[i][good], expected[i][good], rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("flags", WIDTHS)
-def test_angles_near_every_multiple_of_a_quarter_turn_are_reduced_without_loss(flags):
+def test_angles_near_every_multiple_of_a_quarter_turn_are_reduced_without_loss():
     """Against mpmath: the sine of a one-joint arm's angle is its potential energy's column."""
     import mpmath
 
@@ -212,10 +197,7 @@ def test_angles_near_every_multiple_of_a_quarter_turn_are_reduced_without_loss(f
     model = symgen.derive(symgen.parse_robot(text))
     compiler = find_compiler()
     assert compiler is not None
-    panels_of("mixed", "energy_regressor", flags)  # skips where the processor lacks the set
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMGEN_FLAGS", flags)
-        panels = Panels(model, compiler, model.kernels[0])
+    panels = Panels(model, compiler, model.kernels[0])
     quarters = np.unique(np.geomspace(1, 63000, 200).round())
     q = np.concatenate(
         [s * np.nextafter(quarters * np.pi / 2, b) for s in (1, -1) for b in (0, 1e9)]
@@ -226,23 +208,6 @@ def test_angles_near_every_multiple_of_a_quarter_turn_are_reduced_without_loss(f
         with mpmath.workdps(40):
             expected = np.array([float(exact(mpmath.mpf(float(x)))) for x in q])
         np.testing.assert_allclose(h[:, names.index(column)], expected, rtol=5e-16)
-
-
-@pytest.mark.parametrize("flags", WIDTHS)
-@pytest.mark.parametrize("stream", [0, 1])
-@pytest.mark.parametrize("shift", range(4))
-def test_nothing_is_written_outside_the_output_wherever_it_begins(shift, stream, flags):
-    panels = panels_of("mixed", "inverse_dynamics", flags)
-    for count in (1, panels.width, 2 * panels.width + 1):
-        inputs = points("mixed", "inverse_dynamics", count)
-        size = 4 * count
-        room = np.full(size + 64, 7.5)
-        out = room[16 + shift : 16 + shift + size]
-        pointers = [panels._ffi.from_buffer("double *", a) for a in (*inputs, out)]
-        assert panels._rows(stream, count, panels._ffi.NULL, *pointers) == 0
-        np.testing.assert_array_equal(room[: 16 + shift], 7.5)
-        np.testing.assert_array_equal(room[16 + shift + size :], 7.5)
-        np.testing.assert_array_equal(out.reshape(count, 4), panels(*inputs))
 
 
 # Inputs that end where the process may read no further: reading past them kills it.
@@ -271,13 +236,11 @@ print("whole")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="guards pages as Linux does")
-@pytest.mark.parametrize("flags", WIDTHS)
-def test_nothing_is_read_behind_the_inputs(flags):
-    panels_of("mixed", "inverse_dynamics", flags)
+def test_nothing_is_read_behind_the_inputs():
+    panels_of("mixed", "inverse_dynamics")
     done = subprocess.run(
         [sys.executable, "-c", GUARDED],
         cwd=PROJECT,
-        env={**os.environ, "SYMGEN_FLAGS": flags},
         input=MIXED,
         capture_output=True,
         text=True,
@@ -286,9 +249,8 @@ def test_nothing_is_read_behind_the_inputs(flags):
     assert (done.returncode, done.stdout) == (0, "whole\n"), done.stderr
 
 
-@pytest.mark.parametrize("flags", WIDTHS)
-def test_one_sample_without_a_result_is_said_for_the_batch(flags):
-    panels = panels_of("mixed", "forward_dynamics", flags)
+def test_one_sample_without_a_result_is_said_for_the_batch():
+    panels = panels_of("mixed", "forward_dynamics")
     q, qd, tau, X = points("mixed", "forward_dynamics", 5)
     panels(q, qd, tau, X)
     with pytest.raises(symgen.ParameterError, match="mass matrix is not positive definite"):

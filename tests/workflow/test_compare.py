@@ -243,7 +243,6 @@ def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders,
         lambda c: c.update(residual=None),
         lambda c: c.update(correlation=[[1.0]]),
         lambda c: c.update(correlation=[[1.0], 2]),
-        lambda c: c["whiteness"][0].update(component=7),
         lambda c: c.update(physical=[]),
         lambda c: c.update(schema="symgen.estimate/9"),
     ],
@@ -350,44 +349,6 @@ def test_a_prediction_is_printed_again(run, refused, folders, logs, tmp_path) ->
 
 
 # What an estimate holds beside
-
-
-def test_the_rest_of_the_balance_is_the_work_that_the_model_misses(tmp_path) -> None:
-    log = write_log(tmp_path / "rubs.npz", 4, viscous=0.05)
-    clean = write_log(tmp_path / "noisy.npz", 4)
-    found = symgen.identify("planar2r", log, validation=clean, model="energy", cutoff=95.0)
-    balance = found.balances[0]
-    with np.load(log) as data:
-        t, qd, tau = data["t"], data["qd"], data["tau"]
-    power = np.sum(qd * tau, axis=1)
-    steps = np.diff(t)
-    work = np.concatenate([[0.0], np.cumsum(steps * (power[1:] + power[:-1]) / 2)])
-    work = np.interp(balance.t, t, work)
-    assert np.allclose(balance.work, work, atol=1e-3 * np.abs(work).max())
-    assert np.allclose(balance.work, balance.energy + balance.friction + balance.rest)
-    assert np.all(balance.friction == 0)  # the robot file declares none
-    # energy comes back, what friction took does not: the rest is the loss, up to the fit's bias
-    loss = np.sum(0.05 * qd[:, 1] ** 2) * steps[0]
-    assert balance.rest[-1] == pytest.approx(loss, rel=0.2)
-    (white,) = [w for w in found.whiteness if (w.quantity, w.kind) == ("energy", "train")]
-    assert white.p_value < 0.01
-
-
-def test_a_true_model_leaves_white_residuals(logs) -> None:
-    p_values = []
-    for train, held in ((0, 1), (1, 2), (2, 0)):
-        found = symgen.identify(
-            "planar2r", logs[train], validation=logs[held], model="momentum", window=0.2
-        )
-        p_values += [w.p_value for w in found.whiteness]
-        assert sum(w.quantity == "momentum" for w in found.whiteness) == 4  # 2 joints of 2 logs
-        # 40 samples a window, a row every 4 (0.02 s): 10 rows a window, the one where windows
-        # meet, and two periods of the filter of positions and speeds
-        reach = math.ceil(2 / (found.band.cutoff_hz * 0.02))
-        assert {t.spacing for t in found.traces if t.quantity == "momentum"} == {11 + reach}
-    assert len(p_values) > 12  # torque, too, where the band leaves enough rows
-    assert sum(p < 0.01 for p in p_values) <= 2
-    assert np.median(p_values) > 0.2
 
 
 def test_a_prior_stands_beside_the_estimate(logs, folders, tmp_path, run) -> None:

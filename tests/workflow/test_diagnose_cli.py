@@ -12,7 +12,6 @@ import pytest
 from oracles.planar2r import harmonic_motion, torque_regressor
 
 import symgen
-from symgen.report.explain import picture
 from symgen.robot.effect import definitions
 
 SPRING = 0.4
@@ -179,8 +178,6 @@ def test_every_effect_is_explained(run, name):
                   definition.formula or definition.torque, *definition.linear,
                   *definition.nonlinear, "in robot.toml"):  # fmt: skip
         assert " ".join(words.split()) in said, words
-    if name != "unnamed":
-        assert any(0x2800 < ord(c) < 0x2900 for c in out), "no picture"
     assert all(len(line) <= 120 for line in out.splitlines())
 
 
@@ -221,15 +218,3 @@ def test_without_a_name_every_effect_is_listed(run):
     code, out, _ = run("explain")
     assert code == 0
     assert [line.split()[0] for line in out.splitlines()[1:]] == list(definitions())
-
-
-def test_the_picture_of_a_step_is_high_left_and_low_right():
-    x = np.linspace(-1, 1, 120)
-    lines = picture(x, -np.sign(x))
-    assert lines[0].startswith("       1")
-    assert lines[7].startswith("      -1")
-    assert "⠉" in lines[0][10:38]
-    assert set(lines[0][42:]) <= {" "}
-    assert "⣀" in lines[7][42:]
-    assert set(lines[7][10:38]) == {" "}
-    assert lines[8].split() == ["-1", "1"]

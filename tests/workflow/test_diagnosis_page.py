@@ -25,9 +25,7 @@ from symgen.diagnosis.diagnosis import (
     Place,
     Rejected,
     read_diagnosis,
-    work,
 )
-from symgen.diagnosis.replay import Replay
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
 from symgen.faults.mended import MendedChannel, largest, mended_channels
@@ -91,34 +89,13 @@ def synthetic(name: str = "test.csv", robot: str = "planar2r") -> Diagnosis:
     )
 
 
-def moved(log: str = "test.csv") -> Replay:
-    """Joint 2 is 0.02 rad off before and 0.001 rad after; an effect takes no part."""
-    t = np.arange(2, 5, 0.025)
-    off = np.stack([0 * t, np.sqrt(2) * np.sin(2 * np.pi * t)], axis=1)
-    return Replay(log, t, 0.02 * off, 0.001 * off, ("rad", "rad"), ("torque_ripple",))
-
-
-def diagnosis_page(diagnosis: Diagnosis, motion: Replay | None = None) -> str:
-    return html_page(content(diagnosis, motion))
+def diagnosis_page(diagnosis: Diagnosis) -> str:
+    return html_page(content(diagnosis))
 
 
 @pytest.fixture(scope="module")
 def html() -> str:
     return diagnosis_page(synthetic())
-
-
-def test_page_holds_the_motion_under_measured_torques_where_there_is_one(html: str) -> None:
-    page = Page(diagnosis_page(synthetic(), moved("again.csv")))
-    heading = "Motion under the measured torques"
-    assert heading in page.text
-    assert heading not in Page(html).text
-    for words in ("0.0200", "0.00100", "on again.csv", "cannot contain: torque_ripple"):
-        assert words in page.text, words
-    figure = page.figures[3]
-    assert [c["name"] for c in figure["data"]] == ["before", "after"] * 2
-    axes = [v["title"]["text"] for k, v in figure["layout"].items()
-            if "axis" in k and v.get("title", {}).get("text")]  # fmt: skip
-    assert sorted(axes) == ["joint 1, rad", "joint 2, rad", "time, s"]
 
 
 def channel(log: str, number: int, size: float) -> MendedChannel:
@@ -291,13 +268,13 @@ def test_repairs_stand_on_the_page() -> None:
 
 def test_the_page_is_no_larger_than_it_was() -> None:
     """356,176 bytes beside plotly.js before what is left stood on top."""
-    html = diagnosis_page(synthetic(), moved())
+    html = diagnosis_page(synthetic())
     assert len(html.encode()) - len(get_plotlyjs().encode()) <= 356_176
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: Path) -> None:
-    html = diagnosis_page(synthetic(), moved())
+    html = diagnosis_page(synthetic())
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
     assert sheets(html, tmp_path) <= 2
 
@@ -310,9 +287,9 @@ def test_hostile_names_add_no_element() -> None:
         rejected=(Rejected(HOSTILE, (), HOSTILE),),
         mended=(replace(channel(HOSTILE, 1, 1.0), channel=HOSTILE, says=HOSTILE, unit=HOSTILE),),
     )  # fmt: skip
-    page = Page(diagnosis_page(spoiled, replace(moved(HOSTILE), left_out=(HOSTILE,))))
+    page = Page(diagnosis_page(spoiled))
     harmless = replace(synthetic(), mended=(channel("a.csv", 1, 1.0),))
-    plain = Page(diagnosis_page(harmless, moved()))
+    plain = Page(diagnosis_page(harmless))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
 
@@ -329,7 +306,7 @@ def test_names_of_joints_and_logs_are_shown_as_they_are(tmp_path: Path) -> None:
     planar = symgen.read_robot("planar2r")
     joints = [replace(j, name=name) for j, name in zip(planar.joints, NAMES, strict=True)]
     found = replace(synthetic(NAMES[0]), extended=replace(planar, joints=tuple(joints)))
-    html = diagnosis_page(found, moved(NAMES[0]))
+    html = diagnosis_page(found)
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
     seen = visit(html, tmp_path)
     assert seen.console == ()
@@ -351,7 +328,6 @@ def test_sparse_diagnosis_has_a_page() -> None:
 def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> None:
     write_folder(tmp_path / "why", result_files(synthetic()), MARKER)
     again = read_diagnosis(tmp_path / "why")
-    # diagnosis.json says beside why there is no motion under the measured torques
     kept = replace(again, notes=again.notes[: len(synthetic().notes)], digests=None)
     known = {**synthetic().to_json(), "energy": None}  # a measure of the curves
     assert repr(kept.to_json()) == repr(known)
@@ -372,25 +348,9 @@ def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> Non
             read_diagnosis(file)
 
 
-def test_files_of_another_robot_are_replaced_and_what_is_not_ours_stays(tmp_path: Path) -> None:
-    folder = tmp_path / "out"
-    first = result_files(synthetic())
-    write_folder(folder, first, MARKER)
-    (folder / "generated" / "mine.txt").write_text("kept")
-    other = replace(synthetic(), extended=replace(synthetic().extended, name="other"))
-    write_folder(folder, result_files(other), MARKER)
-    left = {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
-    assert not [name for name in left if "planar2r" in name]
-    assert "generated/mine.txt" in left
-    content = json.loads((folder / MARKER).read_text(), parse_constant=pytest.fail)
-    assert content["gap"]["noise_floor"]["per_joint"] == [0.009, None]
-    assert content["effects"][1]["parameters"][2]["std"] is None
-    assert set(content["digests"]) | {MARKER, "generated/mine.txt"} == left
-
-
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
 def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
-    html = diagnosis_page(synthetic(HOSTILE, HOSTILE), moved(HOSTILE))
+    html = diagnosis_page(synthetic(HOSTILE, HOSTILE))
     seen = visit(html.replace("<details", "<details open"), tmp_path)
     figures = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
     assert len(figures) == 5
@@ -399,20 +359,3 @@ def test_browser_draws_every_figure_in_silence(tmp_path: Path) -> None:
     assert seen.console == ()
     assert seen.requests == ()
     assert "<img" not in seen.dom.split("<main>")[1].split("</main>")[0]
-
-
-def test_the_gap_as_energy_is_that_of_plain_integrals() -> None:
-    t = np.linspace(0.0, 4.0, 401)
-    qd = np.stack([np.sin(3 * t), np.cos(2 * t)], axis=1)
-    measured = np.stack([2 + np.cos(t), 3 * qd[:, 1]], axis=1)
-    before, after = measured - 0.5 * qd, measured - 0.05 * qd
-    seen = Curves("log", t, np.zeros_like(qd), qd, measured, before, after)
-    found = work([seen])
-    parts = []
-    for tau in (measured, 0.5 * qd, 0.05 * qd):
-        power = np.sum(qd * tau, axis=1)
-        windows = [np.trapezoid(power[k : k + 21], t[k : k + 21]) for k in range(len(t) - 20)]
-        parts.append(np.sqrt(np.mean(np.square(windows))))
-    assert found.before == pytest.approx(parts[1] / parts[0], rel=1e-9)
-    assert found.after == pytest.approx(parts[2] / parts[0], rel=1e-9)
-    assert work([]) is None

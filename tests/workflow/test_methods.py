@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -322,3 +323,43 @@ def test_models_that_see_something_else_are_said_where_the_model_misses_somethin
     assert any("gives other values than the" in r for use in apart.uses for r in use.reasons), (
         apart.uses
     )
+
+
+@dataclass(frozen=True)
+class Halved:
+    """An estimator of the user's: half of weighted least squares."""
+
+    name: ClassVar[str] = "halved"
+    excludes: ClassVar[str] = "the other half"
+    prior: float = 0.5  # no prior of symgen's
+
+    def solve(self, system: LinearSystem):
+        found = symgen.Wls().solve(system)
+        return replace(found, X=self.prior * found.X)
+
+
+@dataclass(frozen=True)
+class Recursive(Halved):
+    """One that has the name of a method of symgen's."""
+
+    name: ClassVar[str] = "recursive"
+
+
+@pytest.mark.parametrize("own", [Halved(), Recursive()])
+def test_an_estimator_of_the_user_keeps_its_name_and_what_it_excludes(own, tmp_path) -> None:
+    log = _log(1, 1e-4, 1e-3)
+    estimate = symgen.identify("planar2r", log, method=own, model="momentum")
+    np.testing.assert_allclose(estimate.X, X / 2, rtol=0.01)
+    symgen.write(estimate, tmp_path)
+    content = json.loads((tmp_path / "estimate.json").read_text())
+    assert (content["method"], content["std_excludes"]) == (own.name, own.excludes)
+
+
+def test_an_estimate_with_a_model_that_has_no_solution_is_read_again(tmp_path) -> None:
+    """Windows longer than the log leave the models of energy and momentum without equations."""
+    estimate = symgen.identify("planar2r", _log(1, 1e-4, 1e-3), window=30.0)
+    assert estimate.model == "torque"
+    symgen.write(estimate, tmp_path)
+    content = json.loads((tmp_path / "estimate.json").read_text())
+    assert [m["torque_residual"] is None for m in content["models"]] == [False, True, True]
+    assert symgen.read_estimate(tmp_path).to_json() == content

@@ -15,15 +15,12 @@ from plotly.offline import get_plotlyjs
 import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.values import (
-    Balance,
-    Convergence,
     OtherEstimate,
     OtherValue,
     Residual,
     Trace,
 )
 from symgen.faults.fault import Fault
-from symgen.identification.assessment import whiteness
 from symgen.identification.estimate import (
     Alternative,
     Apart,
@@ -59,15 +56,8 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
             measured = np.sin(t[:, None] * np.arange(1, width + 1)) * 5
             noise = 0.1 * rng.normal(size=measured.shape)
             traces.append(Trace(name, kind, quantity, t, measured, measured + noise))
-    seen = np.linspace(0.1, 6.0, 400)
-    final = np.array([v[2] for v in values])
-    course = final * (1 + np.exp(-seen)[:, None] * rng.normal(size=6))
     correlation = np.eye(6)
     correlation[0, 1] = correlation[1, 0] = -0.9731
-    balances = tuple(
-        Balance(name, kind, t, t**2 + 0.1 * t, t**2, 0.08 * t)
-        for name, kind in ((log, "train"), ("check.csv", "validation"))
-    )
     prior_std = {"ZZ1R": 0.3, "ZZ2R": 0.1, "FS1": 0.5, "FV1": 900.0}  # nothing of the others
     return Estimate(
         joints=tuple(Joint(j + 1, "N m") for j in range(7)),
@@ -87,7 +77,6 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
         notes=("excite.csv: resampled to 500 Hz",),
         correlation=correlation,
         traces=tuple(traces),
-        convergence=Convergence(seen, course),
         provenance=(("seed", "17"), ("log", log)),
         prior=OtherEstimate(
             "prior",
@@ -100,8 +89,6 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
                 "iv", tuple(OtherValue(v[0], 0.99 * v[2], 0.02 * abs(v[2])) for v in values)
             ),
         ),
-        balances=balances,
-        whiteness=whiteness(traces),
     )
 
 
@@ -117,7 +104,7 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
         *("1.23 %", "2.34 %", "3.46 %", "4.57 %", "4.18 %", "5.27 %", "42.4"),
         *("ZZ1 + IA1 + L1**2*M2", "1.70", "-0.310", "12346", "N m s/rad"),
         *("5 of 6", "80.0 %", "excite.csv: resampled to 500 Hz", "seed", "17", "8.0000 Hz"),
-        *("1 pair of parameters", "-0.9731", "Energy balance", "white: no correlation beyond"),
+        *("1 pair of parameters", "-0.9731"),
         *("Values beside prior and other methods", "1.8700", "0.567", "by iv", "1.6830"),
     ):
         assert words in text, words
@@ -172,7 +159,7 @@ def test_trusted_says_so_without_reasons() -> None:
 def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
     page = Page(html)
     assert html.count("* plotly.js v") == 1
-    assert len(page.figures) == 10
+    assert len(page.figures) == 7
     for _, attrs in page.tags:
         assert "src" not in attrs
         assert (attrs.get("href") or "#").startswith(("#", "data:"))
@@ -215,9 +202,8 @@ def test_sparse_estimate_has_a_page() -> None:
     unknown = replace(bare.parameters[1], std=float("nan"))
     bare = replace(
         bare, parameters=(zero, unknown), torque_train=None, torque_validation=None, traces=(),
-        convergence=None, correlation=np.empty((0, 0)), notes=(), provenance=(), cutoff_hz=None,
-        window_s=None, condition_number=float("inf"), prior=None, comparison=(), balances=(),
-        whiteness=(),
+        correlation=np.empty((0, 0)), notes=(), provenance=(), cutoff_hz=None,
+        window_s=None, condition_number=float("inf"), prior=None, comparison=(),
     )  # fmt: skip
     page = Page(result_page(bare))
     assert "0 of 2" in page.text
@@ -291,14 +277,6 @@ def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> N
         drawn = figure.data[k]
         assert drawn.name == f"joint {k + 1}"
         assert abs(drawn.x[np.nanargmax(drawn.y)] - frequency) < 2 * (f[1] - f[0])
-
-
-def test_balance_shows_the_rest_of_every_log() -> None:
-    figure = residual_plots.energy_balance(synthetic())
-    assert figure is not None
-    assert [bool(c.visible) for c in figure.data] == [False] * 5 + [True] * 5
-    rest = next(c for c in figure.data[5:] if c.name == "rest")
-    assert np.allclose(rest.y, 0.02 * np.asarray(rest.x), atol=1e-6)
 
 
 def test_values_stand_over_the_estimate_and_a_free_parameter_has_no_prior() -> None:
@@ -384,24 +362,6 @@ def test_frames_stand_where_an_independent_table_puts_them() -> None:
     kernel = symgen.load(model)["frames"](np.zeros(robot.n))
     at_zero = dict.fromkeys((joint.number for joint in robot.movable), 0.0)
     assert np.allclose(dh.frames(robot.with_values(), at_zero)[1:], kernel, atol=1e-12)
-
-
-def test_a_course_shows_the_few_that_still_move() -> None:
-    rng = np.random.default_rng(0)
-    many = tuple(ParameterEstimate(f"M{k}", f"M{k}", 1.0, 0.01, "kg") for k in range(20))
-    t = np.linspace(0.1, 6.0, 81)
-    course = 1 + 1e-3 * rng.normal(size=(81, 20))
-    course[50:-1, 4] = 1.5
-    course[-1] = 1.0
-    figure = plots.convergence(
-        replace(synthetic(), parameters=many, convergence=Convergence(t, course))
-    )
-    assert figure is not None
-    shown = [c.name for c in figure.data if c.visible is True]
-    assert len(shown) == plots.COURSES
-    assert "M4" in shown
-    assert len(figure.data) == 20
-    assert all(c.y[-1] == 1 for c in figure.data)
 
 
 def test_the_page_is_no_larger_than_it_was(html: str) -> None:

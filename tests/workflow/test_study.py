@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, Page, clipped, visit
+from browser import BROWSER, clipped
 from oracles import planar2r
 from scipy.interpolate import make_interp_spline
 from scipy.signal import butter, sosfiltfilt
 
 import symgen
-from symgen.experiment.recording import Controller, Instruments
+from symgen.experiment.recording import Instruments
 from symgen.experiment.reference import Reference, make_reference
-from symgen.experiment.study_result import read_study
+from symgen.experiment.study import read_study
 
 X, L1 = np.array([1.702, 0.05644, 0.15, 0.075]), 0.5
 RATE, SECONDS, CUTOFF = 100.0, 8.0, 8.0
@@ -45,7 +45,7 @@ def _found() -> symgen.Study:
     """Torques without tachometers: accelerations of noisy positions make least squares biased."""
     return symgen.study(
         "planar2r", X, trajectories=[_reference()], recording=symgen.Recording(NOISE),
-        models=["torque"], methods=["ols"], cutoff=CUTOFF, runs=RUNS, target=0.04,
+        models=["torque"], methods=["ols"], cutoff=CUTOFF, runs=RUNS,
     )  # fmt: skip
 
 
@@ -75,55 +75,13 @@ def test_bias_and_std_are_those_of_a_monte_carlo_study_in_numpy() -> None:
     error = std / math.sqrt(DRAWN)
     assert np.max(np.abs(bias) / error) > 10, "the experiment is to be biased"
     for k, p in enumerate(tried.parameters):
-        apart = abs(p.bias - bias[k]) / math.hypot(p.bias_error, error[k])
+        apart = abs(p.bias - bias[k]) / math.hypot(p.std / math.sqrt(RUNS), error[k])
         print(f"{p.name}: bias {p.bias:.3g} and {bias[k]:.3g}, std {p.std:.3g} and {std[k]:.3g}")
         assert apart < 4, p.name
         # 95 % interval of a ratio of std: 1/sqrt(2 RUNS) and 1/sqrt(2 DRAWN), three times
         assert abs(math.log(p.std / std[k])) < 0.25, p.name
-        assert p.estimated_std is not None
-        held = np.mean(np.abs(drawn[:, k] - X[k]) < 1.96 * p.estimated_std)
+        held = np.mean(np.abs(drawn[:, k] - X[k]) < 1.96 * p.stated_std)
         assert abs(p.coverage - held) < 0.2, p.name
-
-
-def test_recorded_twice_the_std_is_the_one_that_was_said() -> None:
-    """Two logs of the motion: another simulation than the pairs of runs that were put together."""
-    (said,) = _found().results
-    again = symgen.study(
-        "planar2r", X, trajectories=[_reference()] * 2, recording=symgen.Recording(NOISE),
-        models=["torque"], methods=["ols"], cutoff=CUTOFF, runs=40, seed=5,
-    )  # fmt: skip
-    assert again.settings.seconds == pytest.approx(2 * SECONDS)
-    (tried,) = again.results
-    pairs = zip(tried.parameters, said.parameters, strict=True)
-    ratio = [p.std / q.std_by_length[1] for p, q in pairs]
-    assert abs(math.log(np.prod(ratio)) / 4) < 0.3  # of 40 and of 48: each 11 %
-    assert said.std_ratio_by_length[2] == pytest.approx(0.5, rel=0.25)
-
-
-def test_time_to_record_follows_from_bias_and_std() -> None:
-    found = _found()
-    (tried,) = found.results
-    wanted = {}
-    for p in tried.parameters:
-        weight = np.array([RUNS - 1, RUNS // 2 - 1, RUNS // 4 - 1])
-        std2 = weight * [1, 2, 4] @ np.square(p.std_by_length) / weight.sum()
-        floor = p.bias if abs(p.bias) > 3 * p.bias_error else 0.0
-        room = (0.04 * p.value) ** 2 - floor**2
-        wanted[p.name] = None if room <= 0 else max(SECONDS, SECONDS * std2 / room)
-    assert {p.name: p.seconds for p in tried.parameters} == pytest.approx(wanted)
-    assert None in wanted.values(), "a bias above the target is to be among them"
-    assert any(s is not None for s in wanted.values()), "and one below it"
-    known = [p for p in tried.parameters if p.known and p.seconds is not None]
-    assert tried.slowest == max(known, key=lambda p: p.seconds)
-
-
-@pytest.mark.filterwarnings("default")  # of Dask's own
-def test_workers_change_nothing() -> None:
-    pytest.importorskip("distributed")
-    given = {"recording": symgen.Recording(NOISE), "models": ["momentum"], "methods": ["wls"]}
-    given |= {"trajectories": [_reference()], "runs": 17, "cutoff": CUTOFF}
-    alone = symgen.study("planar2r", X, **given)
-    assert symgen.study("planar2r", X, **given, workers=symgen.Workers(2)) == alone
 
 
 @pytest.fixture
@@ -158,27 +116,15 @@ def test_the_command_writes_a_study_that_reads_back(files: Path, command: Callab
     ]
     read = read_study(files / "a")
     assert read.to_json() == content
-    assert "<Study of planar2r: 6 ways, 16 runs" in repr(read)
+    assert "<Study of planar2r: 16 runs" in repr(read)
     code, again, _ = command("report", files / "a", "--into", files / "again.html")
     assert code == 0
     assert again.splitlines()[:8] == out.splitlines()[:8]
     assert (files / "again.html").read_bytes() == (files / "a" / "report.html").read_bytes()
-    page = Page((files / "a" / "report.html").read_text("utf-8"))
-    assert "How long to record" in page.text
-    told = [p["seconds"] for r in content["results"] for p in r["parameters"]]
-    rows = page.text.split("By the model of energy")[1]
-    assert all(f"{s:.3g} s" in rows for s in told if s is not None and s < 120)
-    assert ("never" in rows) == (None in told)
-    shares = ([f"{100 * p['std'] / abs(p['value']):.2g} %" for p in r["parameters"]]
-              for r in content["results"])  # fmt: skip
-    assert any(all(share in out for share in of_a_way) for of_a_way in shares)
     if BROWSER is not None:
         html = (files / "a" / "report.html").read_text("utf-8")
         seen = clipped(html, files)
         assert not any(seen.values()), seen
-        drawn = visit(html, files).dom
-        # Axes of powers of ten that span less than one have numbers, too.
-        assert all(drawn.count(f'class="{axis}tick"') >= 2 for axis in "xy")
 
 
 def test_a_damaged_study_is_one_line(files: Path, command: Callable) -> None:
@@ -191,29 +137,10 @@ def test_a_damaged_study_is_one_line(files: Path, command: Callable) -> None:
     assert "results.0.parameters.1.std" in err
 
 
-def test_runs_that_move_apart_are_simulated_one_by_one() -> None:
-    """A digital controller and unseen torques: every run moves otherwise, and iv takes the plan."""
-    made = symgen.Recording(
-        Instruments(position_noise=1e-4, velocity=False, torque_noise=0.05),
-        Controller(feedback="measured", bandwidth=20.0), disturbance=0.05,
-    )  # fmt: skip
-    found = symgen.study(
-        "planar2r", X, trajectories=[_reference()], recording=made,
-        models=["energy", "torque"], methods=["iv"], runs=8,
-    )  # fmt: skip
-    assert not any("do not determine" in note for note in found.notes)
-    for tried in found.results:
-        assert tried.failed == 0
-        assert tried.torque_error is not None
-        assert tried.torque_error < 0.1
-        assert all(0 < p.std < 0.2 * abs(p.value) for p in tried.parameters), tried
-
-
 def test_what_cannot_be_studied_is_said(files: Path, command: Callable) -> None:
     given = ("study", "planar2r", "--parameters", files / "P.toml", "--into", files / "x")
     for more, what in (
-        (("--runs", 3), "3 runs"),
-        (("--target", 0), "target 0 %"),
+        (("--runs", 2), "2 runs"),
         (("--method", "best"), "method 'best'"),
         (("--model", "static"), "model 'static'"),
     ):

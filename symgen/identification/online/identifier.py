@@ -63,7 +63,6 @@ class Identifier:
         require_gravity(derived.robot, "identification on line in Python")
         self._names = derived.base.names
         self._n, self._p = derived.robot.n, len(self._names)
-        self._standard = len(derived.base.standard)
         for kernel in NEEDED[model][: 2 if self._p > derived.inertial else 1]:
             if not evaluator.has(kernel):
                 raise IdentificationError(
@@ -168,35 +167,6 @@ class Identifier:
         out = np.empty(self._p)
         self._require(self._call("_excited", self._state, out))
         return out
-
-    def project(self, standard: ArrayLike) -> FloatArray:
-        """Return the physically possible X (p,) that are nearest to the estimate.
-
-            minimise (X - Y)' R'R (X - Y),   Y the estimate
-
-        over base parameters of links with positive definite pseudo-inertias, and positive friction
-        and rotor inertias, by 40 steps of a barrier method.
-
-        Args:
-            standard: standard parameters of a possible robot, in the order of `standard_names` in
-                manifest.json: where the search begins.
-
-        Raises:
-            IdentificationError: no robot can have `standard`, or the samples so far do not
-                determine every parameter.
-        """
-        begin = np.ascontiguousarray(standard, dtype=np.float64)
-        X = np.empty(self._p)
-        if begin.shape != (self._standard,):
-            raise IdentificationError(f"standard {begin.shape}; accepted: ({self._standard},)")
-        self._require(self._call("_excited", self._state, X))
-        if self._call("_project", self._state, begin, X):
-            raise IdentificationError(
-                "no robot has these standard parameters: a pseudo-inertia is not positive "
-                "definite, or a friction or rotor inertia not above 0; accepted: those of a "
-                "possible robot"
-            )
-        return X
 
     def _require(self, missing: int) -> None:
         if missing:

@@ -19,7 +19,6 @@ from symgen.diagnosis.messages import (
     told_once,
     undeclared,
 )
-from symgen.diagnosis.replay import Replay
 from symgen.report.content.parts import (
     Banner,
     Content,
@@ -53,14 +52,14 @@ _MENDED = (
 )
 
 
-def diagnosis_content(diagnosis: Diagnosis, motion: Replay | None = None) -> Content:
+def diagnosis_content(diagnosis: Diagnosis) -> Content:
     """Return verdict, effects, torque error, plots, rejected effects and settings."""
     lead = (
         f"Torque that the model of {diagnosis.robot} does not explain, on logs that the search for "
         "effects did not use.",
     )
     title = f"Diagnosis of {diagnosis.robot}"
-    return Content(title, lead, tuple(_sections(diagnosis, motion)), _banner(diagnosis))
+    return Content(title, lead, tuple(_sections(diagnosis)), _banner(diagnosis))
 
 
 def _banner(d: Diagnosis) -> Banner:
@@ -74,7 +73,7 @@ def _banner(d: Diagnosis) -> Banner:
     return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects, d.extended), facts)
 
 
-def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
+def _sections(d: Diagnosis) -> list[Section]:
     tied = [e for e in d.effects if e.indistinguishable_from]
     alikes = [(placed(e, d.extended), alike(e, d.extended), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints, d.extended), r.reason) for r in d.rejected]
@@ -105,7 +104,6 @@ def _sections(d: Diagnosis, motion: Replay | None) -> list[Section]:
             ("Other effects would explain the same torque as well.",),
             Table(("effect", "or", "motion that would distinguish them"), alikes),
         ),
-        *([] if motion is None else [_motion_section(d, motion)]),
         Section(
             "Residual against speed and position",
             (f"Measured minus modelled torque before{_OVER if d.effects else _AGAINST}",),
@@ -164,23 +162,6 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
         )
     figure = partial(diagnosis_plots.gaps, diagnosis)
     return Section("Torque error by joint", (text,), _gap_table(diagnosis), figure, told=())
-
-
-def _motion_section(diagnosis: Diagnosis, motion: Replay) -> Section:
-    text = (
-        f"Simulated minus measured position on {motion.log}, where the torque error before is "
-        "largest. The "
-        "measured torques move each model, and a feedback of 1 Hz keeps it near the measured "
-        "motion. The remaining distance shows the error of the model."
-    )
-    if motion.left_out:
-        text += f" It lacks effects that robot.toml cannot contain: {', '.join(motion.left_out)}."
-    pairs = zip(diagnosis.joints, *motion.rms, motion.units, strict=True)
-    labels = diagnosis.extended.labels
-    rows = [(labels[j], number(a, 3), number(b, 3), unit) for j, a, b, unit in pairs]
-    table = Table(("RMS distance", "before", "after", "unit"), rows)
-    figure = partial(diagnosis_plots.motion, diagnosis, motion)
-    return Section("Motion under the measured torques", (text,), table, figure)
 
 
 def _gap_table(d: Diagnosis) -> Table:

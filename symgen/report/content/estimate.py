@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.identification.assessment import KNOWN, LEVEL, in_words
+from symgen.identification.assessment import KNOWN
 from symgen.identification.estimate import BETWEEN_USES, Estimate, ParameterEstimate
 from symgen.report.content.parts import (
     PLAYBACK,
@@ -44,16 +44,6 @@ _SPECTRUM = {
     "motion that the model does not explain.",
 }
 _LOGS = "Choose a log above the plot. Validation logs have a tinted background."
-_BALANCE = (
-    "Work of the drives since the start of the log. The model divides it into kinetic and "
-    "potential energy, and losses to friction. A residual that grows steadily is a loss or an "
-    "offset that the model lacks."
-)
-_CONVERGENCE = (
-    "Each estimate relative to its final value, over the time of the data used. If a line still "
-    f"moves at the end, record more data. The plot shows the {plots.COURSES} known parameters that "
-    "moved most in the second half; click on the legend to show others."
-)
 _TORQUES = (
     "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
     "the measured torque without a filter. Measured and modelled torque passed the same low-pass."
@@ -76,11 +66,6 @@ _DIFFERENCES = (
 _VALUES = (
     "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
     "pale, and their bars can be longer than the plot. Values of zero are left out."
-)
-_WHITENESS = (
-    "The test uses residuals that share no window and no memory of a filter. The band contains "
-    "95 % of the correlations of a white residual, also if its size changes with the motion. A "
-    f"residual is not white if p is below {LEVEL:g}."
 )
 #: Correlation above which two parameters are listed as hardly distinguishable.
 TIED = 0.9
@@ -185,8 +170,6 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             for quantity in quantities
             if quantity != "torque"
         ),
-        Section("Energy balance", (_BALANCE,), figure=partial(residual_plots.energy_balance, e)),
-        Section("Convergence", (_CONVERGENCE,), figure=partial(plots.convergence, e)),
         *(
             Section(
                 f"Spectrum of the {quantity} residual",
@@ -195,7 +178,6 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             )
             for quantity in quantities
         ),
-        *_whiteness_sections(e),
         *_correlation_sections(e),
         *notes_section(e.notes),
         Section("Provenance", table=_provenance(e)),
@@ -301,33 +283,6 @@ def bias_tests(estimate: Estimate) -> tuple[str, ...]:
         "squares is biased."
         for e in estimate.endogeneity
     )
-
-
-def _whiteness_sections(e: Estimate) -> list[Section]:
-    tested = e.whiteness
-    if not tested:
-        return []
-    rows, off = [], [w for w in tested if w.p_value < LEVEL]
-    for w in tested:
-        kind = "training" if w.kind == "train" else w.kind
-        p = f"{'▲ ' * (w in off)}{w.p_value:.2g}"
-        label = plots.component(e, w)
-        rows.append((label, kind, str(w.rows), str(len(w.bands)), p, in_words(w)))
-    verdict = (
-        f"{len(off)} of {len(tested)} residuals are not white: they hold motion that the model "
-        "with these parameters does not explain. Standard deviations allow for it, but not for a "
-        "bias that comes with it."
-        if off
-        else "All residuals are white as far as these lags show."
-    )
-    table = Table(("residual", "data", "rows", "lags", "p", "in words"), rows)
-    held = [w for w in tested if w.kind == "validation"] or tested
-    white = sum(w not in off for w in held)
-    worst = min(held, key=lambda w: w.p_value)
-    told = f"residuals: {white} of {len(held)} white; {in_words(worst)}"
-    figure = partial(residual_plots.lag_correlation, e)
-    text = (f"{verdict} {_WHITENESS}",)
-    return [Section("Whiteness", text, table, figure), Section("", told=(told,))]
 
 
 def _correlation_sections(e: Estimate) -> list[Section]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.raw import FloatArray
-from symgen.estimation.values import Trace, Whiteness
+from symgen.estimation.values import Trace
 from symgen.identification.assessment import KNOWN
 from symgen.identification.estimate import Estimate
 from symgen.robot.expressions import shortened
@@ -30,7 +30,6 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", SKY, "#4D4D4D")
 DASHES = ("solid", "dash", "dot", "dashdot")
 VALIDATION_GROUND = "#fdf8e8"  # behind curves that the estimate never saw
 
-COURSES = 8  # parameters whose convergence is drawn at first
 _LEGEND = 40  # characters of a name in a legend: a phone has no room for more
 POINTS = 1800  # that a curve is drawn with at most: three for two pixels of a wide page
 
@@ -175,35 +174,6 @@ def measured_and_predicted(estimate: Estimate, quantity: str) -> Figure | None:
         xlabel="number of the pose" if estimate.model == "static" else "time, s",
         columns=1,
         panel_height=215 if alone else 165,
-    )
-
-
-def convergence(estimate: Estimate) -> Figure | None:
-    """Draw the recursive estimate over time, each parameter relative to its final value.
-
-    The figure first shows the known parameters that moved most in the second half. A click on the
-    legend shows others. Parameters that end at zero are left out.
-    """
-    course = estimate.convergence
-    if course is None or not len(course.t):
-        return None
-    final = course.values[-1]
-    known = np.array([p.relative_std_percent <= KNOWN for p in estimate.parameters])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = course.values / final
-    late = np.abs(ratio[len(course.t) // 2 :] - 1)
-    moved = np.nan_to_num(np.where(np.isnan(late), 0.0, late).max(axis=0), posinf=0.0)
-    first = np.argsort(-np.where(known, moved, -1.0), kind="stable")[:COURSES].tolist()
-    every = slice(1 - len(course.t) % 2, None, 2)  # the last is among them
-    drawn = [k for k, x in enumerate(final.tolist()) if x and np.isfinite(x)]
-    series = {estimate.parameters[k].name: ratio[every, k] for k in drawn}
-    labels = {"xlabel": "data seen, s", "ylabel": "estimate / final value"}
-    figure = lines(course.t[every], series, title="Recursive estimate", height=460, **labels)
-    for k, line in zip(drawn, figure.data, strict=True):
-        line.visible = True if k in first else "legendonly"
-    legend = {"orientation": "v", "yref": "paper", "x": 1.01, "xanchor": "left", "y": 1}
-    return figure.update_yaxes(range=[-0.1, 2.1]).update_layout(
-        legend={**legend, "yanchor": "top"}, margin={"b": 60, "r": 110}, meta={"min_width": 400}
     )
 
 
@@ -380,12 +350,6 @@ def components(estimate: Estimate, quantity: str) -> list[tuple[str, str]]:
     if quantity not in _PER_JOINT:
         return [(quantity, _UNITS.get(quantity, "-"))]
     return [(joint.label, joint.unit + _PER_JOINT[quantity]) for joint in estimate.joints]
-
-
-def component(estimate: Estimate, tested: Whiteness) -> str:
-    """Return the name of the joint or quantity of a tested residual."""
-    name, _ = components(estimate, tested.quantity)[tested.component]
-    return name if name == tested.quantity else f"{tested.quantity}, {name}"
 
 
 def line_style(k: int) -> dict[str, Any]:

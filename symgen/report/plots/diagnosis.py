@@ -10,7 +10,6 @@ import numpy as np
 from symgen import names
 from symgen.data.raw import FloatArray
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
-from symgen.diagnosis.replay import Replay
 from symgen.report.plots.curves import (
     BLUE,
     GREEN,
@@ -107,20 +106,6 @@ def mended(diagnosis: Diagnosis) -> Figure | None:
         panels.append(Panel(title, c.recorded[0], series, c.unit))
     title = "Repaired channels"
     return line_grid(panels, title=title, columns=1, panel_height=150) if panels else None
-
-
-def motion(diagnosis: Diagnosis, replay: Replay) -> Figure:
-    """Draw simulated minus measured position of every joint under the measured torques."""
-    labels = diagnosis.extended.labels
-    panels = [
-        Panel(
-            "", replay.t, {"before": replay.before[:, j], "after": replay.after[:, j]},
-            f"{labels[number]}, {unit}",
-        )
-        for j, (number, unit) in enumerate(zip(diagnosis.joints, replay.units, strict=True))
-    ]  # fmt: skip
-    figure = line_grid(panels, title="Motion", columns=1, panel_height=165)
-    return figure.update_yaxes(tickformat="~g")  # no prefixes before rad
 
 
 def portraits(diagnosis: Diagnosis) -> Figure | None:

@@ -1,4 +1,4 @@
-"""Figures of the residual: its spectrum, its lag correlations, and the energy balance."""
+"""The spectrum of the residual."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from symgen.report.plots.curves import (
     LEVEL,
     POINTS,
     Panel,
-    component,
     components,
     line_grid,
     traces_of,
@@ -78,42 +77,3 @@ def amplitude_density(t: FloatArray, values: FloatArray) -> tuple[FloatArray, Fl
     density: FloatArray = np.sqrt(power[:, 1:]).T
     frequencies = np.asarray(np.fft.rfftfreq(length, step)[1:], dtype=np.float64)
     return frequencies, density
-
-
-def lag_correlation(estimate: Estimate) -> Figure | None:
-    """Draw the lag correlations of every residual, and their 95 % band for a white residual.
-
-    They are those of validation data, or else of training data; None without any.
-    """
-    kinds = {w.kind for w in estimate.whiteness}
-    if not kinds:
-        return None
-    kind = "validation" if "validation" in kinds else min(kinds)
-    panels = []
-    for w in estimate.whiteness:
-        if w.kind != kind:
-            continue
-        lags, half = w.step_s * np.arange(1.0, len(w.bands) + 1), np.array(w.bands)
-        title = component(estimate, w)
-        series = {"correlation": np.array(w.correlations)}
-        panels.append(Panel(title, lags, series, "correlation, -", band=(-half, half)))
-    figure = line_grid(panels, title="Lag correlation", xlabel="lag, s", panel_height=190)
-    figure.update_traces(mode="lines+markers", marker={"size": 5}, selector={"name": "correlation"})
-    return figure
-
-
-def energy_balance(estimate: Estimate) -> Figure | None:
-    """Draw the measured work over time, the model's energy and friction, and the residual."""
-    panels = []
-    for b in (b for b in estimate.balances if len(b.t)):
-        work = {
-            "measured work": b.work,
-            "energy + friction": b.energy + b.friction,
-            "change of energy": b.energy,
-            "friction": b.friction,
-        }
-        log = (b.log, b.kind)
-        panels.append(Panel("", b.t, work, "work since the start, J", share=0.68, log=log))
-        panels.append(Panel("", b.t, {"rest": b.rest}, "rest, J", share=0.32, log=log))
-    title = "Energy balance"
-    return line_grid(panels, title=title, columns=1, panel_height=215) if panels else None

@@ -83,6 +83,7 @@ class Chain:
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
         self.notes: list[str] = []
+        self.far: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
         self.link = self._link_frames()
@@ -99,6 +100,11 @@ class Chain:
                 self.notes.append(
                     f"joint {shortened(joint.name)!r} is free in the file: the base "
                     f"{shortened(joint.child)!r} is fixed, as symgen models arms on a fixed base"
+                )
+            if min(joint.damping, joint.friction) < 0:
+                self.notes.append(
+                    f"joint {shortened(joint.name)!r}: its friction is negative in the file and "
+                    "would drive it; symgen keeps the value"
                 )
         if self.snapped:
             shown = first_of(list(self.snapped), 4)
@@ -185,13 +191,8 @@ class Chain:
             **{key: exact_numbers.angle(value) for key, value in angles.items()},
             **{key: exact_numbers.length(value) for key, value in lengths.items()},
         }
-        if abs(b) > _FAR or abs(r) > _FAR:
-            across = dh.norm(np.cross(base[:3, 2], line[1]))  # rounding may exceed 1
-            tilt = context().atan2(across, abs(base[:3, 2] @ line[1]))
-            self.notes.append(
-                f"joint {joint.name!r}: its axis is {float(tilt):.3g} rad from parallel to the one "
-                f"before, which puts b and r at {float(b):.3g} and {float(r):.3g} m"
-            )
+        if not joint.fixed and max(map(abs, lengths.values())) > _FAR:
+            self.far.append(repr(shortened(joint.name)))
 
     def _rest(self, joint: UrdfJoint, before: Array) -> tuple[Any, Any]:
         """Return theta and r, which fix x and the origin of the frame on its z axis."""
@@ -241,7 +242,12 @@ class Chain:
             name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
             frames=tuple(self._frame(link) for link in self.urdf.links if link != self.urdf.root),
         )  # fmt: skip
-        return Imported(robot, tuple(self._parameters()), tuple(self.notes))
+        assumed = (
+            f"lengths of more than {_FAR} m at joint {first_of(self.far, 3)}: is the file in mm? "
+            "accepted: m; in m, axes that are nearly parallel have lengths as large"
+        )
+        notes, questions = tuple(self.notes), (assumed,) if self.far else ()
+        return Imported(robot, tuple(self._parameters()), notes, questions)
 
     def _frame(self, link: str) -> Frame:
         """Return the frame of a link, constant in that of the joint that moves it."""

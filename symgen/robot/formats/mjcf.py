@@ -27,6 +27,7 @@ from symgen.robot import dh, expressions
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, FloatArray, JointDynamics
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions, of_library
+from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.geometry import mesh, primitive
@@ -90,10 +91,13 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         if rest:
             offsets[name] = offsets.get(name, 0.0) - stiffness * rest
     pushed = {chain.number[name]: torque for name, torque in offsets.items()}
-    joints = (
-        replace(j, friction=(*j.friction, "offset")) if j.number in pushed else j
-        for j in robot.joints
-    )
+    joints = []
+    for joint in robot.joints:
+        if joint.number in pushed:
+            joint = replace(joint, friction=(*joint.friction, "offset"))
+        key = "r" if joint.slides else "theta"
+        zero = angle(context().mpf(tree.zeros.get(joint.name, 0.0)))
+        joints.append(replace(joint, **{key: getattr(joint, key) - zero}))
     values += [(f"OF{number}", torque) for number, torque in pushed.items()]
     robot = replace(robot, joints=tuple(joints))
     if tree.payload is not None:
@@ -338,15 +342,19 @@ class _Tree:
         tendons: fixed tendon between two joints, by their names.
         pushers: actuator of constant force on a joint, by its name.
         payload: the load, in the frame of the link that carries it, and that link.
+        mimics: joints that follow others: the leader, factor and offset, as in a URDF.
+        zeros: positions of joints in the pose of the file (ref), rad or m.
         notes: what symgen ignores.
     """
 
     def __init__(self, path: Path, text: str) -> None:
-        self._path, self.model = path, _compiled(path)
+        self.notes: list[str] = []
+        self._path, self.model = path, _compiled(path, self.notes)
+        self.mimics = self._mimics()
+        self.zeros: dict[str, float] = {}
         self.shift: dict[str, FloatArray] = {}
         self.payload: tuple[Inertial, str] | None = None
         self.springs: dict[str, tuple[float, float]] = {}
-        self.notes: list[str] = []
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
         m = self.model
@@ -354,8 +362,9 @@ class _Tree:
         for b in range(m.nbody):
             self._add(b)
         self.tendons, self.pushers = self._tendons(), self._pushers()
-        if m.neq:
-            self.notes.append(f"{m.neq} equality constraints of the file are not read")
+        if m.neq > len(self.mimics):
+            count = m.neq - len(self.mimics)
+            self.notes.append(f"{count} equality constraints of the file are not read")
         if m.body_gravcomp.any():
             self.notes.append("the gravity compensation of bodies (gravcomp) is not read")
         if m.ntendon > len(self.tendons):
@@ -403,7 +412,8 @@ class _Tree:
             )
             self._joints[joint.name] = joint
         self.shift[name] = previous
-        self._links[name] = self._inertial(b, previous)
+        body = self._inertial(b, np.eye(3), -previous)
+        self._links[name] = body if body.mass else None
 
     def _is_payload(self, b: int) -> bool:
         """Whether a body is a load: one of that name with mass, fixed to a link that moves."""
@@ -416,13 +426,9 @@ class _Tree:
 
     def _in_parent(self, b: int) -> Inertial:
         """Return the inertia of a body in the link frame of its parent."""
-        m, R = self.model, _matrix(self.model.body_quat[b])
-        own = R @ _matrix(m.body_iquat[b])
-        tensor = own @ np.diag(m.body_inertia[b]) @ own.T
-        values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
-        parent = self._body_names[m.body_parentid[b]]
-        centre = np.array(m.body_pos[b]) + R @ np.array(m.body_ipos[b]) - self.shift[parent]
-        return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
+        parent = self._body_names[self.model.body_parentid[b]]
+        origin = np.array(self.model.body_pos[b]) - self.shift[parent]
+        return self._inertial(b, _matrix(self.model.body_quat[b]), origin)
 
     def in_payload(self, load: Body) -> Body:
         """Return a load that is in the body frame of its parent in the frame of its own body."""
@@ -431,16 +437,31 @@ class _Tree:
         com = R.T @ (np.asarray(load.com) - self.model.body_pos[b])
         return replace(load, com=com, inertia=R.T @ load.inertia @ R)
 
+    def _mimics(self) -> dict[str, tuple[str, sp.Rational, sp.Rational]]:
+        """Return the joints that an equality makes a linear function of another of their type.
+
+        With the positions y0 and x0 in the pose of the file, y - y0 = a0 + a1 (x - x0).
+        """
+        import mujoco
+
+        m, out = self.model, {}
+        for k in np.flatnonzero(m.eq_type == mujoco.mjtEq.mjEQ_JOINT):
+            joints = [int(m.eq_obj1id[k]), int(m.eq_obj2id[k])]
+            y0, x0 = m.qpos0[m.jnt_qposadr[joints]]
+            a0, a1, *higher = m.eq_data[k][:5]
+            if joints[1] >= 0 and a1 and not any(higher) and len({*m.jnt_type[joints]}) == 1:
+                follower, leader = (m.joint(joint).name for joint in joints)
+                out[follower] = leader, _exact(a1), _exact(y0 + a0 - a1 * x0)
+        return out
+
     def _joint(self, k: int, parent: str, child: str, xyz: FloatArray, rpy: Triple) -> UrdfJoint:
         m = self.model
         name = m.joint(k).name or f"joint{k + 1}"
         kind = ("free", "ball", "slide", "hinge")[int(m.jnt_type[k])]
-        zero = float(m.qpos0[m.jnt_qposadr[k]])
+        self.zeros[name] = float(m.qpos0[m.jnt_qposadr[k]])
         with located(f"joint {shortened(name)!r}"):
             if kind not in _SIGMA:
                 raise RobotError(f"it is {kind}; accepted: hinge, slide")
-            if zero != 0:
-                raise RobotError(f"its ref is {zero:g}; accepted: 0")
             if not abs(np.linalg.norm(m.jnt_axis[k]) - 1) < 1e-6:  # numbers beyond 1e154 overflow
                 raise RobotError(
                     "its axis has no direction; accepted: three finite numbers, not all 0"
@@ -452,12 +473,12 @@ class _Tree:
             limit["effort"] = float(m.jnt_actfrcrange[k][1])
         dof = int(m.jnt_dofadr[k])
         stiffness = float(m.jnt_stiffness[k].flat[0])
-        if stiffness:
+        if stiffness and name not in self.mimics:
             self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
         damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
         return UrdfJoint(
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
-            damping, friction, float(m.dof_armature[dof]),
+            damping, friction, float(m.dof_armature[dof]), self.mimics.get(name),
         )  # fmt: skip
 
     def shapes(self) -> dict[str, list[Placed]]:
@@ -496,7 +517,7 @@ class _Tree:
                 float(np.ravel(getattr(m, f"tendon_{key}")[k])[0])
                 for key in ("armature", "damping", "frictionloss")
             )
-            if one and two:
+            if one and two and not self.mimics.keys() & {one, two}:
                 ratio = float(m.wrap_prm[first + 1])
                 out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
         return out
@@ -513,7 +534,7 @@ class _Tree:
             if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
                 name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
                 out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
-        return out
+        return {name: pusher for name, pusher in out.items() if name not in self.mimics}
 
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
@@ -574,20 +595,22 @@ class _Tree:
                 "without this setting"
             )
 
-    def _inertial(self, b: int, shift: FloatArray) -> Inertial | None:
-        """Return the inertia of a body in its link frame; None if it has no mass."""
+    def _inertial(self, b: int, turn: FloatArray, origin: FloatArray) -> Inertial:
+        """Return the inertia of a body in a frame where its own has this turn and origin."""
         m = self.model
-        if m.body_mass[b] == 0:
-            return None
-        R = _matrix(m.body_iquat[b])
+        R = turn @ _matrix(m.body_iquat[b])
         tensor = R @ np.diag(m.body_inertia[b]) @ R.T
         values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
-        centre = np.array(m.body_ipos[b]) - shift
+        centre = origin + turn @ np.array(m.body_ipos[b])
         return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 
-def _compiled(path: Path) -> Any:
-    """Return the MuJoCo model of a file.
+def _compiled(path: Path, notes: list[str]) -> Any:
+    """Return the MuJoCo model of a file; where a mesh is not there, without meshes.
+
+    Args:
+        path: of the file.
+        notes: receives what is left out.
 
     Raises:
         RobotError: MuJoCo is not installed, or refuses the file.
@@ -602,9 +625,35 @@ def _compiled(path: Path) -> Any:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}") from error
+        notes.append(f"meshes are left out: {told_by(error)}")
+        try:
+            return _without_meshes(mujoco.MjSpec.from_file(str(path)))
+        except (ValueError, OSError):
+            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}"
+            raise RobotError(what) from error
     finally:
         mujoco.set_mju_user_warning(None)
+
+
+def _without_meshes(spec: Any) -> Any:
+    """Return the model of a file without meshes, except those that determine an inertia.
+
+    Raises:
+        ValueError: MuJoCo refuses it.
+    """
+    import mujoco
+
+    forced = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    for geom in spec.geoms:
+        body = geom.parent
+        shown = body == spec.worldbody or (body.explicitinertial and not forced)
+        if shown and geom.type == mujoco.mjtGeom.mjGEOM_MESH:
+            spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for shape in spec.meshes:
+        if shape.name not in used:
+            spec.delete(shape)
+    return spec.compile()
 
 
 def _exact(value: float) -> sp.Rational:

@@ -343,9 +343,6 @@ def _joint(element: Element) -> UrdfJoint:
     dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
     if dynamics is not None:
         loss = {key: float(_number(dynamics, key, "0")) for key in loss}
-    for key, value in loss.items():
-        if value < 0:
-            raise RobotError(f"{key} is {value:g}; accepted: 0 or more")
     return UrdfJoint(
         element.attributes["name"], KINDS[kind], parent, child, xyz, rpy, axis, limit, **loss,
         mimic=_mimic(element.first("mimic")), floats=floats,

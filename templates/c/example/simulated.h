@@ -1,4 +1,4 @@
-/* {{ name }}: what the examples share, and no controller needs: a simulated robot and a reference. */
+/* {{ name }}: a simulated robot and a reference, which no controller needs. */
 #ifndef {{ name }}_SIMULATED_H
 #define {{ name }}_SIMULATED_H
 
@@ -21,7 +21,5 @@ static const real GRAVITY[3] = { (real)4.905, 0, (real)-8.4957 }; /* m/s2: a bas
 {% include "example/reference.c" %}
 
 {% include "example/start.c" %}
-
-{% include "example/hand.c" %}
 
 #endif
