@@ -266,6 +266,7 @@ HEADERS = {
     "from zero, underscores": {"q": "q_{o}", "qd": "qd_{o}", "tau": "tau_{o}"},
     "an estimate": {"q": "joint{j}.q", "qd": "joint{j}.qd", "tau": "joint{j}.tauEst [Nm]"},
     "German": {"t": "Zeit", "q": "{name} Winkel", "qd": "{name} Tempo", "tau": "{name} Moment"},
+    "other names": {"q": "{letter}_pos", "qd": "{letter}_vel", "tau": "{letter}_torque"},
     # Messages list joints by the alphabet: the elbow comes first.
     "rostopic": {
         "q": "field.position{last}", "qd": "field.velocity{last}", "tau": "field.effort{last}",
@@ -281,6 +282,7 @@ FOREIGN = {
     "rostopic, other names": (
         "rostopic", {"field.name0": "e", "field.name1": "s"}, "csv", {"joints": ("s", "e")}, "",
     ),
+    "other names": ("other names", {}, "csv", {"joints": ("a", "b")}, ""),
     "no header": (
         "of a log", {}, "csv",
         {"header": False, "columns": "t=1,q1=2,q2=3,qd1=4,qd2=5,tau1=6,tau2=7"}, "",
@@ -303,7 +305,9 @@ def foreign(path: Path, case: str, columns=SI, front=None, header=True) -> Path:
     named = {forms.get("t", "t"): columns["t"]}
     for role in ("q", "qd", "tau"):
         for j, name in enumerate(JOINTS, 1):
-            column = forms[role].format(j=j, o=j - 1, last=len(JOINTS) - j, name=name)
+            column = forms[role].format(
+                j=j, o=j - 1, last=len(JOINTS) - j, name=name, letter="xab"[j]
+            )
             named[column] = columns[f"{role}{j}"]
     front = {name: [text] * len(columns["t"]) for name, text in (front or {}).items()}
     written(path, front | named, "\t" if path.suffix == ".tsv" else ",")
