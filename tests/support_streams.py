@@ -15,10 +15,12 @@ X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1, FRICTION, STEP = 0.5, 0.3, 0.01
 
 
-def motion(samples: int, seed: int = 0, start: float = 0.0) -> dict[str, np.ndarray]:
+def motion(
+    samples: int, seed: int = 0, start: float = 0.0, step: float = STEP
+) -> dict[str, np.ndarray]:
     """Sines with noise on every channel, torques from the paper's closed form."""
     rng = np.random.default_rng(seed)
-    t = start + STEP * np.arange(samples)
+    t = start + step * np.arange(samples)
     w, phase = rng.uniform(0.5, 6.0, (3, 2)), rng.uniform(0, 6, (3, 2))
     angle = t[:, None, None] * w + phase
     q, qd, qdd = (

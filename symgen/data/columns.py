@@ -73,20 +73,15 @@ def joints_of_file(
     Raises:
         LogError: the file lacks a joint, or the robot has no names.
     """
-    listed = ", ".join(map(plain, present[:24])) or "none"
-    how = "--joints with the names in the robot's order, separated by commas"
-    if asked:
-        missing = [name for name in asked if name not in present]
-        if missing:
-            refuse(f"the file does not have the joint {missing[0]!r} (--joints)", f"of {listed}")
-        return list(asked)
-    if not joints or not all(joints):
-        refuse(f"the robot's joints have no names; the file has {listed}", how)
-    missing = [name for name in joints if name not in present]
+    wanted = list(asked or joints or [""])
+    missing = [name for name in wanted if name not in present]
     if missing:
-        how = how if len(missing) == len(joints) else f"{how}, or {held_still(missing)}"
-        refuse(f"the robot's joint {missing[0]!r} is not among {listed}", how)
-    return list(joints)
+        how = "--joints with the names in the robot's order, separated by commas"
+        if not asked and len(missing) < len(wanted):
+            how = f"{how}, or {held_still(missing)}"
+        shown = ", ".join(map(plain, present[:24])) or "none"
+        refuse(f"the robot's joint {missing[0]!r} is not among {shown}", how)
+    return wanted
 
 
 def matched(

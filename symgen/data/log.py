@@ -305,12 +305,14 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
             says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
             return read_only(start + step * np.arange(len(t))), ((column, says, done),)
-    k = int(np.argmax(steps < 0 if steps.min() < 0 else steps == 0)) + 1
-    before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+    back = steps < 0
+    k = int(np.argmax(back if back.any() else steps == 0)) + 1
+    accepted = "strictly increasing time in s, with all its digits"
+    if back.any():
+        before, after = t[max(k - 2, 0)], t[min(k + 1, len(t) - 1)]
+        accepted = f"a clock that is not set back: --until {before}, or --from {after}"
     return refuse(
-        f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s",
-        f"strictly increasing time in s, with all digits; --until {before} uses the samples before "
-        f"a clock was set back, --from {after} those after",
+        f"column {column}, sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", accepted
     )
 
 

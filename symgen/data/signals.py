@@ -200,7 +200,9 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
     if missing.sum() > len(t):
         k = int(np.argmax(missing))
         what = f"{log.name}: no samples between t = {t[k]:.9g} s and t = {t[k + 1]:.9g} s"
-        refuse(what, f"gaps shorter than the log, as with --until {t[k]} or --from {t[k + 1]}")
+        refuse(
+            what, f"gaps shorter than the log, as with --until {t[k]:.9g} or --from {t[k + 1]:.9g}"
+        )
     grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
     bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
     longest = max(_LOST * step, 0.125 / bandwidth)

@@ -258,8 +258,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     import pyarrow.csv as pacsv
 
     form = csv_form(path, wanted.reading.separator, wanted.reading.header)
-    header, wanted = _with_joints(form, wanted)
-    names, groups, notes = _assigned(header, path.name, wanted)
+    names, groups, notes = _assigned(_with_joints(form, wanted), path.name, wanted)
     used = _columns(groups)
     # Numbers stand for columns: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
@@ -297,11 +296,8 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
     )  # fmt: skip
 
 
-def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
-    """Name columns by their joint where columns of texts name it: field.name0 is the elbow.
-
-    Returns:
-        The header, and the robot with the names of its joints in the file.
+def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
+    """Return the header; columns have the joint that columns of texts name: field.name0 = elbow.
 
     Raises:
         LogError: the names change, or are not those of the robot's joints.
@@ -315,9 +311,8 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> tuple[Sequence[str], Wanted]:
         if joint := named.get(m.group(1, 3)):
             header[k] = f"{m[1]}{m[2]}.{joint}"
     if named:
-        joints = joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
-        wanted = replace(wanted, joints=joints)
-    return header, wanted
+        joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
+    return header
 
 
 def _time_type(cells: Sequence[str]) -> Any:
@@ -436,6 +431,7 @@ def _assigned(
         LogError: a column is missing, or occurs twice.
     """
     names = [name.strip() for name in stored]
+    wanted = replace(wanted, joints=wanted.reading.joints or wanted.joints)
     own = "q1" in names and ("tau1" in names or "i1" in names)
     columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}

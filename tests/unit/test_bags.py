@@ -89,7 +89,7 @@ def test_the_names_of_the_robot_are_used_where_the_messages_have_them(written):
     assert_holds(read_log(path, names=NAMES))
     with pytest.raises(LogError, match=r"'wrist' is not among .*elbow.*--joints"):
         read_log(path, names=("shoulder", "wrist"))
-    with pytest.raises(LogError, match=r"have no names.*elbow, shoulder.*--joints"):
+    with pytest.raises(LogError, match=r"not among elbow, shoulder.*--joints"):
         read_log(path)
 
 
@@ -248,3 +248,27 @@ def test_a_bag_of_other_messages_names_its_topics(tmp_path):
         writer.write_message("/chatter", schema, {"data": "x"}, log_time=0, publish_time=0)
     with pytest.raises(LogError, match=r"no topic has messages .*JointState; topics: /chatter"):
         read_log(path)
+
+
+def test_messages_of_a_second_publisher_are_left_out_and_counted(written):
+    """One lacks speeds and efforts, at the same stamps; the other has the joints of a gripper."""
+    others = [
+        State(s.stamp, NAMES, [0.0, 0.0], [], []) for s in states()[::4]
+    ] + [State(s.stamp + 1, ["finger"], [0.1], [0.0], [0.0]) for s in states()[::5]]  # fmt: skip
+    log = read_log(written([*others, *states()]), reading=BY_NAME)
+    assert_holds(log)
+    assert any("18 messages" in note for note in log.notes)
+
+
+def test_a_message_without_a_joint_is_left_out(written):
+    few = spoiled(5, name=["elbow"], position=[1], velocity=[1], effort=[1])
+    log = read_log(written(few), reading=BY_NAME)
+    np.testing.assert_array_equal(log.q, np.delete(Q, 5, axis=0))
+
+
+def test_stamps_of_zero_are_replaced_by_the_times_of_receipt(written):
+    """The writer receives message k at k ns."""
+    log = read_log(written([s._replace(stamp=0) for s in states()]), reading=BY_NAME)
+    np.testing.assert_allclose(log.t, 1e-9 * np.arange(N))
+    np.testing.assert_array_equal(log.q, Q)
+    assert any("header" in note for note in log.notes)

@@ -248,3 +248,190 @@ def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
     )
     assert pytest.approx(same.X, rel=1e-9) == found.X
     assert [*dict.fromkeys(f.channel for f in found.repairs)] == ["t", *CASES["degrees"][3]]
+
+
+JOINTS = ("shoulder", "elbow")
+NAMED = symgen.parse_robot(
+    '[robot]\nname = "p"\nconvention = "modified-dh"\ngravity = [0.0, 0.0, -9.81]\n'
+    + "".join(
+        f'[[joint]]\nname = "{name}"\nsigma = 0\nd = {d}\nfriction = ["viscous"]\n'
+        for name, d in zip(JOINTS, (0.0, 0.5), strict=True)
+    ),
+    "p",
+)
+#: What the columns of joint j (from 1) are called, by role.
+HEADERS = {
+    "of a log": {"q": "q{j}", "qd": "qd{j}", "tau": "tau{j}"},
+    "from zero": {"q": "q{o}", "qd": "qd{o}", "tau": "tau{o}"},
+    "from zero, underscores": {"q": "q_{o}", "qd": "qd_{o}", "tau": "tau_{o}"},
+    "an estimate": {"q": "joint{j}.q", "qd": "joint{j}.qd", "tau": "joint{j}.tauEst [Nm]"},
+    "German": {"t": "Zeit", "q": "{name} Winkel", "qd": "{name} Tempo", "tau": "{name} Moment"},
+    "other names": {"q": "{letter}_pos", "qd": "{letter}_vel", "tau": "{letter}_torque"},
+    # Messages list joints by the alphabet: the elbow comes first.
+    "rostopic": {
+        "q": "field.position{last}", "qd": "field.velocity{last}", "tau": "field.effort{last}",
+    },
+}  # fmt: skip
+GERMAN = "t=Zeit,q=* Winkel,qd=* Tempo,tau=* Moment"
+#: Header, columns that are added in front, ending, options, and [log] columns of the robot.
+FOREIGN = {
+    "from zero": ("from zero", {}, "csv", {}, ""),
+    "from zero, with a pattern": ("from zero", {}, "csv", {"columns": "q=q*,qd=qd*,tau=tau*"}, ""),
+    "from zero, underscores": ("from zero, underscores", {}, "csv", {}, ""),
+    "rostopic": ("rostopic", {"field.name0": "elbow", "field.name1": "shoulder"}, "csv", {}, ""),
+    "rostopic, other names": (
+        "rostopic", {"field.name0": "e", "field.name1": "s"}, "csv", {"joints": ("s", "e")}, "",
+    ),
+    "other names": ("other names", {}, "csv", {"joints": ("a", "b")}, ""),
+    "no header": (
+        "of a log", {}, "csv",
+        {"header": False, "columns": "t=1,q1=2,q2=3,qd1=4,qd2=5,tau1=6,tau2=7"}, "",
+    ),
+    "a pattern before a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauEst"}, ""),
+    "the pattern that the refusal suggests": (
+        "an estimate", {}, "csv", {"columns": "tau=joint*.tauEst"}, "",
+    ),
+    "a pattern with a unit": ("an estimate", {}, "csv", {"columns": "tau=*.tauEst [Nm]"}, ""),
+    "text": ("of a log", {}, "txt", {}, ""),
+    "tabs": ("of a log", {}, "tsv", {}, ""),
+    "columns of the robot file": ("German", {}, "csv", {}, GERMAN),
+    "columns of the robot file, a log of symgen": ("of a log", {}, "csv", {}, GERMAN),
+}  # fmt: skip
+
+
+def foreign(path: Path, case: str, columns=SI, front=None, header=True) -> Path:
+    """Write a log of two joints with other names of columns."""
+    forms = HEADERS[case]
+    named = {forms.get("t", "t"): columns["t"]}
+    for role in ("q", "qd", "tau"):
+        for j, name in enumerate(JOINTS, 1):
+            column = forms[role].format(
+                j=j, o=j - 1, last=len(JOINTS) - j, name=name, letter="xab"[j]
+            )
+            named[column] = columns[f"{role}{j}"]
+    front = {name: [text] * len(columns["t"]) for name, text in (front or {}).items()}
+    written(path, front | named, "\t" if path.suffix == ".tsv" else ",")
+    if not header:
+        path.write_text(path.read_text().split("\n", 1)[1])
+    return path
+
+
+@pytest.mark.parametrize("case", FOREIGN)
+def test_columns_of_a_recorder_are_those_of_the_log(tmp_path, case):
+    header, front, suffix, options, columns = FOREIGN[case]
+    path = foreign(
+        tmp_path / f"log.{suffix}", header, front=front, header=options.get("header", True)
+    )
+    mapped = symgen.parse_robot(symgen.robot_toml(replace(NAMED, log_columns=columns)))
+    found = read_log(
+        path, sigma=(0, 0), reading=Reading(**options), names=JOINTS, columns=mapped.log_columns
+    )
+    same = read(written(tmp_path / "si.csv", SI))
+    for key in ("t", "q", "qd", "tau"):
+        np.testing.assert_array_equal(getattr(found, key), getattr(same, key))
+
+
+URDF = """<robot name="p"><link name="base"/><link name="bob"><inertial>
+<origin xyz="0.3 0 0"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hip" type="revolute"><parent link="base"/><child link="bob"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="50" velocity="20"/></joint></robot>"""
+ONCE = {k: x[:400] for k, x in SI.items()}
+BACK = [f"{0.01 * k - 0.5 * (k >= 200):.12g}" for k in range(400)]
+#: Header, changed columns, columns in front, whether there is a header, and what the line says.
+UNREADABLE = {
+    "no header": ("of a log", {}, {}, False, ["--no-header", "--columns"]),
+    "a name that is not the robot's": (
+        "rostopic", {}, {"field.name0": "e", "field.name1": "s"}, True, ["'shoulder'", "--joints"],
+    ),
+    "torques by no word": (
+        "an estimate", {}, {}, True, ["tau1", '--columns "tau=joint*.tauEst"'],
+    ),
+    "all stamps are one": ("of a log", {"t": ["1.6e+09"] * 400}, {}, True, ["column t", "digits"]),
+    "the clock is set back": (
+        "of a log", {"t": BACK}, {}, True,
+        ["column t", "sample 200", "1.5 s comes after 1.99 s", "--until 1.98", "--from 1.51"],
+    ),
+}  # fmt: skip
+
+
+def test_export_reads_a_log_as_other_commands_do(tmp_path, command):
+    """A log that cannot be read leaves no file."""
+    arm, out, to = tmp_path / "arm.urdf", tmp_path / "out", tmp_path / "new.urdf"
+    arm.write_text(URDF)
+    t = COLUMNS["t"]
+    q, qdd = np.sin(2 * t) + np.sin(3 * t), -4 * np.sin(2 * t) - 9 * np.sin(3 * t)
+    channels = {"Zeit": t, "hip Winkel": q, "hip Moment": 0.11 * qdd - 2.943 * np.cos(q)}
+    texts = {name: [f"{v:.9g}" for v in x] for name, x in channels.items()}
+    log = written(tmp_path / "log.csv", texts)
+    reading = ("--columns", "t=Zeit,q=* Winkel,tau=* Moment", "--until", "14")
+    command("identify", arm, log, "--model", "momentum", *reading, "--into", out)
+    order = ("export", out, "--from", arm, "--to", to, "--log", log)
+    code, _, err = command(*order)
+    assert code == 2
+    assert "--columns" in err
+    assert not to.exists()
+    code, printed, err = command(*order, *reading, "--start", "1")
+    assert code == 0, err
+    assert "torque error on" in printed
+    assert to.exists()
+
+
+@pytest.mark.parametrize("case", UNREADABLE)
+def test_what_a_recorder_leaves_open_is_refused_with_what_to_type(tmp_path, case):
+    names, changed, front, header, words = UNREADABLE[case]
+    path = foreign(tmp_path / "log.csv", names, ONCE | changed, front, header)
+    with pytest.raises(LogError) as refused:
+        read_log(path, sigma=(0, 0), names=JOINTS)
+    for word in words:
+        assert word in str(refused.value)
+
+
+def test_both_sides_of_a_clock_that_was_set_back_can_be_used(tmp_path):
+    path = foreign(tmp_path / "log.csv", "of a log", ONCE | {"t": BACK})
+    for span, kept in (({"until": 1.98}, slice(0, 199)), ({"start": 1.51}, slice(201, 400))):
+        log = read(path, **span)
+        np.testing.assert_array_equal(log.t, np.array(BACK[kept], dtype=float))
+        np.testing.assert_array_equal(log.q[:, 0], np.array(ONCE["q1"][kept], dtype=float))
+
+
+@pytest.mark.parametrize("digits", [1, 2])
+def test_stamps_rounded_below_the_rate_are_a_uniform_clock(tmp_path, digits):
+    t = np.round(0.004 * np.arange(1500) + 3e-4, digits)
+    log = read(foreign(tmp_path / "log.csv", "of a log", SI | {"t": [f"{x}" for x in t]}))
+    np.testing.assert_allclose(np.diff(log.t), 0.004, rtol=2e-3)
+    ((column, _, done),) = log.converted
+    assert column == "t"
+    assert "4 ms" in done
+
+
+@pytest.mark.parametrize("name", ["log.mat", "log.bag", "arm.xacro"])
+def test_a_file_of_another_program_is_refused_with_its_conversion(tmp_path, name):
+    path = tmp_path / name
+    path.write_text('<robot xmlns:xacro="x"><xacro:property name="a" value="1"/></robot>')
+    command = {".mat": "numpy.savez", ".bag": "rosbags-convert", ".xacro": "xacro FILE.xacro >"}
+    with pytest.raises(symgen.SymgenError) as refused:
+        symgen.read_robot(path) if path.suffix == ".xacro" else read(path)
+    assert command[path.suffix] in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("rate", "gap", "masked"), [(350, 0.034, False), (32, 0.315, True), (350, 8.0, True)]
+)
+def test_a_gap_is_judged_by_its_time_and_no_equation_crosses_it(rate, gap, masked):
+    """Motions below 1 Hz: the estimate is that of the log without the gap."""
+    step = 1 / rate
+    columns = motion(int(40 * rate), 3, step=step)
+    at = columns["t"]
+    kept = (at < 15) | (at > 15 + gap)
+
+    def found(rows):
+        x = {k: np.column_stack([columns[f"{k}{j}"][rows] for j in (1, 2)]) for k in ("q", "tau")}
+        return symgen.identify(
+            robot(), symgen.make_log("log", at[rows], x["q"], x["tau"]), model="momentum"
+        )
+
+    whole, part = found(slice(None)), found(kept)
+    assert any("gap" in note for note in part.notes) == masked
+    std = np.array([p.std for p in whole.parameters])
+    assert (np.abs(part.X - whole.X) < 2 * std).all()
