@@ -1,122 +1,77 @@
-"""Excitation of the TX40 within limits: condition numbers reached, by model, window and family.
+"""Precision of planned motions, compared with the best of ten random motions.
 
     python tests/benchmarks/bench_excite.py
 
-The robot is the library's tx40: 58 columns (40 of inertia and rotors; Coulomb, viscous and offset
-of every joint). The limits are ours, and so is the prior model: slender links, and friction as
-below. Coefficients and figures go to tests/workflow/excite_figures.json, which the default tests
-compute again.
+Motions of 10 s on three arms. The random motions are Fourier series of five harmonics, each joint
+scaled until it meets the first of its limits. Figures are medians over the parameters of the
+standard deviation that the torque regressor gives for equal noise on all joints.
 """
 
 from __future__ import annotations
 
-import json
-import sys
-import tempfile
 import time
-from pathlib import Path
-from typing import Any
 
-from rich.console import Console
-from rich.table import Table
+import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import symgen
 
-from support import excited
-
-FIGURES = Path(__file__).resolve().parents[1] / "workflow" / "excite_figures.json"
-LIMITS: dict[str, Any] = {
-    "position": [(-2.5, 2.5), (-2.0, 2.0), (-2.2, 2.2), (-3.0, 3.0), (-2.0, 2.0), (-3.0, 3.0)],
-    "velocity": [3.0] * 6,
-    "acceleration": [12.0] * 6,
+#: Joints, half range (rad), speed (rad/s), acceleration (rad/s2).
+ARMS = {
+    "panda": (7, 1.5, 1.5, 6.0),
+    "ur10e": (6, 2.0, 1.5, 5.0),
+    "puma560": (6, 2.0, 1.5, 5.0),
 }
-TORQUE = [30.0, 40.0, 20.0, 7.0, 7.0, 4.0]
-# Ended by counts, not by time: the same figures on a slow machine.
-SEARCH: dict[str, Any] = {"searches": 1, "budget": 3600.0}
-ONE: dict[str, Any] = {"duration": 10, "terms": 12, "iterations": 600}
-FOUR: dict[str, Any] = {"runs": 4, "duration": 10, "terms": 8, "iterations": 250}
-CASES: dict[str, dict[str, Any]] = {
-    "torque, one run": ONE | {"model": "torque"},
-    "torque, one run, B-splines": ONE | {"model": "torque", "kind": "bspline", "terms": 28},
-    "momentum, one run": ONE | {"model": "momentum"},
-    "energy, one run": ONE,
-    "energy, four runs, 0.1 s windows": FOUR | {"window": 0.1, "iterations": 600},
-    "energy, four runs, 0.2 s windows": FOUR,
-    "energy, four runs, 0.3 s windows": FOUR | {"window": 0.3},
-    "energy, four runs, torque and jerk limited, one start": FOUR
-    | {"torque": TORQUE, "jerk": [40.0] * 6, "start": [0.0, 0.0, 1.5, 0.0, 0.0, 0.0]},
-    "energy, four runs, B-splines": FOUR | {"kind": "bspline", "terms": 20},
-}
+DURATION, HARMONICS = 10.0, 5
+t = np.arange(0, DURATION, 1 / 50)
+Motion = tuple[np.ndarray, ...]
 
 
-def prior() -> str:
-    """Return [parameters] of a made-up arm: slender links, friction, rotors."""
-    lines = ["[parameters]"]
-    for j, (mass, length) in enumerate(
-        [(8, 0.0), (6, 0.22), (4, 0.1), (2.5, 0.1), (0.6, 0.02), (0.3, 0.02)], start=1
-    ):
-        c, thick = length / 2, mass * 0.05**2
-        x, z = (c, 0.0) if j == 2 else (0.0, c)
-        values = {
-            "XX": thick + mass * z * z * 4 / 3,
-            "YY": thick + mass * c * c * 4 / 3,
-            "ZZ": thick + mass * x * x * 4 / 3,
-            "MX": mass * x,
-            "MZ": mass * z,
-            "M": mass,
-            "IA": [0.36, 0.36, 0.1, 0.03, 0.05, 0.01][j - 1],
-            "FS": [7.0, 8.0, 6.0, 2.5, 3.0, 0.3][j - 1],
-            "FV": [8.0, 5.5, 2.0, 1.1, 1.9, 0.65][j - 1],
-        }
-        zeros = dict.fromkeys(("XY", "XZ", "YZ", "MY", "OF"), 0.0)
-        lines += [f"{name}{j} = {value:.6g}" for name, value in (zeros | values).items()]
-    return "\n".join(lines) + "\n"
+def random_motion(draw: np.random.Generator, arm: str) -> Motion:
+    """Return q, qd, qdd (N, n) of a random motion that uses the limits."""
+    n, half, *rates = ARMS[arm]
+    w = 2 * np.pi / DURATION * np.arange(1, HARMONICS + 1)
+    waves = np.exp(1j * np.outer(t, w))
+    speeds = draw.normal(size=(HARMONICS, n)) + 1j * draw.normal(size=(HARMONICS, n))
+    q = (waves @ (speeds / (1j * w[:, None]))).real
+    qd = (waves @ speeds).real
+    qdd = (waves @ (speeds * 1j * w[:, None])).real
+    q -= (q.max(axis=0) + q.min(axis=0)) / 2
+    tops = [np.abs(x).max(axis=0) for x in (q, qd, qdd)]
+    scale = np.min([half / tops[0], rates[0] / tops[1], rates[1] / tops[2]], axis=0)
+    return scale * q, scale * qd, scale * qdd
 
 
-def rounded(run: dict[str, Any]) -> dict[str, Any]:
-    """Return a run with coefficients of 7 decimals, which change no figure that is shown."""
-    for joint in run["joints"]:
-        joint["coefficients"] = [round(c, 7) for c in joint["coefficients"]]
-    return run
+def median_std(evaluator: symgen.Evaluator, motion: Motion) -> float:
+    """Return the median of the standard deviations for unit noise."""
+    W = np.asarray(evaluator["torque_regressor"](*motion))
+    W = W.reshape(-1, W.shape[-1])
+    size = np.linalg.norm(W, axis=0)
+    G = (W / size).T @ (W / size)
+    return float(np.median(np.sqrt(np.diag(np.linalg.inv(G))) / size))
 
 
 def main() -> None:
-    """Search, print the table, and write the figures."""
-    table = Table(title="tx40, runs of 10 s, one search of 600 or 250 iterations, seed 0")
-    for head in (
-        "case",
-        "random start",
-        "reached",
-        "energy",
-        "momentum",
-        "torque",
-        "binds",
-        "s of CPU",
-    ):
-        table.add_column(head)
-    figures: dict[str, Any] = {"limits": LIMITS, "prior": prior(), "cases": {}}
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "prior.toml"
-        path.write_text(prior())
-        for name, case in CASES.items():
-            given = {"parameters": path} if "torque" in case else {}
+    """Print the ratio for each arm, after 60 s of processor time at most."""
+    for arm, (n, half, speed, acceleration) in ARMS.items():
+        evaluator = symgen.load(symgen.derive(arm, ("torque_regressor",)))
+        draw = np.random.default_rng(5)
+        at_random = min(median_std(evaluator, random_motion(draw, arm)) for _ in range(10))
+        limits = symgen.Limits(
+            position=((-half, half),) * n, velocity=(speed,) * n, acceleration=(acceleration,) * n
+        )
+        for seed in (0, 1):
             begun = time.process_time()
-            plan = excited("tx40", **LIMITS, **case, **given, **SEARCH)
+            # Ended by counts, not by time: the same figures on a slow machine.
+            plan = symgen.excite(
+                arm,
+                limits=limits,
+                motion=symgen.Motion(duration=DURATION),
+                search=symgen.Search(budget=3600, seed=seed),
+            )
             seconds = time.process_time() - begun
-            binds = ", ".join(dict.fromkeys(u.limit for u in plan.binding))
-            row = [name, f"{plan.start:.3g}", f"{plan.condition:.3g}"]
-            row += [f"{plan.conditions[m]:.3g}" for m in ("energy", "momentum", "torque")]
-            table.add_row(*row, binds, f"{seconds:.0f}")
-            print(*row, binds, f"{seconds:.0f}", file=sys.stderr, flush=True)
-            figures["cases"][name] = {
-                "case": case,
-                "start": plan.start,
-                "condition": plan.conditions,
-                "share": max(u.share for u in plan.uses),
-                "runs": [rounded(run.to_dict()) for run in plan.runs],
-            }
-            FIGURES.write_text(json.dumps(figures) + "\n")
-    Console(width=150).print(table)
+            planned = tuple(np.ascontiguousarray(plan.runs[0].at(t, order)) for order in range(3))
+            ratio = median_std(evaluator, planned) / at_random
+            print(f"{arm}, seed {seed}: {ratio:.2f} after {seconds:.0f} s of CPU", flush=True)
 
 
 if __name__ == "__main__":
