@@ -59,7 +59,9 @@ from symgen.report.terminal import print_result
 @click.option("--rate", default=200.0, help="Sampling rate of the CSV, Hz.")
 @click.option("--budget", default=60.0, help="Time limit of the search, s.")
 @click.option("--searches", default=4, help="Number of random starts to optimize.")
-@click.option("--iterations", default=20_000, help="Largest number of motions that each search tries.")
+@click.option(
+    "--iterations", default=20_000, help="Largest number of motions that each search tries."
+)
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
 @click.option("--to", default="csv", help="csv; or ros or urscript, to write that format too.")
 @click.option(

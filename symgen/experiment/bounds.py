@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
@@ -146,18 +148,28 @@ class Cell:
     evaluator: Evaluator
     limits: Limits
 
+    def points(self, q: FloatArray) -> FloatArray:
+        """Return the origins of all frames and the point of the tool, (N, links + 1, 3)."""
+        T = self.evaluator[FRAMES](q)
+        tool = T[:, -1, :3, :3] @ np.array(self.limits.tool or (0.0, 0.0, 0.0)) + T[:, -1, :3, 3]
+        return np.concatenate([T[:, :, :3, 3], tool[:, None]], axis=1)
+
+    @cached_property
+    def moving(self) -> NDArray[np.intp]:
+        """The points that are no part of the base."""
+        q = np.random.default_rng(0).normal(size=(8, self.evaluator.model.robot.n))
+        return np.flatnonzero(np.ptp(self.points(q), axis=0).max(axis=1) > _STILL)
+
     def uses(self, q: FloatArray) -> Iterator[Use]:
         """Yield the smallest clearance of moving frames and tool from the floor and from each box.
 
         Positions q are (N, n). The share is 1 minus the smallest clearance in m, so 1 means
         contact. `extreme` is that clearance, and `allowed` is 0.
         """
-        T = self.evaluator[FRAMES](q)
         numbers = [j.number for j in self.evaluator.model.robot.joints]
-        tip = T[:, -1, :3, :3] @ np.array(self.limits.tool or (0.0, 0.0, 0.0)) + T[:, -1, :3, 3]
-        x, numbers = np.concatenate([T[:, :, :3, 3], tip[:, None]], 1), [*numbers, numbers[-1]]
-        moves = np.flatnonzero(np.ptp(x, axis=0).max(axis=1) > _STILL)
-        x = x[:, moves]
+        numbers.append(numbers[-1])
+        moves = self.moving
+        x = self.points(q)[:, moves]
         clearances = []
         if self.limits.floor is not None:
             clearances.append(("floor", x[..., 2] - self.limits.floor))
