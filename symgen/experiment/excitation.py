@@ -410,7 +410,7 @@ def excite(
     best = min((last for _, last in reached), key=lambda candidate: candidate.rank)
     start = min((first for first, _ in reached), key=lambda candidate: candidate.rank)
     checked = task.checked(spaces, best)
-    if not checked.keeps:
+    if best.rank[0] > 1 or not checked.keeps:
         raise _too_much_torque(source, checked)
     condition = task.condition(checked.runs, model)
     if not condition <= SINGULAR:
@@ -442,7 +442,7 @@ def _noise(noise: Sequence[float] | None, limits: Bounds) -> FloatArray:
 def _text(candidate: Candidate, scale: FloatArray) -> str:
     excess = candidate.rank[0]
     if excess > 1:
-        return "a motion that exceeds torque limits or touches floor or boxes"
+        return "a motion that exceeds torque limits or comes too near to floor or boxes"
     return f"a standard deviation of {100 * geometric_mean(candidate.std / scale):.3g} %"
 
 
@@ -501,9 +501,9 @@ def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
     if use.limit in CELL:
         return IdentificationError(
             f"{robot.name}: no motion that was tried keeps clear of the {use.limit}: the frame of "
-            f"{robot.label(use.joint)} comes {-use.extreme:.3g} m too far; accepted: a range of "
-            "positions whose "
-            "middle is clear of floor and boxes, smaller ranges, or another cell in [limits]"
+            f"{robot.label(use.joint)} has a clearance of {use.extreme:.3g} m; accepted: a range "
+            "of positions whose middle is clear of floor and boxes, smaller ranges, or another cell "
+            "in [limits]"
         )
     return IdentificationError(
         f"{robot.name}: no motion that was tried keeps the torque of {robot.label(use.joint)}: it "
