@@ -29,7 +29,8 @@ acceleration = [8.0, 12.0]
 arm = symgen.parse_robot(TABLE)
 short = symgen.Search(searches=1, iterations=500, seed=1)
 plan = symgen.excite(arm, motion=symgen.Motion(duration=10.0), search=short)
-print("limits that bind:", ", ".join(f"{u.limit} of joint {u.joint}" for u in plan.binding))
+speeds = [100 * use.share for use in plan.uses if use.limit == "velocity"]
+print(f"speeds reach {speeds[0]:.0f} and {speeds[1]:.0f} % of their limits")
 
 # ## A good and a poor motion
 # The arm follows the planned motion, and two slow sines. Sensors and parameters are the same.

@@ -502,8 +502,8 @@ def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
         return IdentificationError(
             f"{robot.name}: no motion that was tried keeps clear of the {use.limit}: the frame of "
             f"{robot.label(use.joint)} has a clearance of {use.extreme:.3g} m; accepted: a range "
-            "of positions whose middle is clear of floor and boxes, smaller ranges, or another cell "
-            "in [limits]"
+            "of positions whose middle is clear of floor and boxes, smaller ranges, or another "
+            "cell in [limits]"
         )
     return IdentificationError(
         f"{robot.name}: no motion that was tried keeps the torque of {robot.label(use.joint)}: it "
