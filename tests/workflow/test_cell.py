@@ -52,8 +52,8 @@ def run(n: int, seed: int = 3) -> Trajectory:
 
 
 def plan(n: int) -> Plan:
-    return Plan("arm", "energy", 0.2, 100.0, (run(n),), {"energy": 5.0}, 0.0, 9.0, (), 4, 100.0,
-                (1, 1), "done", approach=12.5)  # fmt: skip
+    return Plan("arm", "energy", 0.2, 100.0, (run(n),), {"energy": 5.0}, {"M": 0.1},
+                {"M": 1.0}, 0.2, (), 4, 100.0, (1, 1), "done", approach=12.5)  # fmt: skip
 
 
 def test_runs_that_are_too_short_say_how_long_they_must_be() -> None:
@@ -66,9 +66,9 @@ def test_runs_that_are_too_short_say_how_long_they_must_be() -> None:
 def test_clearance_is_that_of_plain_transforms() -> None:
     evaluator = symgen.load(symgen.derive(symgen.parse_robot(SWING), ("frames",)))
     box = ((0.2, 0.6), (-0.3, 0.1), (0.1, 0.9))
-    motion = run(2)
-    floor, near = Cell(evaluator, Limits(floor=-0.6, boxes=(box,), tool=tuple(TOOL))).uses(motion)
-    x = points(motion.at(np.linspace(0, 10, 2001)))
+    q = run(2).at(np.linspace(0, 10, 2001))
+    floor, near = Cell(evaluator, Limits(floor=-0.6, boxes=(box,), tool=tuple(TOOL))).uses(q)
+    x = points(q)
     np.testing.assert_allclose(floor.extreme, (x[..., 2] + 0.6).min(), atol=1e-6)
     low, high = np.array(box).T
     inside = ((x > low) & (x < high)).all(axis=-1)
@@ -95,7 +95,7 @@ def beside_a_box(x: np.ndarray):
 def test_runs_keep_clear(tmp_path, command) -> None:
     """Of what the motion that is found without it touches."""
     path = tmp_path / "robot.toml"
-    options = ["--model", "momentum", "--budget", 2, "--searches", 1, "--duration", 8]
+    options = ["--model", "momentum", "--iterations", 300, "--searches", 1, "--duration", 8]
     path.write_text(SWING)
     command("excite", path, *options, "--into", tmp_path / "free.csv")
     free = points(np.loadtxt(tmp_path / "free.csv", delimiter=",", skiprows=1)[:, 1:3])
@@ -114,7 +114,7 @@ def test_runs_keep_clear(tmp_path, command) -> None:
 def test_a_cell_without_room_is_a_line(tmp_path, command) -> None:
     path = tmp_path / "robot.toml"
     path.write_text(f"{SWING}floor = 2.0\n")
-    asked = ["excite", path, "--budget", 1, "--searches", 1, "--into", tmp_path / "a.csv"]
+    asked = ["excite", path, "--iterations", 50, "--searches", 1, "--into", tmp_path / "a.csv"]
     code, _, err = command(*asked)
     assert code == 2
     assert "clear of the floor" in err
