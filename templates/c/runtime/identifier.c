@@ -611,10 +611,10 @@ static void sort(NAME_real *x, int count)
     }
 }
 
-/* Replace number k of the sample in the middle of those around it by their median, where it is
- * wild: farther from the median than GATE times the shortest interval that holds half of them, and
- * than GATE times the length that one in ten of such intervals exceeds. Neither a jump nor a turn
- * is wild. The numbers before it are tame: up to three wild ones in a row are found. */
+/* Replace number k of the sample in the middle of those around it by the median of these, where it
+ * is wild: farther from the median of all than GATE times the shortest interval that holds half of
+ * them, and than GATE times the length that one in ten of such intervals exceeds. Neither a jump
+ * nor a turn is wild. The numbers before it are tame: up to three wild ones in a row are found. */
 static void tame(NAME_identifier *s, int k)
 {
     NAME_real *x = s->around[(s->arriving + NAME_IDENTIFIER_SIDE) % NAME_IDENTIFIER_AROUND] + k;
@@ -632,7 +632,7 @@ static void tame(NAME_identifier *s, int k)
     }
     if (s->spread[k] > (NAME_real)FLT_MIN) {
         if (away > GATE * shortest && away > GATE * s->spread[k]) {
-            *x = middle;
+            *x = (middle + sorted[NAME_IDENTIFIER_SIDE + (*x < middle ? 1 : -1)]) / 2;
             s->wild = NAME_OUTLIER;
         }
         s->spread[k] *= shortest > s->spread[k] ? (NAME_real)RISE : (NAME_real)FALL;

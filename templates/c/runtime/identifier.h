@@ -44,10 +44,11 @@
  * else stays as it was. The memory should be longer than the period of the motion: what a quarter
  * of it does not excite is not forgotten. NAME_identifier_excited tells what that is.
  *
- * Wild samples. Each number of a sample is compared with the median of the seven around it, and
- * replaced by it where it is farther away than ten times the shortest interval that holds half of
- * them, and than ten times what one in ten of such intervals exceeds (Hampel's test). A jump is not
- * wild. Up to three wild samples in a row are found, not the first three of a log.
+ * Wild samples. Each number of a sample is compared with the median of itself and of three on each
+ * side, and replaced by that of the six where it is farther away than ten times the shortest
+ * interval that holds half of them, and than ten times what one in ten of such intervals exceeds
+ * (Hampel's test). A jump is not wild. Up to three wild samples in a row are found, not the first
+ * three of a log.
  *
  * Changes. An equation that contradicts X is an outlier: a longer disturbance, or the robot has
  * changed, or X is wrong, as after outliers at the start. So a second estimate, the challenger,
