@@ -450,7 +450,9 @@ static void compete(NAME_identifier *s, NAME_real wrong_old, NAME_real wrong_you
         s->squares += score * score;
     }
     if (s->age >= s->span) {
-        if (s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares) {
+        const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+        const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
+        if (better || alone) {
             replace(s);
             s->contradicted = 0;
         }
