@@ -77,7 +77,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     not give come from [limits] of the robot. Link frames and tool keep out of the boxes and above
     the floor that [limits] declares. Each run starts and ends at rest.
 
-    --to ros adds a JointTrajectory as YAML and as a bag; --to urscript adds a program. Both begin
+    --to ros adds a JointTrajectory as YAML; --to urscript adds a program. Both begin
     with a slow approach. Ctrl-C stops the search and keeps the best result.
     """
     import symgen

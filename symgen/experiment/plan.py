@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
 from symgen.experiment.bounds import Bounds, Use
 from symgen.experiment.reference import as_csv
@@ -213,7 +212,7 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
         plan: the runs.
         robot: robot of the runs.
         into: path of the CSV; the other files have its name with another ending.
-        to: one of FORMATS: "ros" adds NAME.yaml and NAME.mcap (trajectory_msgs/JointTrajectory),
+        to: one of FORMATS: "ros" adds NAME.yaml (trajectory_msgs/JointTrajectory),
             "urscript" NAME.script.
 
     Raises:
@@ -227,7 +226,6 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
         if to == "ros":
             points = _points(run, plan.rate)
             files[path.with_suffix(".yaml")] = _yaml(names, points, plan.approach)
-            files[path.with_suffix(".mcap")] = trajectory_bag(names, points, plan.approach)
         if to == "urscript":
             files[path.with_suffix(".script")] = _urscript(robot, run)
     return files
