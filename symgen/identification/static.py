@@ -36,7 +36,6 @@ from symgen import names
 from symgen.codegen.model import derive
 from symgen.data.raw import Reading, read_only
 from symgen.data.signals import Samples
-from symgen.distributed import Say
 from symgen.errors import IdentificationError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.estimators import Huber, Ols, Prior, Wls
@@ -57,6 +56,7 @@ from symgen.identification.estimate import (
 )
 from symgen.identification.parameters import read_prior
 from symgen.identification.solving import Fit, Method
+from symgen.parallel import Say
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.near_angles import costly_angles
