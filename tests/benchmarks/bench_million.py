@@ -6,10 +6,10 @@
 
 Logs (Panda, 1 kHz, measured speeds) are made by NumPy with torques of the emitted
 torque_regressor: one .npz, or with --data-set Parquet files of a million samples each, as many as
-its numbers say, read segment by segment. Each model is identified in a process of its own, from start
-to estimate, the model compiled before; its peak of resident memory is that of the process. Beside
-it stands Pinocchio's Python binding, which evaluates its torque regressor on a part of the same
-samples (--peer), as many times as there are samples: all that a program does that only fills W.
+its numbers say. Each model is identified in a process of its own, from start to estimate, the model
+compiled before; its peak of resident memory is that of the process. Beside it stands Pinocchio's
+Python binding, which evaluates its torque regressor on a part of the same samples (--peer), as many
+times as there are samples: all that a program does that only fills W.
 
 Seconds of the clock depend on what else the machine does and on how many threads there are; `user`
 is the time of the processors of this process. Between sizes of a data set, the growth of `user`
