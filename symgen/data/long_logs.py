@@ -20,7 +20,7 @@ import numpy as np
 
 from symgen.data.bags import is_bag
 from symgen.data.log import Log, checked
-from symgen.data.raw import Reading, Wanted, columns_from, refuse
+from symgen.data.raw import Reading, Wanted, columns_from, readable, refuse
 from symgen.data.stretch import holes
 from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
 from symgen.data.units import IN_SI, Units
@@ -41,8 +41,8 @@ def is_long(sources: Sequence[Source]) -> bool:
 
     One CSV is not, as it is read as a whole.
     """
-    names = [str(source) for source in sources if not isinstance(source, Log)]
-    if len(names) < len(sources) or not all(n.lower().endswith(SUFFIXES) for n in names):
+    names = ["" if isinstance(source, Log) else str(source) for source in sources]
+    if not all(name.lower().endswith(SUFFIXES) for name in names):
         return False
     if any(map(is_remote, names)):
         return True
@@ -58,24 +58,18 @@ def expanded(sources: Sequence[Source]) -> list[Source]:
     """
     out: list[Source] = []
     for source in sources:
-        if isinstance(source, Log):
-            out.append(source)
-            continue
-        with located(source):
-            found = _files(str(source))
-            if found is not None:
-                known = sorted(name for name in found if name.lower().endswith(SUFFIXES))
-                if not known:
-                    refuse("no file of a log is there", _ACCEPTED)
-                out += known
-            else:
-                out.append(source)
+        found = None if isinstance(source, Log) else _files(str(source))
+        known = sorted(name for name in found or () if name.lower().endswith(SUFFIXES))
+        if found is not None and not known:
+            with located(str(source)):
+                refuse("no file of a log is there", _ACCEPTED)
+        out += [source] if found is None else known
     return out
 
 
 def _files(source: str) -> list[str] | None:
     """Return the files of a pattern, a folder or a URL; None for a single log."""
-    try:
+    with located(source), readable("cannot be read", _ACCEPTED):
         if is_remote(source):
             return remote_files(source)
         if os.path.isdir(source):
@@ -83,9 +77,7 @@ def _files(source: str) -> list[str] | None:
             return None if is_bag(Path(source)) else [str(p) for p in every if p.is_file()]
         if glob.has_magic(source) and not os.path.exists(source):
             return glob.glob(source, recursive=True)
-    except (OSError, ValueError, RecursionError) as error:  # a pattern with many "**"
-        refuse(str(error), _ACCEPTED)
-    return None
+        return None
 
 
 @dataclass(frozen=True)
@@ -123,15 +115,11 @@ class Stretch:
         return replace(self, rows=(first, last), times=(begin, end))
 
     def within(self, low: float, high: float) -> Stretch:
-        """Return the part between two times."""
-        if low <= self.times[0] and high >= self.times[1]:
-            return self
-        first, last = self.rows
-        if low > self.times[0]:
-            first = min(first + math.ceil((low - self.times[0]) / self.step - 1e-6), last)
-        if high < self.times[1]:
-            last = self.rows[0] + math.floor((high - self.times[0]) / self.step + 1e-6) + 1
-        return self.between(first, max(last, first))
+        """Return the part between two times; one sample where there is none."""
+        begin, end = self.times
+        first, last = ((min(max(x, begin), end) - begin) / self.step for x in (low, high))
+        row = self.rows[0]
+        return self.between(row + math.ceil(first - 1e-6), row + math.floor(last + 1e-6) + 1)
 
 
 def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
@@ -140,36 +128,33 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     Raises:
         LogError: the file cannot be read, or time decreases.
     """
-    row, median, last = 0, 0.0, -np.inf
-    begins: list[tuple[int, float, float]] = []  # first row, its time, time of the row before
+    edges, times, row, step, last = [0], list[float](), 0, 0.0, np.zeros(0)
     with located(name), _opened(name, robot, reading) as table:
         for piece in table.times():
             with np.errstate(over="ignore"):  # too large numbers are refused below
-                t = np.asarray(piece, dtype=np.float64)
-            steps = np.diff(t, prepend=last)
-            bad = ~(np.isfinite(t) & (steps > 0))
-            if bad.any():
-                k = int(np.argmax(bad))
-                what = f"column t, sample {row + k}: {t[k]:.9g} s"
+                t = np.append(last, np.asarray(piece, dtype=np.float64))
+            good = np.isfinite(t) & (np.diff(t, prepend=-np.inf) > 0)
+            if not good.all():
+                k = int(np.argmin(good))
+                what = f"column t, sample {row + k - len(last)}: {t[k]:.9g} s"
                 refuse(what, "finite, strictly increasing time in s")
-            if median == 0.0 and len(t) > 1:
-                median = float(np.median(steps[1:]))
-            if row == 0:
-                begins = [(0, float(t[0]), last)]
-            for k in holes(np.append(last, t)[row == 0 :], median or np.inf):
-                k = int(k) + (row == 0)  # the row after the gap
-                begins.append((row + k, float(t[k]), float(t[k - 1]) if k else last))
-            row, last = row + len(t), float(t[-1])
-    log = plain(name.rsplit("/", 1)[-1])
+            times = times or [float(t[0])]
+            if len(t) > 1:
+                step = step or float(np.median(np.diff(t)))
+                gaps = holes(t, step)
+                edges += (row - len(last) + 1 + gaps).tolist()
+                times += np.column_stack([t[gaps], t[gaps + 1]]).ravel().tolist()
+            row, last = row + len(piece), t[-1:]
     out = []
-    ends = pairwise([*begins, (row, np.inf, last)])
-    for k, ((first, begin, _), (end, _, until)) in enumerate(ends):
-        step = (until - begin) / (end - first - 1) if end - first > 1 else median
-        label = log if len(begins) == 1 else f"{log}, stretch {k + 1}"
-        rows, times = (first, end), (begin, until)
-        s = Stretch(name, label, rows, times, step, table.measured, table.units)
+    log = plain(name.rsplit("/", 1)[-1])
+    every = [*times, *last.tolist()]
+    ends = zip(pairwise([*edges, row]), zip(every[::2], every[1::2], strict=True), strict=True)
+    for k, (rows, (begin, end)) in enumerate(ends):
+        apart = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
+        label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
+        s = Stretch(name, label, rows, (begin, end), apart, table.measured, table.units)
         out.append(s.within(*reading.span))
-    return [s for s in out if s.count > 0]
+    return out
 
 
 def read_rows(

@@ -25,13 +25,12 @@ def remote_files(url: str) -> list[str]:
     Raises:
         LogError: the URL is not accepted, or cannot be listed.
     """
-    with readable("cannot be read", _ACCEPTED):
-        system, path = _file_system(url)
-        if glob.has_magic(path):
-            found = system.glob(path)
-        else:
-            found = system.find(path) if system.isdir(path) else [path]
-        return [str(system.unstrip_protocol(name)) for name in found]
+    system, path = _file_system(url)
+    if glob.has_magic(path):
+        found = system.glob(path)
+    else:
+        found = system.find(path) if system.isdir(path) else [path]
+    return [str(system.unstrip_protocol(name)) for name in found]
 
 
 def open_remote(url: str) -> Any:

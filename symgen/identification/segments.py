@@ -20,7 +20,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -39,7 +39,13 @@ from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
 from symgen.estimation.logs import held_from
 from symgen.estimation.misfit import Products, covariances
-from symgen.estimation.solve import Solution, condition, log_weights, with_the_others_zero
+from symgen.estimation.solve import (
+    Solution,
+    condition,
+    inverse_information,
+    log_weights,
+    with_the_others_zero,
+)
 from symgen.estimation.summary import LAGS, Summary, merge_summaries, summarise_features
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
@@ -67,7 +73,6 @@ _SPLINE = 128  # samples that a derivative reaches, twice over
 _SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
 _LOOKED = 1 << 13  # samples of a segment that are checked for wrong speeds first
 _KINDS = ("train", "validation")
-Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -157,8 +162,7 @@ class Settings:
         return out
 
 
-@dataclass(frozen=True, eq=False)
-class OpenSegment:
+class OpenSegment(NamedTuple):
     """A segment in the band of the run.
 
     Attributes:
@@ -199,22 +203,14 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
     if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
         before = round((samples.t[0] - clock[0]) / clock[1])
     samples = samples.cut(slice(-before % settings.unit(s.step), None))
-    if not segment.clean:
-        samples, more = _with_speeds(samples, settings.band.comparison_hz)
-        repairs += more
+    if not segment.clean:  # a look at all rows takes long
+        middle = samples.cut(slice(max(len(samples.t) - _LOOKED, 0) // 2, None))
+        if mended_speeds(middle.cut(slice(_LOOKED)), settings.band.comparison_hz)[1]:
+            samples, more = mended_speeds(samples, settings.band.comparison_hz)
+            repairs += more
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
     return OpenSegment(filter_log(samples, settings.band), (since, until), repairs)
-
-
-def _with_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
-    """Repair speeds if a part of the samples shows that they need it; all rows take long."""
-    if len(samples.t) > 2 * _LOOKED:
-        middle = len(samples.t) // 2
-        part = samples.cut(slice(middle - _LOOKED // 2, middle + _LOOKED // 2))
-        if not mended_speeds(part, comparison_hz)[1]:
-            return samples, ()
-    return mended_speeds(samples, comparison_hz)
 
 
 def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary], tuple[Fault, ...]]:
@@ -224,38 +220,26 @@ def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary],
     return [summarise_features(found.own(e)[0]) for e in equations], found.repairs
 
 
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """What has to be known of a solution to sum up what it leaves.
-
-    Attributes:
-        X: the parameters, (p,).
-        scale: norms of the weighted columns, (p,).
-        weights: by log and joint the weight of the equations and the rows that scores are summed
-            over.
-    """
-
-    X: FloatArray
-    scale: FloatArray
-    weights: Mapping[tuple[int, int], tuple[float, int]]
+#: By log and joint, the weight of the equations and the rows that scores are summed over.
+Weights = Mapping[tuple[int, int], tuple[float, int]]
 
 
 def fold_errors(
-    settings: Settings, solved: Solved, segment: Segment
+    settings: Settings, X: FloatArray, weights: Weights, segment: Segment
 ) -> tuple[FloatArray, TorqueFit]:
-    """Return what a solution leaves of a segment: the sums of scores, and the torque errors."""
-    found, evaluator, X = _open(segment, settings), settings.evaluator, solved.X
+    """Return what X leaves of a segment: the sums of scores (p, p), and the torque errors."""
+    found, evaluator = _open(segment, settings), settings.evaluator
     log, meat = found.log, np.zeros((len(X), len(X)))
     inside = (log.compared_t >= found.times[0]) & (log.compared_t < found.times[1])
     torque = modelled_torque(evaluator, log, X)
     fit = squares(log.free & inside[:, None], log.measured, torque, log.resting)
     if segment.log.kind == "train":
         model = replace(settings.model, features=None)  # scores need none
+        ended = segment.own[1] == segment.log.rows[1]
         for j, e in enumerate(model.equations(evaluator, log)):
-            weight, lag = solved.weights[segment.number, j]
+            weight, lag = weights[segment.number, j]
             rows, lead = found.own(e, lag)
-            ended = segment.own[1] == segment.log.rows[1]
-            meat += bartlett(scores(rows, X, solved.scale, weight), lag, lead, ended)
+            meat += bartlett(scores(rows, X, np.ones_like(X), weight), lag, lead, ended)
     return meat, fit
 
 
@@ -353,18 +337,15 @@ def _split(s: Stretch) -> list[Stretch]:
 
 def sampled_rows(logs: Sequence[Stretch], budget: int) -> list[tuple[Stretch, tuple[int, int]]]:
     """Return rows of logs that are looked at: all, or pieces evenly over them."""
-    before = np.cumsum([0, *(s.count for s in logs)])
-    total, length = int(before[-1]), budget // PIECES
-    if total <= budget:
+    if sum(s.count for s in logs) <= budget:
         return [(s, s.rows) for s in logs]
-    out: dict[tuple[int, int], tuple[Stretch, tuple[int, int]]] = {}
-    for k in range(PIECES):
-        place = (k * total) // PIECES
-        number = int(np.searchsorted(before, place, side="right")) - 1
-        first, last = logs[number].rows
-        begin = max(min(first + place - int(before[number]), last - length), first)
-        out[number, begin] = logs[number], (begin, min(begin + length, last))
-    return list(out.values())
+    pieces, length = [], budget // PIECES
+    for s in logs:
+        first, last = s.rows
+        begins = range(first, max(last - length, first) + 1, length)
+        pieces += [(s, (k, min(k + length, last))) for k in begins]
+    chosen = np.linspace(0, len(pieces) - 1, min(PIECES, len(pieces))).astype(int)
+    return [pieces[k] for k in chosen]
 
 
 def open_long_logs(
@@ -424,45 +405,42 @@ class LongLogs(OpenLogs):
         names = run.evaluator.model.base.names
         kept = list(range(len(names)) if chosen.kept is None else chosen.kept)
         self.progress(f"solving for {len(kept)} parameters")
-        parts = [s.columns(chosen.kept) for s in train.values()]
-        shown = tuple(names[k] for k in kept)
-        weights, X, scale, R = log_weights(parts, shown, 0 if method.name == Ols.name else PASSES)
-        lags = {key: (float(w), s.lag) for key, s, w in zip(train, parts, weights, strict=True)}
-        every = np.zeros(len(names)), np.ones(len(names))
-        every[0][kept], every[1][kept] = X, scale
-        whole, fits = self._errors(settings, Solved(*every, lags), segments)
-        inverse = np.linalg.inv(R)
-        bread = inverse @ inverse.T / np.outer(scale, scale)
-        meat = whole[np.ix_(kept, kept)] * np.outer(scale, scale)
+        parts = [s.columns(kept) for s in train.values()]
+        passes = 0 if method.name == Ols.name else PASSES
+        weights, X, scale, R = log_weights(parts, tuple(names[k] for k in kept), passes)
+        bread = inverse_information(scale, R)
         products = (Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True))
         white, misfit = covariances(X, bread, products)
-        noise = widened(sandwich(bread, meat, parts), white)
-        part = Solution(X, noise, misfit, condition(R), tuple(map(float, weights)))
+        part = Solution(X, white, misfit, condition(R), tuple(map(float, weights)))
         solution = with_the_others_zero(part, kept, len(names))
+        summed = dict(
+            zip(train, zip(part.weights, (s.lag for s in parts), strict=True), strict=True)
+        )
+        meat, fits = self._errors(settings, solution.X, summed, segments)
+        noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
+        solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
         if method.name == Consistent.name:
             solution = Consistent(run.evaluator.model).bounded(solution, names)
-            _, fits = self._errors(settings, Solved(solution.X, every[1], lags), segments)
-        shown_fits = (
-            replace(fit, traces=seen.traces)
-            for fit, seen in zip(fits, run.torques(solution.X), strict=True)
-        )
-        seen_alone = "folded; band, curves and tests of bias are those of"
+            _, fits = self._errors(settings, solution.X, summed, segments)
+        seen = run.torques(solution.X)
+        fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
+        what = "folded; band, curves and tests of bias are those of"
         return outcome(
             solution,
             chosen.model,
             (list(train.values()), list(held.values())),
-            tuple(shown_fits),
+            fits,
             (*merged(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
-            (*self.sampled.notes, *self.sampled.in_words(seen_alone)),
+            (*self.sampled.notes, *self.sampled.in_words(what)),
         )
 
     def _errors(
-        self, settings: Settings, solved: Solved, segments: Sequence[Segment]
+        self, settings: Settings, X: FloatArray, weights: Weights, segments: Sequence[Segment]
     ) -> tuple[FloatArray, list[TorqueFit]]:
-        """Return what a solution leaves: the sums of scores, and the torques of both kinds."""
-        n, p = settings.evaluator.model.robot.n, len(solved.X)
-        meat, fits = np.zeros((p, p)), {kind: TorqueFit.none(n) for kind in _KINDS}
-        left = self._each(partial(fold_errors, settings, solved), segments, "errors")
+        """Return what X leaves: the sums of scores, and the torques of both kinds."""
+        fits = {kind: TorqueFit.none(self.evaluator.model.robot.n) for kind in _KINDS}
+        meat = np.zeros((len(X), len(X)))
+        left = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
         for segment, (own, fit) in zip(segments, left, strict=True):
             meat += own
             fits[segment.log.kind] += fit
@@ -472,9 +450,7 @@ class LongLogs(OpenLogs):
         self, fold: Callable[[Segment], Result], segments: Sequence[Segment], what: str
     ) -> Iterator[Result]:
         """Yield what segments are folded to, in their order, and tell how far it is."""
-        done, total = 0, sum(x.own[1] - x.own[0] for x in segments)
         found = in_order(fold, segments, self.threads, self.executor)
-        for segment, result in zip(segments, found, strict=True):
+        for k, result in enumerate(found, 1):
             yield result
-            done += segment.own[1] - segment.own[0]
-            self.progress(f"{what}: {done:,} of {total:,} samples")
+            self.progress(f"{what}: {k} of {len(segments)} segments")
