@@ -166,19 +166,18 @@ def read_rows(
         stretch: one of the file, which `stretches` has checked.
         rows: first row and row after the last.
         robot: the robot of the log.
-        reading: how the file is read.
+        reading: how the file is read, of no span of time.
         label: name of the log; "" for that of the stretch.
 
     Raises:
         LogError: the file cannot be read, or its rows fail the checks of a log.
     """
-    given = replace(reading, start=None, until=None)
     name = label or stretch.name
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
         (raw,) = table.spans([rows])
         with located(f"rows {rows[0]} to {rows[1]}"):
             return checked(
-                name, raw, None, robot.sigma, robot.drive, robot.joint_names, given, True
+                name, raw, None, robot.sigma, robot.drive, robot.joint_names, reading, True
             )
 
 

@@ -135,9 +135,7 @@ class Settings:
         """Return the samples of which segments begin at multiples, for a step in s."""
         stride = stride_of(self.band, step)
         every = decimation(1 << 30, step, stride, self.band.comparison_hz).every
-        if self.model.name == "torque":
-            return math.lcm(stride, every)
-        own = windows(step, stride, self.model.window)
+        own = windows(step, stride, self.model.gap)
         return math.lcm(stride, every, own.stride * own.hop)
 
     def reach(self, log: Stretch) -> int:
@@ -188,8 +186,7 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
     Raises:
         LogError: the rows cannot be used, as for a whole log.
     """
-    s, robot = segment.log, settings.evaluator.model.robot
-    reading = replace(settings.reading, start=None, until=None)
+    s, robot, reading = segment.log, settings.evaluator.model.robot, settings.reading
     log, clock = read_rows(s, segment.rows, robot, reading), (s.times[0], s.step)
     low, (begin, end) = segment.rows[0], segment.own
     since = log.t[begin - low] - s.step / 2 if begin > s.rows[0] else -math.inf
@@ -249,12 +246,14 @@ class SampledLogs:
 
     Attributes:
         logs: all logs.
+        reading: how their rows are read.
         notes: on stretches that are left out.
         train, held: pieces of the logs of both kinds.
         repairs: what was mended in them.
     """
 
     logs: Sequence[Stretch]
+    reading: Reading
     notes: tuple[str, ...]
     train: Sequence[Samples]
     held: Sequence[Samples]
@@ -262,14 +261,9 @@ class SampledLogs:
 
     def in_words(self, what: str) -> tuple[str, ...]:
         """Say what rests on the sample; nothing where it is all there is."""
-        own = [len(s.t) for s in (*self.train, *self.held)]
+        own = sum(len(s.t) for s in (*self.train, *self.held))
         total = sum(s.count for s in self.logs)
-        if sum(own) >= total:
-            return ()
-        return (
-            f"{total:,} samples in {len(self.logs)} parts were {what} {sum(own):,} of them, in "
-            f"{len(own)} pieces",
-        )
+        return (f"{total:,} samples were {what} {own:,} of them",) if own < total else ()
 
 
 def sample_logs(
@@ -313,19 +307,19 @@ def sample_logs(
             raise LogError(f"{said}: too short a {kind} log; accepted: longer ones, without gaps")
     notes = (f"{len(short)} stretches are too short and left out: {said}",) if short else ()
     repairs: list[Fault] = []
-    plain, groups = replace(reading, start=None, until=None), []
+    plain, groups = replace(reading, start=None, until=None), list[list[Samples]]()
     for kind, budget in zip(_KINDS, (SAMPLE, HELD_SAMPLE), strict=True):
         progress(f"looking at {kind} samples")
         group = []
         for s, rows in sampled_rows([s for s in parts if s.kind == kind], budget):
             piece = rows != s.rows
             since = f" from {s.times[0] + (rows[0] - s.rows[0]) * s.step:.0f} s" if piece else ""
-            log = read_rows(s, rows, robot, reading, s.name + since)
+            log = read_rows(s, rows, robot, plain, s.name + since)
             samples, done = open_samples(log, robot, plain, clock=(s.times[0], s.step))
             repairs += done
             group.append(replace(samples, piece=piece))
         groups.append(group)
-    return SampledLogs(parts, notes, groups[0], groups[1], tuple(repairs))
+    return SampledLogs(parts, plain, notes, groups[0], groups[1], tuple(repairs))
 
 
 def _split(s: Stretch) -> list[Stretch]:
@@ -358,15 +352,15 @@ def open_long_logs(
     progress: Say,
 ) -> LongLogs:
     """Look at a sample of long logs; arguments as for `sample_logs` and `identify`."""
-    window, reading = max(model.gap for model in models), reading or Reading()
-    seen = sample_logs(robot, logs, validation, reading, window, progress)
+    window = max(model.gap for model in models)
+    seen = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
     kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
     text = robot_toml(robot)
     progress("deriving and compiling the model")
     return LongLogs(
         load_model(text, kernels), seen.train, seen.held, seen.repairs, bool(validation), progress,
         own_threads() if executor is None else 1,
-        sampled=seen, about=(text, kernels, reading), executor=executor,
+        sampled=seen, about=(text, kernels), executor=executor,
     )  # fmt: skip
 
 
@@ -376,18 +370,18 @@ class LongLogs(OpenLogs):
 
     Attributes:
         sampled: the logs.
-        about: text of the robot file, the kernels of the model, and how files are read.
+        about: text of the robot file, and the kernels of the model.
         executor: that works on segments; None for threads of this process.
     """
 
     sampled: SampledLogs
-    about: tuple[str, tuple[str, ...], Reading]
+    about: tuple[str, tuple[str, ...]]
     executor: Executor | None
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve least squares of all segments: fold, solve, and fold what the solution leaves."""
         run, logs = chosen.run, self.sampled.logs
-        settings = Settings(*self.about, run.band, chosen.model, run.delay)
+        settings = Settings(*self.about, self.sampled.reading, run.band, chosen.model, run.delay)
         segments = [x for k, log in enumerate(logs) for x in settings.segments(k, log)]
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
