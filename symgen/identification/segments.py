@@ -28,7 +28,7 @@ from symgen.codegen.model import derive
 from symgen.data import long_logs
 from symgen.data.long_logs import Source, Stretch, read_rows, stretches
 from symgen.data.raw import Reading
-from symgen.data.signals import TAIL, Samples, sampled
+from symgen.data.signals import TAIL, Samples
 from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
@@ -96,14 +96,12 @@ class Segment:
         number: of the log.
         rows: that are read: first, and the one after the last.
         own: rows of its own among these: equations at their times count.
-        clean: whether nothing is to be mended in it, as far as it is known.
     """
 
     log: Stretch
     number: int
     rows: tuple[int, int]
     own: tuple[int, int]
-    clean: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,20 +189,15 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
     low, (begin, end) = segment.rows[0], segment.own
     since = log.t[begin - low] - s.step / 2 if begin > s.rows[0] else -math.inf
     until = log.t[end - low] - s.step / 2 if end < s.rows[1] else math.inf
-    repairs: tuple[Fault, ...] = ()
-    if segment.clean and not reading.mask:
-        samples = sampled(log, clock)
-    else:
-        samples, repairs = open_samples(log, robot, reading, clock=clock)
+    samples, repairs = open_samples(log, robot, reading, clock=clock)
     before = low - s.rows[0]
     if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
         before = round((samples.t[0] - clock[0]) / clock[1])
     samples = samples.cut(slice(-before % settings.unit(s.step), None))
-    if not segment.clean:  # a look at all rows takes long
-        middle = samples.cut(slice(max(len(samples.t) - _LOOKED, 0) // 2, None))
-        if mended_speeds(middle.cut(slice(_LOOKED)), settings.band.comparison_hz)[1]:
-            samples, more = mended_speeds(samples, settings.band.comparison_hz)
-            repairs += more
+    middle = samples.cut(slice(max(len(samples.t) - _LOOKED, 0) // 2, None))
+    if mended_speeds(middle.cut(slice(_LOOKED)), settings.band.comparison_hz)[1]:
+        samples, more = mended_speeds(samples, settings.band.comparison_hz)
+        repairs += more
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
     return OpenSegment(filter_log(samples, settings.band), (since, until), repairs)
@@ -386,12 +379,10 @@ class LongLogs(OpenLogs):
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")
-        for k, (own, repairs) in enumerate(folded):
+        for segment, (own, repairs) in zip(segments, folded, strict=True):
             mended += repairs
-            clean = all(fault.kind == "converted" for fault in repairs)
-            segments[k] = replace(segments[k], clean=clean)
             for j, s in enumerate(own):
-                key = segments[k].number, j
+                key = segment.number, j
                 found[key] = merge_summaries([found[key], s]) if key in found else s
         train, held = (
             {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
