@@ -6,7 +6,7 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
 from symgen.data.raw import Reading
-from symgen.errors import ParameterError, plain
+from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.values import FloatArray
@@ -31,20 +31,16 @@ from symgen.identification.parameters import (
     with_fixed_links,
 )
 from symgen.identification.physical import (
-    LinkFact,
     LinkParameters,
     about_centre,
-    beyond_noise,
     bodies,
-    box_fact,
     link_parameters,
-    mass_fact,
     no_robot_near,
 )
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_boxes, mjcf_links, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf, urdf_boxes, urdf_links
+from symgen.robot.formats.mjcf import SPRING, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
@@ -53,7 +49,6 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
-Box = tuple[Sequence[float], Sequence[float]]
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
@@ -82,87 +77,6 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """What is known of the links of a robot file, by the names of links or bodies in it.
-
-    The name payload is that of the robot's payload; its box is in the frame of its joint.
-
-    Attributes:
-        masses: kg.
-        boxes: two opposite corners of a box that contains the link, in the frame of the link or
-            body in the file, m.
-    """
-
-    masses: Mapping[str, float] = field(default_factory=dict)
-    boxes: Mapping[str, Box] = field(default_factory=dict)
-
-    def facts(self, path: Path, robot: Robot) -> Iterator[LinkFact]:
-        """Yield the facts about the links of a robot.
-
-        Raises:
-            RobotError: the file cannot be read.
-            ParameterError: the file has no such link, or a mass or box is not possible.
-        """
-        if not self.masses and not self.boxes:
-            return
-        found = (mjcf_links if path.suffix.lower() == ".xml" else urdf_links)(path)
-        places = {
-            name: {str(number): pose for number, pose in poses.items()}
-            for name, poses in found.items()
-        }
-        if robot.payload is not None:
-            places.setdefault(PAYLOAD, {"L": np.eye(4)})
-        for name in (*self.masses, *self.boxes):
-            if name not in places:
-                raise ParameterError(
-                    f"{path}: link {plain(name)!r} has no mass there; accepted: {', '.join(places)}"
-                )
-        for name, mass in self.masses.items():
-            if not (math.isfinite(mass) and mass > 0):
-                raise ParameterError(f"link {name}: a mass of {mass:g} kg; accepted: above 0")
-            yield mass_fact(f"link {name}", [*places[name]], mass)
-        for name, corners in self.boxes.items():
-            low, high = np.sort(np.array(corners, dtype=float), axis=0)
-            if not (np.isfinite([low, high]).all() and (low < high).all()):
-                raise ParameterError(
-                    f"link {name}: accepted: two opposite corners of a box, finite and apart "
-                    "along every axis"
-                )
-            yield box_fact(f"link {name}", places[name], low, high)
-
-
-class GeometryBoxes(NamedTuple):
-    """Boxes of the links or bodies of a robot file around their geometry.
-
-    Attributes:
-        boxes: by name, as `export` takes them.
-        unread: by name, why one with mass has no box.
-    """
-
-    boxes: dict[str, Box]
-    unread: dict[str, str]
-
-
-def geometry_boxes(source: str | Path) -> GeometryBoxes:
-    """Return a box around the geometry of each link with mass, along the axes of its frame.
-
-    The geometry of links without mass that are fixed to a link is part of it. A URDF is read
-    without MuJoCo: box, cylinder, capsule, sphere, and meshes in STL or OBJ. Where only the
-    collision or only the visual elements of a link can be read, the box is theirs.
-
-    Args:
-        source: path of a URDF or MJCF.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    path = Path(source)
-    found = (mjcf_boxes if path.suffix.lower() == ".xml" else urdf_boxes)(path)
-    boxes = {name: (low.tolist(), high.tolist()) for name, (low, high) in found.boxes.items()}
-    return GeometryBoxes(boxes, found.unread)
-
-
-@dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
 
@@ -185,7 +99,6 @@ def identified_file(
     robot: Robot | None = None,
     actuators: bool = False,
     X: FloatArray | None = None,
-    known: Known | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
@@ -200,13 +113,11 @@ def identified_file(
         robot: that robot, where joints of the file are held still in it.
         actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
-        known: masses and boxes of links. X moves for them as far as its noise may have moved it.
         folder: where the text is to be, for relative paths in it; by default where the file is.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or cannot hold the values, or what is known of links
-            contradicts the estimate.
+        ParameterError: it is another robot's, or cannot hold the values.
     """
     path = Path(path)
     found = read_imported(path)
@@ -214,23 +125,18 @@ def identified_file(
     ours, theirs = model.base.names, (p.name for p in estimate.parameters)
     if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
-    facts = tuple((known or Known()).facts(path, model.robot))
-    if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
-        raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
-        facts=facts,
     )
     mjcf = path.suffix.lower() == ".xml"
     dynamics = _dynamics(model.robot, links, apart=mjcf)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
-        beside = " with the known masses and boxes" if facts else ""
         notes.append(
-            f"the identified X is not physically possible{beside}: the file contains the nearest "
+            f"the identified X is not physically possible: the file contains the nearest "
             f"possible values, {links.sigmas:.3g} standard deviations away in all"
         )
         if far := no_robot_near(links.sigmas, len(links.X)):
@@ -334,8 +240,6 @@ def export(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
-    masses: Mapping[str, float] | None = None,
-    boxes: Mapping[str, Box] | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
@@ -347,20 +251,15 @@ def export(
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
         actuators: whether an MJCF gets an actuator for each constant torque.
-        masses: known masses of links of the file by name, kg.
-        boxes: two opposite corners of a box that contains a link, in its frame in the file, m; for
-            example `geometry_boxes(source).boxes`.
         folder: where the text is to be; paths to meshes are relative to it. By default that of
             `source`.
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read, is another robot's, or cannot be written, or
-            contradicts what is known of links.
+        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
     """
     found, robot = read_identified(estimate, robot)
-    known = Known(masses or {}, boxes or {})
-    return identified_file(source, found, robot, actuators, known=known, folder=folder)
+    return identified_file(source, found, robot, actuators, folder=folder)
 
 
 def export_samples(
@@ -370,8 +269,6 @@ def export_samples(
     robot: str | Path | Robot | None = None,
     *,
     actuators: bool = False,
-    masses: Mapping[str, float] | None = None,
-    boxes: Mapping[str, Box] | None = None,
     folder: str | Path | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
@@ -382,7 +279,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, masses, boxes, folder: as for `export`.
+        estimate, source, robot, actuators, folder: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -399,10 +296,10 @@ def export_samples(
         )
     values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
+    rng = np.random.default_rng(seed)
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, actuators, X, known, folder)
+        yield identified_file(source, found, robot, actuators, X, folder)
 
 
 def read_identified(

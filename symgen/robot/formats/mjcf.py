@@ -30,16 +30,10 @@ from symgen.robot.effect import definitions, of_library
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.geometry import mesh, primitive
 from symgen.robot.formats.urdf import (
     CAVEAT,
-    LinkBoxes,
-    LinkFrames,
-    Placed,
     inertial_edit,
     joint_name,
-    link_boxes,
-    links_with_mass,
     moved,
     require_finite_joints,
     written_bodies,
@@ -221,37 +215,6 @@ def _inertial(body: Body) -> str:
     values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
     centre = " ".join(repr(float(v)) for v in body.com)
     return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
-
-
-def mjcf_links(path: Path) -> LinkFrames:
-    """Return the frames of the joints of each body with mass.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, _ACCEPTED)
-    with located(path):
-        tree = _Tree(path, text)
-        found = links_with_mass(Chain(tree.urdf))
-    for link, poses in found.items():
-        for pose in poses.values():
-            pose[:3, 3] += tree.shift[link]
-    return found
-
-
-def mjcf_boxes(path: Path) -> LinkBoxes:
-    """Return the boxes of the bodies with mass, from their geoms as MuJoCo compiles them.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, _ACCEPTED)
-    with located(path):
-        tree = _Tree(path, text)
-        found = link_boxes(Chain(tree.urdf), tree.shapes())
-    for link, ends in found.boxes.items():
-        ends += tree.shift[link]
-    return found
 
 
 def _by_name(root: Element, section: str) -> dict[str | None, Element]:
@@ -498,27 +461,6 @@ class _Tree:
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
             damping, friction, float(m.dof_armature[dof]), self.mimics.get(name),
         )  # fmt: skip
-
-    def shapes(self) -> dict[str, list[Placed]]:
-        """Return the geoms of each body, in its link frame; planes and height fields bound none."""
-        import mujoco
-
-        m, out = self.model, dict[str, list[Placed]]()
-        for g in range(m.ngeom):
-            kind = mujoco.mjtGeom(int(m.geom_type[g])).name.removeprefix("mjGEOM_").lower()
-            if kind in ("plane", "hfield"):
-                continue
-            link = self._body_names[m.geom_bodyid[g]]
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = _matrix(m.geom_quat[g]), m.geom_pos[g]
-            if kind in ("mesh", "sdf"):
-                first, count = (int(a[m.geom_dataid[g]]) for a in (m.mesh_vertadr, m.mesh_vertnum))
-                shape = mesh(np.array(m.mesh_vert[first : first + count], dtype=float))
-            else:
-                shape = primitive(kind, m.geom_size[g])
-            pose[:3, 3] -= self.shift.get(link, 0.0)
-            out.setdefault(link, []).append((shape, pose))
-        return out
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints, the first with a coefficient of 1."""

@@ -15,8 +15,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
-from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -25,12 +24,11 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, FloatArray, JointDynamics
+from symgen.robot.body import Body, Dynamics, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.geometry import Shape, mesh, primitive, read_mesh
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
-from symgen.robot.imported import Imported, read_text
+from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
@@ -51,11 +49,6 @@ ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
-#: By link: the frames (4, 4) of its joint, and of fixed joints on it whose links have no mass, in
-#: the frame of the link, by their numbers.
-LinkFrames = dict[str, dict[int, FloatArray]]
-#: A shape, and its frame (4, 4).
-Placed = tuple[Shape, FloatArray]
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -100,117 +93,7 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         return edited(text, edits)
 
 
-def urdf_links(path: Path) -> LinkFrames:
-    """Return the frames of the joints of each link with mass.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, "accepted: a .urdf")
-    with located(str(path)):
-        return links_with_mass(Chain(_tree(parse_xml(text))))
-
-
-def links_with_mass(chain: Chain) -> LinkFrames:
-    """Return the frames of the joints of each link with mass, its own joint first."""
-    out: LinkFrames = {}
-    for number, name in enumerate(chain.order, 1):
-        link = chain.host(name)
-        if link != chain.urdf.root and chain.urdf.links[link] is not None:
-            out.setdefault(link, {})[number] = chain.pose(name).astype(float)
-    return out
-
-
-class LinkBoxes(NamedTuple):
-    """Boxes of links with mass, from their geometry in the file.
-
-    Attributes:
-        boxes: the lowest and the highest corner (2, 3) by link, in the frame of the link, m.
-        unread: by link, why it has no box.
-    """
-
-    boxes: dict[str, FloatArray]
-    unread: dict[str, str]
-
-
-def urdf_boxes(path: Path) -> LinkBoxes:
-    """Return the boxes of the links with mass.
-
-    A link counts as read if all its collision or all its visual elements are.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, "accepted: a .urdf")
-    with located(str(path)):
-        root = parse_xml(text)
-        return link_boxes(
-            Chain(_tree(root)),
-            {e.attributes["name"]: _shapes(e, path.parent) for e in root.all("link")},
-        )
-
-
-def link_boxes(chain: Chain, shapes: Mapping[str, Iterable[Placed] | str]) -> LinkBoxes:
-    """Return the boxes of the links with mass, with those of links without mass fixed to them.
-
-    Args:
-        chain: chain of the file.
-        shapes: by link, its shapes with their frames (4, 4) in that of the link; or why they
-            cannot be read.
-    """
-    out = LinkBoxes({}, {})
-    for host, numbers in links_with_mass(chain).items():
-        ends = []
-        for number in numbers:
-            link = chain.urdf.joints[chain.order[number - 1]].child
-            pose = (dh.inverse(chain.link[host]) @ chain.link[link]).astype(float)
-            found = shapes.get(link, ())
-            if isinstance(found, str):
-                out.unread[host] = found
-                break
-            ends += [shape.ends(pose @ own) for shape, own in found]
-        else:
-            box = np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))]) if ends else None
-            if box is None:
-                out.unread[host] = "no geometry"
-            elif not (box[0] < box[1]).all():
-                out.unread[host] = "its geometry is flat"
-            else:
-                out.boxes[host] = box
-    return out
-
-
 # Elements.
-
-
-def _shapes(link: Element, folder: Path) -> list[Placed] | str:
-    """Return the shapes of a link, or why neither collision nor visual elements can be read."""
-    out, wrong = list[Placed](), ""
-    for kind in ("collision", "visual"):
-        try:
-            out += [_placed(element, folder) for element in link.all(kind)]
-        except RobotError as error:
-            wrong = wrong or str(error)
-    return out if out or not wrong else wrong
-
-
-def _placed(element: Element, folder: Path) -> Placed:
-    """Return the shape of a collision or visual element, and its frame in the link."""
-    geometry = element.first("geometry")
-    kinds = () if geometry is None else geometry.children
-    if not kinds:
-        raise RobotError(f"<{element.tag}> has no geometry")
-    given, (xyz, rpy) = kinds[0], _origin(element)
-    pose = dh.pose(dh.turn(*map(float, rpy)), np.array(xyz)).astype(float)
-    if given.tag == "mesh":
-        scale = np.array(_triple(given, "scale", (sp.S.One,) * 3), dtype=float)
-        return mesh(scale * read_mesh(given.attributes.get("filename", ""), folder)), pose
-    if given.tag == "box":
-        return primitive("box", np.array(_triple(given, "size"), dtype=float) / 2), pose
-    if given.tag not in ("sphere", "cylinder", "capsule"):
-        raise RobotError(f"<{shortened(given.tag)}>; accepted: box, cylinder, sphere, mesh")
-    length = 0.0 if given.tag == "sphere" else float(_number(given, "length"))
-    return primitive(given.tag, (float(_number(given, "radius")), length / 2, 0.0)), pose
 
 
 def _tree(root: Element) -> Urdf:
