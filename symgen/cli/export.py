@@ -26,7 +26,6 @@ if TYPE_CHECKING:
               "compared with the estimate; repeatable.")  # fmt: skip
 @click.option("--least", type=PERCENT, default=0.8, help="By how much the torque error of the "
               "written file on a --log may be above the estimate's, percent.")  # fmt: skip
-@click.option("--actuators", is_flag=True, help="MJCF: an actuator for each constant torque.")
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
@@ -38,7 +37,6 @@ def export(
     robot: str | None,
     logs: tuple[Path, ...],
     least: float,
-    actuators: bool,
     samples: int | None,
     seed: int,
     reading: Reading,
@@ -73,7 +71,6 @@ def export(
                 copied,
                 samples,
                 robot,
-                actuators=actuators,
                 folder=to,
                 seed=seed,
             )
@@ -85,7 +82,7 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(estimate, copied, robot, actuators=actuators, folder=to.parent)
+        first = exports.export(estimate, copied, robot, folder=to.parent)
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
         replace_file(to, first.text.encode(encoding))

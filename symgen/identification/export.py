@@ -6,8 +6,9 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -32,13 +33,11 @@ from symgen.identification.parameters import (
 )
 from symgen.identification.physical import (
     LinkParameters,
-    about_centre,
-    bodies,
     link_parameters,
     no_robot_near,
 )
 from symgen.identification.prediction import torque_errors
-from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import SPRING, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
@@ -49,6 +48,8 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+#: Difference of a parameter that is read from the written one, of the largest, that is rounding.
+_READ = 1e-8
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
@@ -97,7 +98,6 @@ def identified_file(
     path: str | Path,
     estimate: Estimate,
     robot: Robot | None = None,
-    actuators: bool = False,
     X: FloatArray | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
@@ -111,7 +111,6 @@ def identified_file(
         path: of the file that the robot was read from.
         estimate: identified on that robot.
         robot: that robot, where joints of the file are held still in it.
-        actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
         folder: where the text is to be, for relative paths in it; by default where the file is.
 
@@ -132,7 +131,7 @@ def identified_file(
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
-    dynamics = _dynamics(model.robot, links, apart=mjcf)
+    dynamics = _dynamics(model.robot, links)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
         notes.append(
@@ -142,18 +141,17 @@ def identified_file(
         if far := no_robot_near(links.sigmas, len(links.X)):
             notes.append(far)
     if mjcf:
-        text, pushed, changes = updated_mjcf(path, dynamics, actuators)
-        notes += changes
-        offsets = {j.joint for j in dynamics.joints if j.stiffness} | pushed
+        text = updated_mjcf(path, dynamics)
         held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
-        held |= {f"OF{k}" for k in offsets} | {*_springs(model.robot).values()}
+        held |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
+        held |= {*_springs(model.robot).values()}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, held = updated_urdf(text, dynamics, str(path)), set()
         if any(joint.armature for joint in dynamics.joints):
             notes.append(
-                "rotor inertia stands in the elements drake:rotor_inertia, which Drake and symgen "
-                "read; other programs ignore it"
+                "rotor inertia stands in <dynamics armature>, which symgen reads; other programs "
+                "ignore it"
             )
         if any(joint.frictionloss for joint in dynamics.joints):
             notes.append(
@@ -161,18 +159,44 @@ def identified_file(
                 "ignore"
             )
     left_out = tuple(_left_out(model, links, held))
+    if mjcf:
+        absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
+        _require_read(text, path, model, {**links.values, **absent})
     text = relocated(text, path, path.parent if folder is None else Path(folder))
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
-def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
-    """Return what a robot file can hold of the parameters of a robot.
+def _require_read(text: str, path: Path, model: Model, values: Mapping[str, float]) -> None:
+    """Refuse an MJCF of which MuJoCo reads other values than were written.
+
+    Settings of the compiler can change masses and inertias, and springdamper changes damping.
 
     Args:
-        robot: the robot.
-        links: its parameters.
-        apart: whether a payload is no part of its link.
+        text: the file with the values.
+        path: where its relative paths lead from.
+        model: of the robot.
+        values: standard parameters that were written.
+
+    Raises:
+        ParameterError: a base parameter is read with another value.
     """
+    with TemporaryDirectory() as folder:
+        place = Path(folder) / path.name
+        place.write_text(relocated(text, path, place.parent), encoding="utf-8")
+        read = read_parameters(place, model)
+    written = base_values(values, model, str(path))
+    size = float(np.abs(written).max())
+    for name, ours, theirs in zip(model.base.names, written, read, strict=True):
+        if abs(ours - theirs) > _READ * size:
+            raise ParameterError(
+                f"{path}: MuJoCo reads {name} = {theirs:.6g} where {ours:.6g} is written; "
+                "accepted: a file without springdamper, and without settings of <compiler> that "
+                "change masses"
+            )
+
+
+def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
+    """Return what a robot file can hold of the parameters of a robot."""
     springs = _springs(robot)
 
     def value(name: str) -> float:
@@ -180,15 +204,11 @@ def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
 
     joints = []
     for joint in robot.movable:
-        k, offset = joint.number, value(f"OF{joint.number}")
+        k = joint.number
+        losses = value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}")
         stiffness = max(value(springs[k]), 0.0) if k in springs else 0.0
-        rest = -offset / stiffness if stiffness else 0.0
-        joints.append(
-            JointDynamics(
-                k, value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}"), stiffness, rest,
-                0.0 if stiffness else offset,
-            )
-        )  # fmt: skip
+        rest = -value(f"OF{k}") / stiffness if stiffness else 0.0
+        joints.append(JointDynamics(k, *losses, stiffness, rest))
     couplings = (
         CouplingDynamics(
             c.first, c.second, float(c.ratio.subs(robot.values())), value(f"IAM{c.second}"),
@@ -196,20 +216,7 @@ def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
         )
         for c in robot.couplings
     )  # fmt: skip
-    gears = {}
-    if robot.drive is not None:
-        ratio = np.array(robot.drive.ratio)
-        if np.count_nonzero(ratio - np.diag(np.diag(ratio))) == 0:
-            gears = {j.number: ratio[i, i] for i, j in enumerate(robot.movable)}
-    made = Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
-    if not apart or robot.payload is None:
-        return made
-    load = about_centre([value(f"{prefix}L") for prefix in names.LINK])
-    return replace(
-        made,
-        bodies=bodies(replace(robot, payload=None), links.values),
-        payload=Body(robot.payload, *load),
-    )
+    return Dynamics(links.bodies, tuple(joints), tuple(couplings))
 
 
 def _springs(robot: Robot) -> dict[int, str]:
@@ -239,7 +246,6 @@ def export(
     source: str | Path,
     robot: str | Path | Robot | None = None,
     *,
-    actuators: bool = False,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
@@ -250,7 +256,6 @@ def export(
             couplings change in the copy.
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
-        actuators: whether an MJCF gets an actuator for each constant torque.
         folder: where the text is to be; paths to meshes are relative to it. By default that of
             `source`.
 
@@ -259,7 +264,7 @@ def export(
         ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
     """
     found, robot = read_identified(estimate, robot)
-    return identified_file(source, found, robot, actuators, folder=folder)
+    return identified_file(source, found, robot, folder=folder)
 
 
 def export_samples(
@@ -268,7 +273,6 @@ def export_samples(
     count: int,
     robot: str | Path | Robot | None = None,
     *,
-    actuators: bool = False,
     folder: str | Path | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
@@ -279,7 +283,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, folder: as for `export`.
+        estimate, source, robot, folder: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -299,7 +303,7 @@ def export_samples(
     rng = np.random.default_rng(seed)
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, actuators, X, folder)
+        yield identified_file(source, found, robot, X, folder)
 
 
 def read_identified(

@@ -5,18 +5,17 @@ z along the joint axis, and x along the common normal to the next axis. The URDF
 constant in it. Fixed joints come after all others and keep the frames of the URDF.
 
 Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML; symgen ignores geometry
-for collision and display, and plugins. Of transmissions it reads Drake's rotor_inertia and
-gear_ratio (https://drake.mit.edu/doxygen_cxx/group__multibody__parsing.html).
+for collision and display, transmissions and plugins. The attribute armature of <dynamics>, the
+inertia of the rotor on the joint side, is symgen's own.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
 from typing import TypeVar
-from xml.sax.saxutils import escape
 
 import numpy as np
 import sympy as sp
@@ -43,8 +42,6 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
-#: Drake's elements of an actuator: inertia of the rotor, kg m2, and motor turns per joint turn.
-ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 #: Part of the largest entry of an inertia below which another one is only rounding.
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -70,9 +67,9 @@ def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
 def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> str:
     """Write identified values into a copy of a URDF.
 
-    Links go into <inertial>, friction goes into <dynamics>, and rotor inertia goes into the
-    transmission of the joint, in Drake's elements. A fixed link without <inertial> gets none; its
-    body is added to the link that carries it. A URDF holds no springs, offsets and couplings.
+    Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
+    <inertial> gets none; its body is added to the link that carries it. A URDF holds no springs,
+    offsets and couplings.
 
     Args:
         text: text of the URDF. All other bytes of it stay the same.
@@ -114,10 +111,6 @@ def _tree(root: Element) -> Urdf:
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
     joints = _named("joint", root, _joint)
-    for name, motor in _actuators(root).items():
-        if name in joints:
-            with located(f"transmission of joint {shortened(name)!r}"):
-                joints[name] = replace(joints[name], armature=_reflected(motor))
     if len(joints) > MAX_JOINTS:
         raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     base = _root(links, joints)
@@ -130,15 +123,6 @@ def _tree(root: Element) -> Urdf:
             with located(f"joint {shortened(joint.name)!r}"):
                 raise RobotError(f"type 'floating' on a moving link; accepted: {', '.join(KINDS)}")
     return Urdf(root.attributes.get("name", ""), base, links, joints)
-
-
-def _reflected(motor: Element) -> float:
-    """Return the rotor inertia of an actuator on the joint side: rotor_inertia gear_ratio^2."""
-    rotor, gear = motor.first(ROTOR), motor.first(GEAR)
-    if rotor is None:
-        return 0.0
-    ratio = 1.0 if gear is None else float(_number(gear, "value"))
-    return float(_number(rotor, "value")) * ratio**2
 
 
 def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
@@ -223,7 +207,8 @@ def _joint(element: Element) -> UrdfJoint:
         for key in (*limit, "velocity", "effort"):
             if key in given.attributes:
                 limit[key] = float(_number(given, key))
-    dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
+    dynamics = element.first("dynamics")
+    loss = dict.fromkeys(("damping", "friction", "armature"), 0.0)
     if dynamics is not None:
         loss = {key: float(_number(dynamics, key, "0")) for key in loss}
     return UrdfJoint(
@@ -382,66 +367,17 @@ def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics
     """Yield what sets the friction and the rotor inertia of joints."""
     require_finite_joints(chain, dynamics.joints)
     joints = {e.attributes["name"]: e for e in root.all("joint")}
-    actuators, lines, drakes = _actuators(root), list[str](), False
     for own in dynamics.joints:
         name = joint_name(chain, own.joint)
         values = {"damping": repr(own.damping), "friction": repr(own.frictionloss)}
+        if own.armature or chain.urdf.joints[name].armature:
+            values["armature"] = repr(own.armature)
         given = joints[name].first("dynamics")
         if given is None:
             words = " ".join(f'{key}="{value}"' for key, value in values.items())
             yield inserted(content, joints[name], [f"<dynamics {words}/>"])
         else:
             yield with_attributes(content, given, values)
-        motor = actuators.get(name)
-        if not own.armature and (motor is None or motor.first(ROTOR) is None):
-            continue
-        drakes = True
-        ratio = float(dynamics.gears.get(own.joint, 1.0))
-        rotor = {ROTOR: own.armature / ratio**2, GEAR: ratio}
-        if motor is None:
-            lines += _transmission(name, rotor)
-            continue
-        old = {tag: motor.first(tag) for tag in rotor}
-        yield from (
-            with_attributes(content, element, {"value": repr(rotor[tag])})
-            for tag, element in old.items()
-            if element is not None
-        )
-        new = [_valued(tag, rotor[tag]) for tag, element in old.items() if element is None]
-        if new:
-            yield inserted(content, motor, new)
-    if drakes and "xmlns:drake" not in root.attributes:
-        yield with_attributes(content, root, {"xmlns:drake": "http://drake.mit.edu"})
-    if lines:
-        yield inserted(content, root, lines)
-
-
-def _valued(tag: str, value: float) -> str:
-    return f'<{tag} value="{value!r}"/>'
-
-
-def _actuators(root: Element) -> dict[str, Element]:
-    """Return the actuator of each joint that has a simple transmission in the file."""
-    out = {}
-    for transmission in root.all("transmission"):
-        joints, motors = transmission.all("joint"), transmission.all("actuator")
-        if len(joints) == len(motors) == 1 and "name" in joints[0].attributes:
-            out[joints[0].attributes["name"]] = motors[0]
-    return out
-
-
-def _transmission(name: str, rotor: Mapping[str, float]) -> list[str]:
-    """Return a transmission that gives a joint its rotor inertia in Drake."""
-    written = escape(name, {'"': "&quot;"})
-    return [
-        f'<transmission name="{written}_transmission">',
-        "  <type>transmission_interface/SimpleTransmission</type>",
-        f'  <joint name="{written}"/>',
-        f'  <actuator name="{written}_motor">',
-        *(f"    {_valued(tag, value)}" for tag, value in rotor.items()),
-        "  </actuator>",
-        "</transmission>",
-    ]
 
 
 def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
