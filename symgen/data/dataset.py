@@ -182,7 +182,7 @@ class DataSet:
         self, name: str, sound: bool = False, units: Units | None = None
     ) -> AbstractContextManager[Table]:
         robot = self.robot
-        # Robots that need temperatures or link positions are not estimated in chunks.
+        # Link positions are not used in chunks.
         wanted = Wanted(
             self.reading, robot.drive, robot.joint_names, robot.n, False, robot.sigma,
             robot.limits, columns_from(robot.log_columns),

@@ -150,7 +150,7 @@ def _variables(baseline: Baseline, score: Score) -> tuple[int, Variables]:
     """
     robot, c = baseline.robot, score.candidate
     none = (-1, ())
-    if len(c.joints) != 1 or c.definition.reads or not c.definition.torque:
+    if len(c.joints) != 1 or not c.definition.torque:
         return none
     (j,) = c.joints
     places = {str(joint.number): k for k, joint in enumerate(robot.movable)}
