@@ -795,7 +795,8 @@ def _late(delay: float) -> str:
 def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
     """Take the torque of a joint as zero that is noise throughout while the joint moves.
 
-    Its RMS in the comparison band is at most 1.5 times that of white noise there.
+    Its RMS in the comparison band is at most 1.5 times that of white noise there, and that of
+    another joint is larger.
 
     Args:
         samples: a log with uniform steps.
@@ -804,7 +805,7 @@ def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, t
     step, band = samples.step, _within(comparison_hz, samples.step)
     low = lowpass(samples.tau, step, band)
     drowned = rms(low) <= _SILENT * _noise(samples.tau - low, step, band)
-    silent = low.any(axis=0) & drowned & ~standing(samples, comparison_hz)
+    silent = low.any(axis=0) & drowned & ~drowned.all() & ~standing(samples, comparison_hz)
     what = np.zeros(len(low)), "noise throughout while the joint moves", len(low), "taken as zero"
     found = (_mended(samples, "silent", "tau", int(j), *what) for j in np.flatnonzero(silent))
     return undo_faults(samples, found)
