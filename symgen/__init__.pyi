@@ -67,7 +67,6 @@ from symgen.identification.prediction import predict as predict
 from symgen.identification.estimate import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier
 from symgen.identification.export import export as export
-from symgen.identification.export import geometry_boxes as geometry_boxes
 from symgen.identification.workflow import identify as identify
 from symgen.report.store import write as write
 from symgen.robot.builtin import library as library

@@ -77,10 +77,10 @@ def read_log(
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
     CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
-    (panda_joint1_position, pos_1, time) are matched. Some joints may also have temp1.. (deg C) and
-    qs1.. (a second encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau
-    (N, n), and optional qd, temp and qs (N, n), of float or integer type; (N,) is accepted for a
-    single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
+    (panda_joint1_position, pos_1, time) are matched. Some joints may also have qs1.. (a second
+    encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau (N, n), and
+    optional qd and qs (N, n), of float or integer type; (N,) is accepted for a single joint. MCAP
+    files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
     Columns in other units (deg, ms, mNm, dates) are converted if two signs agree, see
     `symgen.data.units`. Empty cells are interpolated.
 
@@ -140,7 +140,6 @@ def make_log(
     sigma: Sequence[int] | None = None,
     current: npt.ArrayLike | None = None,
     drive: Drive | None = None,
-    temp: npt.ArrayLike | None = None,
     qs: npt.ArrayLike | None = None,
     qr: npt.ArrayLike | None = None,
     qdr: npt.ArrayLike | None = None,
@@ -157,7 +156,6 @@ def make_log(
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
         current: (N, n) motor currents in A, or None.
         drive: gears and motors of the robot. The log is converted to the joint side.
-        temp: (N, n) temperatures, deg C, NaN for joints without a sensor; or None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         qr: (N, n) reference positions of the controller in rad (m), or None.
         qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
@@ -166,7 +164,7 @@ def make_log(
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
-    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs, "qr": qr,
+    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
              "qdr": qdr}  # fmt: skip
     with located(name):
         try:
@@ -257,7 +255,7 @@ def checked(
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
     t, rounded = _clock(t, _shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
-        whole = _beside(role, arrays.pop(role), t)
+        whole = _beside(role, arrays.pop(role))
         arrays |= {} if np.isnan(whole).all() else {role: whole}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # a recorder that has no speeds
@@ -269,10 +267,10 @@ def checked(
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
     missing.setflags(write=False)
-    qd, tau, current, temp, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
+    qd, tau, current, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
     log = Log(
-        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), temp=temp, qs=qs,
-        qr=qr, qdr=qdr, missing=missing if missing.any() else None,
+        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), qs=qs, qr=qr,
+        qdr=qdr, missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded),
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
@@ -373,21 +371,14 @@ def long_runs(lost: Bools) -> Bools:
     return out
 
 
-def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
-    """Check a column such as temp or qs (N, n): complete on each joint that has it.
-
-    Temperatures change slowly, so missing values are interpolated linearly.
-    """
-    out = x.copy()
+def _beside(role: str, x: FloatArray) -> FloatArray:
+    """Check a column such as qs (N, n): complete on each joint that has it."""
     for j, column in enumerate(x.T):
-        known = ~np.isnan(column) if role == "temp" else np.full(len(t), not np.isnan(column).all())
-        bad = np.count_nonzero(~np.isfinite(column[known]))
-        if bad:
-            accepted = "deg C, or empty cells" if role == "temp" else "rad (m) in every sample"
-            refuse(f"column {role}{j + 1}: {bad} values are missing or not finite", accepted)
-        if known.any():
-            out[:, j] = np.interp(t, t[known], column[known])
-    return read_only(out)
+        bad = np.count_nonzero(~np.isfinite(column))
+        if bad and not np.isnan(column).all():
+            what = f"column {role}{j + 1}: {bad} values are missing or not finite"
+            refuse(what, "rad (m) in every sample")
+    return x
 
 
 def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[str, str]) -> None:

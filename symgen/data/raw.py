@@ -23,11 +23,11 @@ Bools = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 #: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
-NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs", "qr", "qdr")
-#: Columns other than motion and torque: temperatures, link positions behind elastic joints, and
-#: the reference of a controller.
-BESIDE = ("temp", "qs", "qr", "qdr")
+NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i)(0|[1-9][0-9]*)")
+ROLES = ("t", "q", "qd", "tau", "i", "qs", "qr", "qdr")
+#: Columns other than motion and torque: link positions behind elastic joints, and the reference of
+#: a controller.
+BESIDE = ("qs", "qr", "qdr")
 #: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -37,8 +37,8 @@ _PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, temp, qs, qr, "
-    "qdr for NPZ; q, qd, tau, i for a bag)"
+    "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, qs, qr, qdr for NPZ; "
+    "q, qd, tau, i for a bag)"
 )
 
 
@@ -179,8 +179,8 @@ class Raw:
     """The unchecked content of a log file. Its names are plain text, safe for a terminal.
 
     Attributes:
-        arrays: role -> array of the file, t first. tau or i may be absent. temp and qs are (N, n),
-            with NaN for joints that have none.
+        arrays: role -> array of the file, t first. tau or i may be absent. qs is (N, n), with
+            NaN for joints that have none.
         ignored: the other columns of the file.
         notes: how the file was read.
         names: log column ("q1") -> column of the file, for messages.
@@ -219,8 +219,6 @@ class Log:
         current: (N, n) motor currents in A, or None.
         notes: changes to the log, one line each.
         mapped: whether q, qd and tau are on the joint side.
-        temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
-            None.
         qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
             joints without a second encoder; or None. [drive] does not convert them.
         qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
@@ -240,7 +238,6 @@ class Log:
     current: FloatArray | None = None
     notes: tuple[str, ...] = ()
     mapped: bool = False
-    temp: FloatArray | None = None
     qs: FloatArray | None = None
     qr: FloatArray | None = None
     qdr: FloatArray | None = None

@@ -82,12 +82,11 @@ for _unit, _forms in (
     (Unit("kN", "force", 1e3), "kn"),
     (Unit("A", "current", 1.0), "a amp amps ampere"),
     (Unit("mA", "current", 1e-3), "ma"),
-    (Unit("degC", "temperature", 1.0), "degc °c c celsius"),
 ):  # fmt: skip
     for _form in _forms.split():
         _WRITTEN[_form] = (*_WRITTEN.get(_form, ()), _unit)
 #: Forms that need brackets: without them they are letters or words of a name.
-_BARE = set(_WRITTEN) - set("m n a c ° °c °/s turn turns rev revs meter meters kn".split())
+_BARE = set(_WRITTEN) - set("m n a ° °/s turn turns rev revs meter meters kn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*")
 _SUFFIXES = [  # rad_s, then rad
     re.compile(rf"(.*[A-Za-z0-9])[\s_.-]+([^\W\d_]+{more})") for more in ("[_/][a-z]+", "")
@@ -101,10 +100,9 @@ QUANTITIES = {
     "qd": ("rate", "speed"),
     "tau": ("torque", "force"),
     "i": ("current", "current"),
-    "temp": ("temperature", "temperature"),
 }
 _SI = {"angle": "rad", "rate": "rad/s", "length": "m", "speed": "m/s", "torque": "Nm"}
-_SI |= {"force": "N", "current": "A", "temperature": "degC"}
+_SI |= {"force": "N", "current": "A"}
 #: Signs of columns that are no motion.
 _OTHER = ("header", "limits or motion")
 #: What columns of a robot without a header may be in.

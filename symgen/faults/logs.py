@@ -14,7 +14,6 @@ from symgen.errors import IdentificationError, LogError, plain
 from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
-from symgen.estimation.temperature_torque import without_beside
 from symgen.faults.fault import Fault
 from symgen.faults.samples import (
     masked_faults,
@@ -45,8 +44,8 @@ def open_samples(
         clock: clock of the whole log if this one is a segment, see `sampled`.
 
     Raises:
-        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, a joint has
-            almost no unmasked samples, or a column is missing that an effect of the robot needs.
+        LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint
+            has almost no unmasked samples.
     """
     reading = reading or Reading()
     log, repairs = repaired(open_log(source, robot, reading), robot.sigma)
@@ -60,7 +59,7 @@ def open_samples(
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
-    return without_beside(samples, robot), (*repairs, *gaps, *masked_too)
+    return samples, (*repairs, *gaps, *masked_too)
 
 
 def _time_unit(step: float) -> str:

@@ -203,7 +203,6 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
         "weights": asked.weights,
         "prior": asked.prior,
         "commanded": listed_logs(asked.commanded),
-        "effects on samples": robot.on_logs,
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
     }

@@ -175,7 +175,7 @@ UNSURE = {
     "time against its rate": (
         moving("time_ms,q1,qd1,tau1"), {}, ["'time_ms' (t)", "100 Hz in s", "--time-unit s"],
     ),
-    "a unit of no column": (moving(), {"unit": {"temp": "K"}}, ["--unit temp", "q, qd, tau"]),
+    "a unit of no column": (moving(), {"unit": {"qs": "deg"}}, ["--unit qs", "q, qd, tau"]),
     "no such unit": (moving(), {"unit": {"q": "miles"}}, ["--unit q=miles", "rad, deg"]),
     "a unit that the option makes wrong": (
         moving(), {"unit": {"q": "deg", "qd": "rad/s"}}, ["looks like", "--unit q"],

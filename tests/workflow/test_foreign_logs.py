@@ -105,12 +105,6 @@ def test_a_log_of_a_recorder_is_the_log_in_si(tmp_path, case):
     assert same.converted == ()
 
 
-def test_temperatures_are_in_celsius(tmp_path):
-    warm = 20 + COLUMNS["t"]
-    columns = SI | {"temp2 [°C]": [f"{x:.12g}" for x in warm]}
-    np.testing.assert_allclose(read(written(tmp_path / "log.csv", columns)).temp[:, 1], warm)
-
-
 def test_a_file_of_excel_is_read(tmp_path):
     path = written(tmp_path / "log.csv", SI, separator=";", comma=True, end="\r\n")
     path.write_bytes(b"\xef\xbb\xbfsep=;\r\n" + path.read_bytes())
