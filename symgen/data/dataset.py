@@ -185,6 +185,6 @@ class DataSet:
         # Robots that need temperatures or link positions are not estimated in chunks.
         wanted = Wanted(
             self.reading, robot.drive, robot.joint_names, robot.n, False, robot.sigma,
-            robot.limits, columns_from(robot.log_columns),
+            columns_from(robot.log_columns),
         )  # fmt: skip
         return open_table(name, wanted, sound, units)
