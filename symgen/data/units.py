@@ -25,7 +25,6 @@ _DATES = (946684800.0, 4102444800.0)
 _EXACT = 1 << 53  # integers that a double holds
 #: Words for time in column names.
 TIMES = {"t", "time", "timestamp", "stamp"}
-_DEGREE, _TURN = math.pi / 180.0, 2.0 * math.pi
 
 
 @dataclass(frozen=True)
@@ -42,44 +41,47 @@ class Unit:
         return self.size != 1.0
 
 
-def _units(quantity: str, **sizes: float) -> list[Unit]:
-    return [Unit(name, quantity, size) for name, size in sizes.items()]
-
-
-_TIME = _units("time", s=1.0, ms=1e-3, us=1e-6, ns=1e-9)
-#: Written form, in lower case without blanks -> unit.
-_WRITTEN: dict[str, tuple[Unit, ...]] = {}
-for _unit, _forms in (
-    *zip(_TIME, ("s sec secs second seconds", "ms msec millis milliseconds",
-                 "us usec micros microseconds µs μs", "ns nsec nanos nanoseconds"), strict=True),
-    (Unit("rad", "angle", 1.0), "rad rads radian radians"),
-    (Unit("deg", "angle", _DEGREE), "deg degs degree degrees °"),
-    (Unit("turn", "angle", _TURN), "turn turns rev revs"),
-    (Unit("rad/s", "rate", 1.0), "rad/s rads/s rad_s radps rad.s-1 rad*s^-1 rad rads"),
-    (Unit("deg/s", "rate", _DEGREE), "deg/s degs/s degree/s degrees/s deg_s degps dps °/s deg °"),
-    (Unit("rpm", "rate", _TURN / 60.0), "rpm 1/min min-1 rev/min"),
-    (Unit("m", "length", 1.0), "m meter meters metre metres"),
-    (Unit("mm", "length", 1e-3), "mm"),
-    (Unit("m/s", "speed", 1.0), "m/s m_s mps"),
-    (Unit("mm/s", "speed", 1e-3), "mm/s mm_s mm"),
-    (Unit("Nm", "torque", 1.0), "nm n.m n*m n-m n·m n⋅m"),
-    (Unit("mNm", "torque", 1e-3), "mnm mn.m mn*m mn·m nmm n.mm"),
-    (Unit("kNm", "torque", 1e3), "knm kn.m kn*m"),
-    (Unit("Ncm", "torque", 1e-2), "ncm n.cm"),
-    (Unit("N", "force", 1.0), "n"),
-    (Unit("kN", "force", 1e3), "kn"),
-    (Unit("A", "current", 1.0), "a amp amps ampere"),
-    (Unit("mA", "current", 1e-3), "ma"),
-    (Unit("degC", "temperature", 1.0), "degc °c c celsius"),
-):  # fmt: skip
-    for _form in _forms.split():
-        _WRITTEN[_form] = (*_WRITTEN.get(_form, ()), _unit)
+#: Quantity, unit, its size in the SI unit, and how it is written, in lower case without blanks.
+_TABLE = f"""
+time  s     1     s sec secs second seconds
+time  ms    1e-3  ms msec millis milliseconds
+time  us    1e-6  us usec micros microseconds µs μs
+time  ns    1e-9  ns nsec nanos nanoseconds
+angle rad   1     rad rads radian radians
+angle deg   {math.pi / 180.0}  deg degs degree degrees °
+angle turn  {2.0 * math.pi}  turn turns rev revs
+rate  rad/s 1     rad/s rads/s rad_s radps rad.s-1 rad*s^-1 rad rads
+rate  deg/s {math.pi / 180.0}  deg/s degs/s degree/s degrees/s deg_s degps dps °/s deg °
+rate  rpm   {2.0 * math.pi / 60.0}  rpm 1/min min-1 rev/min
+length m    1     m meter meters metre metres
+length mm   1e-3  mm
+speed m/s   1     m/s m_s mps
+speed mm/s  1e-3  mm/s mm_s mm
+torque Nm   1     nm n.m n*m n-m n·m n⋅m
+torque mNm  1e-3  mnm mn.m mn*m mn·m nmm n.mm
+torque kNm  1e3   knm kn.m kn*m
+torque Ncm  1e-2  ncm n.cm
+force N     1     n
+force kN    1e3   kn
+current A   1     a amp amps ampere
+current mA  1e-3  ma
+temperature degC 1 degc °c c celsius
+"""
+#: Written form -> units; and units of time.
+_WRITTEN: dict[str, list[Unit]] = {}
+_TIME: list[Unit] = []
+for _line in _TABLE.strip().splitlines():
+    _quantity, _name, _size, *_forms = _line.split()
+    _unit = Unit(_name, _quantity, float(_size))
+    for _form in _forms:
+        _WRITTEN.setdefault(_form, []).append(_unit)
+    if _quantity == "time":
+        _TIME.append(_unit)
 #: Forms that need brackets: without them they are letters or words of a name.
-_BARE = set(_WRITTEN) - set("m n a c ° °c °/s turn turns rev revs meter meters kn".split())
-_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*")
-_SUFFIXES = [  # rad_s, then rad
-    re.compile(rf"(.*[A-Za-z0-9])[\s_.-]+([^\W\d_]+{more})") for more in ("[_/][a-z]+", "")
-]
+_BRACKETED = set("m n a c ° °c °/s turn turns rev revs meter meters kn".split())
+_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
+_BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
+_SUFFIX = re.compile(rf"(.*?[a-z0-9])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
 #: Quantities of the roles of a log: of revolute joints, and of prismatic ones.
 QUANTITIES = {
     "q": ("angle", "length"),
@@ -97,8 +99,7 @@ _SI |= {"force": "N", "current": "A", "temperature": "degC"}
 
 def unit_of(text: str, quantity: str) -> Unit | None:
     """Return the unit that a text means for a quantity, or None."""
-    form = re.sub(r"\s+", "", text).lower().replace("²", "2")
-    return next((u for u in _WRITTEN.get(form, ()) if u.quantity == quantity), None)
+    return next((u for u in _WRITTEN.get(_form_of(text), ()) if u.quantity == quantity), None)
 
 
 def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
@@ -111,23 +112,15 @@ def split_unit(name: str, time: bool | None = None) -> tuple[str, str]:
         name: the column in the file.
         time: whether it holds the time; by default, whether its name has a word for it.
     """
-    stem, unit, number = name, "", ""
-    if match := _BRACKETS.fullmatch(name):
-        stem, unit = match[1], match[2]
-    else:
-        end = re.search(r"[\s_]*[0-9]+$", name)
-        stem, number = (name[: end.start()], end[0]) if end else (name, "")
-        matches = [m for form in _SUFFIXES if (m := form.fullmatch(stem))]
-        for found in matches:
-            if found[2].lower() in _BARE:
-                stem, unit = found[1], found[2]
-                break
-    known = _WRITTEN.get(_form_of(unit), ())
-    if time is None:
-        time = not TIMES.isdisjoint(word.lower() for word in re.findall("[A-Za-z]+", stem))
-    if not stem or not any((u.quantity == "time") == time for u in known):
+    match = _BRACKETS.fullmatch(name) or _SUFFIX.fullmatch(name)
+    if match is None or not match[1]:
         return name, ""
-    return stem + number, unit
+    if time is None:
+        time = not TIMES.isdisjoint(word.lower() for word in re.findall("[A-Za-z]+", match[1]))
+    known = _WRITTEN.get(_form_of(match[2]), ())
+    if not any((unit.quantity == "time") == time for unit in known):
+        return name, ""
+    return match[1] + (match[3] or ""), match[2]
 
 
 def unknown_unit(name: str) -> str:
@@ -255,8 +248,7 @@ def _asked(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit
 
 
 def _accepted(quantity: str) -> str:
-    units = {unit for units in _WRITTEN.values() for unit in units}
-    return ", ".join(sorted(unit.name for unit in units if unit.quantity == quantity))
+    return ", ".join(line.split()[1] for line in _TABLE.splitlines() if line.startswith(quantity))
 
 
 def plausible_units(step: float) -> list[str]:

@@ -426,5 +426,5 @@ def test_speeds_far_beyond_their_limit_are_refused_until_an_option_says_their_un
     with pytest.raises(LogError, match=r"qd1 .* 3; accepted: .*--unit qd=deg/s.*--unit qd=rad/s"):
         symgen.identify(robot, degrees)
     for unit in ({"": "deg"}, {"qd": "rad/s"}):
-        with pytest.raises(LogError, match="missing.csv"):  # the next log: this one is read
+        with pytest.raises(LogError, match=r"missing\.csv"):  # the next log: this one is read
             symgen.identify(robot, [degrees, "missing.csv"], reading=Reading(unit=unit))
