@@ -161,7 +161,7 @@ UNSURE = {
     "headers against the slope": (
         moving("t,q1 [deg],qd1 [rad/s],tau1"), {}, ["q1 [deg]", "qd1 [rad/s]", "--unit q="],
     ),
-    "an unknown unit": (moving("t,q1 [grad],qd1,tau1"), {}, ["'grad'", "deg, rad", "--unit q=rad"]),
+    "an unknown unit": (moving("t,q1 [grad],qd1,tau1"), {}, ["'grad'", "deg", "--unit q=rad"]),
     "a unit of something else": (
         moving("t,q1,qd1,tau1 [deg]"), {}, ["'tau1 [deg]'", "torque", "--unit tau=Nm"],
     ),
@@ -169,7 +169,7 @@ UNSURE = {
         moving("time_ms,q1,qd1,tau1"), {}, ["'time_ms' (t)", "ms", "--time-unit s"],
     ),
     "a unit of no column": (moving(), {"unit": {"temp": "K"}}, ["--unit temp", "q, qd, tau"]),
-    "no such unit": (moving(), {"unit": {"q": "miles"}}, ["--unit q=miles", "deg, rad"]),
+    "no such unit": (moving(), {"unit": {"q": "miles"}}, ["--unit q=miles", "deg"]),
     "a unit that the option makes wrong": (
         moving(), {"unit": {"q": "deg", "qd": "rad/s"}}, ["looks like", "--unit q"],
     ),
