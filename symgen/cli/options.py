@@ -137,7 +137,13 @@ _READING = (
         "--separator",
         default="",
         show_default=False,
-        help="Character between the columns of a CSV: ';', ',' or tab; chosen by default.",
+        help="Character between the columns of a CSV: ';', ',' or tab; default: by its header.",
+    ),
+    click.option(
+        "--decimal",
+        default="",
+        show_default=False,
+        help="Decimal mark of a CSV: '.' or ','; default: by its first numbers.",
     ),
     click.option(
         "--no-header",

@@ -185,7 +185,7 @@ def _opened(
     name: str, robot: Robot, reading: Reading, units: Units | None = None
 ) -> AbstractContextManager[Table]:
     wanted = Wanted(
-        reading, robot.drive, robot.joint_names, robot.n, robot.sigma, robot.limits,
+        reading, robot.drive, robot.joint_names, robot.n, robot.sigma,
         columns_from(robot.log_columns),
     )  # fmt: skip
     return open_table(name, wanted, units is not None, units)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive, Limits
+    from symgen.robot.types import Drive
 
 FloatArray = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -80,8 +80,10 @@ class Reading:
         mask: samples to leave out of the equations: "rest", "saturation", or both.
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
             angles, {"": "deg"}.
-        time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if header and rate say it.
+        time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if it is s, or if the header
+            says it.
         separator: character between the columns of a CSV; "" for that of its header.
+        decimal: decimal mark of a CSV, "." or ","; "" for that of its first numbers.
         header: whether the first line of a CSV has the names of its columns; they are 1, 2, ..
             without it.
     """
@@ -95,14 +97,15 @@ class Reading:
     unit: Mapping[str, str] = field(default_factory=dict)
     time_unit: str = ""
     separator: str = ""
+    decimal: str = ""
     header: bool = True
 
     def __post_init__(self) -> None:
         """Check the options.
 
         Raises:
-            LogError: an unknown column, mask or unit, a repeated name, an empty span of time, or a
-                separator of several characters.
+            LogError: an unknown column, mask or unit, a repeated name, an empty span of time, a
+                separator of several characters, or a decimal mark that is none.
         """
         if isinstance(self.columns, str):
             object.__setattr__(self, "columns", columns_from(self.columns))
@@ -115,6 +118,9 @@ class Reading:
             raise LogError(f"--time-unit {self.time_unit}: accepted: {', '.join(TIME_UNITS)}")
         if len(self.separator) > 1 or self.separator in ('"', ".", "\n", "\r"):
             raise LogError(f"--separator {self.separator!r}: accepted: ';', ',' or tab")
+        if self.decimal not in ("", ".", ",") or (self.decimal and self.decimal == self.separator):
+            accepted = "'.' or ',', and not the separator"
+            raise LogError(f"--decimal {self.decimal!r}: accepted: {accepted}")
         for ours in self.pairs:
             if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
@@ -156,7 +162,6 @@ class Wanted:
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
         sigma: types of the movable joints; revolute where there is none.
-        limits: limits of the robot, or None.
         columns: mapping of columns in the robot file, for files without the names of a log.
     """
 
@@ -165,7 +170,6 @@ class Wanted:
     joints: Sequence[str] = ()
     n: int | None = None
     sigma: Sequence[int] = ()
-    limits: Limits | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -184,7 +188,7 @@ class Raw:
         ignored: the other columns of the file.
         notes: how the file was read.
         names: log column ("q1") -> column of the file, for messages.
-        converted: columns of another unit: (columns, unit and signs, what was done).
+        converted: columns of another unit: (columns, unit and what says it, what was done).
     """
 
     arrays: Mapping[str, npt.NDArray[Any]]
