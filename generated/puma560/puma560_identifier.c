@@ -32,6 +32,19 @@
 /* The share of the mean leverage, which balances forgetting, that an equation must have. */
 #define LEAST_LEVERAGE 0.01
 
+/* Equations of the first challenger, at least, and in proportion to the parameters. It competes
+ * from half of the latter on. */
+#define LEAST_SPAN 256
+#define SPAN_SHARE 4
+#define LONGEST_SPAN 1000000000u
+/* Outliers are many where more than one equation in OUTLIER_SHARE + 1 is one, for long: then a
+ * challenger begins, of FRESH_SPAN equations at most. */
+#define OUTLIER_SHARE 4u
+#define MANY 256u
+#define FRESH_SPAN 4096u
+/* A challenger leads by so many times the root of the sum of the squares of its scores. */
+#define LEAD 8
+
 /* A joint rests up to so many standard deviations of the noise of its speed (the mean size of
  * normal noise is 0.8), and stays where it is until it has moved as far as that takes it in 1 s. */
 #define REST_LEVEL 3
@@ -267,37 +280,38 @@ static void rebase(puma560_identifier *s)
     }
 }
 
-/* What is wrong with an equation, if anything: the innovation test and the excitation test. u and
- * leverage as of puma560_least_squares_foresee, leverage 0 while X is not determined. */
-static int judged(puma560_identifier *s, const puma560_real *row, puma560_real y, puma560_real *u,
-                  puma560_real *leverage)
+/* What an estimate says of an equation. */
+typedef struct verdict {
+    puma560_real u[puma560_PARAMETERS]; /* as of puma560_least_squares_foresee */
+    puma560_real leverage;           /* 0 while X is not determined */
+    puma560_real wrong;              /* size of the innovation, or negative */
+    int status;                   /* what is wrong with the equation, if anything */
+} verdict;
+
+/* The innovation test and the excitation test. */
+static void judge(puma560_identifier_estimate *x, const puma560_real *row, puma560_real y, verdict *v)
 {
-    const puma560_least_squares *past = &s->least_squares;
-    const size_t patience = 2u * (size_t)s->equations * (size_t)s->places;
+    const puma560_least_squares *past = &x->least_squares;
     const puma560_real freedom = past->count - (puma560_real)puma560_PARAMETERS;
     const puma560_real least =
         (puma560_real)LEAST_LEVERAGE * (puma560_real)puma560_PARAMETERS * (1 - past->forgetting);
     const puma560_real size = y < 0 ? -y : y;
     puma560_real innovation = 0;
-    *leverage = 0;
-    if (!all_finite(row, puma560_PARAMETERS + 1u)) {
-        return puma560_OUTLIER;
+    v->leverage = 0;
+    v->wrong = -1;
+    v->status = puma560_OK;
+    if (puma560_least_squares_foresee(past, row, y, v->u, &innovation, &v->leverage) == 0) {
+        v->wrong = innovation < 0 ? -innovation : innovation;
+        if (v->leverage < least) {
+            v->status = puma560_NOT_EXCITED;
+        } else if (freedom > 0 && v->wrong > (puma560_real)LEAST_WRONG * x->largest &&
+                   v->wrong > GATE * sqrt(past->rss / freedom * (1 + v->leverage))) {
+            v->status = puma560_OUTLIER;
+        }
     }
-    const int open = puma560_least_squares_foresee(past, row, y, u, &innovation, leverage);
-    const puma560_real wrong = innovation < 0 ? -innovation : innovation;
-    if (open == 0 && *leverage < least) {
-        return puma560_NOT_EXCITED;
+    if (v->status == puma560_OK) {
+        x->largest = size > x->largest ? size : x->largest;
     }
-    int outlier = 0;
-    if (open == 0 && freedom > 0 && wrong > (puma560_real)LEAST_WRONG * s->largest) {
-        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
-    }
-    s->refused = outlier != 0 ? s->refused + 1u : 0u;
-    if (outlier != 0 && s->refused <= patience) {
-        return puma560_OUTLIER;
-    }
-    s->largest = size > s->largest ? size : s->largest;
-    return puma560_OK;
 }
 
 /* A sample more: after a memory of them, what it gained becomes that of the last one. */
@@ -317,7 +331,7 @@ static void age(puma560_identifier *s)
  * have taught. */
 static void share_residual(puma560_identifier *s)
 {
-    puma560_least_squares *past = &s->least_squares;
+    puma560_least_squares *past = &s->estimate[s->read].least_squares;
     const unsigned char *rested = s->rested[s->last];
     puma560_real variance = 0;
     puma560_real count = 0;
@@ -348,7 +362,7 @@ static void share_residual(puma560_identifier *s)
 static void learn(puma560_identifier *s, const puma560_real *row, puma560_real y, puma560_real *u,
                   puma560_real leverage)
 {
-    puma560_least_squares *past = &s->least_squares;
+    puma560_least_squares *past = &s->estimate[s->read].least_squares;
     if (leverage > 0) {
         puma560_least_squares_back(past, u);
         for (int i = 0; i < puma560_PARAMETERS; i++) {
@@ -364,8 +378,115 @@ static void learn(puma560_identifier *s, const puma560_real *row, puma560_real y
     }
 }
 
-/* Take in the next equation of the window that has closed. */
-static void take_row(puma560_identifier *s)
+/* Begin a challenger with no data. */
+static void challenge(puma560_identifier *s)
+{
+    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    (void)puma560_least_squares_init(&young->least_squares, 1);
+    young->largest = 0;
+    s->age = 0;
+    s->lead = 0;
+    s->squares = 0;
+}
+
+/* Read the challenger from now on: all that it knows is recent. */
+static void replace(puma560_identifier *s)
+{
+    const puma560_least_squares *before = &s->estimate[s->read].least_squares;
+    puma560_least_squares *after = &s->estimate[1 - s->read].least_squares;
+    after->forgetting = before->forgetting;
+    after->kept = before->kept;
+    after->cycle = before->cycle;
+    for (int j = 0; j < puma560_JOINTS; j++) {
+        s->joint[j].rss = after->rss / puma560_JOINTS;
+        s->joint[j].count = after->count / puma560_JOINTS;
+    }
+    for (int i = 0; i < puma560_PARAMETERS; i++) {
+        s->gained[i] = (puma560_real)FLT_MAX / 4;
+    }
+    s->read = 1 - s->read;
+}
+
+/* Count outliers. Where they are many, what the challenger knows is of before that: begin anew. */
+static void count_outliers(puma560_identifier *s, int outlier)
+{
+    if (outlier != 0) {
+        s->contradicted += OUTLIER_SHARE;
+    } else if (s->contradicted > 0) {
+        s->contradicted--;
+    }
+    if (s->contradicted > MANY) {
+        s->contradicted = MANY;
+        if (s->fresh == 0) {
+            challenge(s);
+            s->fresh = 1;
+            s->span = s->span < FRESH_SPAN ? s->span : FRESH_SPAN;
+        }
+    }
+}
+
+/* Compare what the two estimates predict of an equation that neither has seen. The score lies
+ * between -1 and 1, and is near 0 where both are equally wrong, as for an outlier. If the older one
+ * is as good, a score is as likely negative as positive, and
+ *
+ *     P(sum of scores >= c sqrt(sum of their squares)) <= exp(-c^2 / 2),
+ *
+ * whatever the distribution of the noise (Hoeffding). Neighbouring windows are not independent: c
+ * is chosen with room for that. */
+static void compete(puma560_identifier *s, puma560_real wrong_old, puma560_real wrong_young)
+{
+    const puma560_real sum = wrong_old + wrong_young;
+    const size_t half = (size_t)(SPAN_SHARE / 2) * puma560_PARAMETERS;
+    const puma560_real least = (puma560_real)LEAST_WRONG * s->estimate[1 - s->read].largest;
+    const puma560_real forgetting = s->estimate[s->read].least_squares.forgetting;
+    s->age++;
+    if (s->age > half && wrong_old >= 0 && wrong_young >= 0 && sum > least) {
+        const puma560_real score = (wrong_old - wrong_young) / sum;
+        s->lead += score;
+        s->squares += score * score;
+    }
+    if (s->age >= s->span) {
+        const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+        const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
+        if (better || alone) {
+            replace(s);
+            s->contradicted = 0;
+        }
+        challenge(s);
+        s->fresh = 0;
+        if ((1 - forgetting) * (puma560_real)s->span < 1 && s->span < LONGEST_SPAN) {
+            s->span *= 2u;
+        }
+    }
+}
+
+/* Let both estimates learn an equation that does not contradict them. Returns what is wrong with it
+ * for the one that is read. */
+static int learn_both(puma560_identifier *s, const puma560_real *row, puma560_real y)
+{
+    puma560_identifier_estimate *young = s->estimate + (1 - s->read);
+    verdict old;
+    verdict other;
+    if (!all_finite(row, puma560_PARAMETERS) || !isfinite(y)) {
+        return puma560_OUTLIER;
+    }
+    judge(s->estimate + s->read, row, y, &old);
+    if (old.status == puma560_OK) {
+        learn(s, row, y, old.u, old.leverage);
+    }
+    if (s->mode != puma560_WINDOW_START) { /* its windows all hold the same samples */
+        judge(young, row, y, &other);
+        if (other.status == puma560_OK) {
+            (void)puma560_least_squares_update(&young->least_squares, row, y);
+        }
+        compete(s, old.wrong, other.wrong);
+        count_outliers(s, old.status == puma560_OUTLIER);
+    }
+    return old.status;
+}
+
+/* Take in the next equation of the window that has closed. Returns what is wrong with it. */
+static int take_row(puma560_identifier *s)
 {
     const size_t equations = (size_t)s->equations;
     const int taken = s->equations - s->pending;
@@ -373,8 +494,6 @@ static void take_row(puma560_identifier *s)
     const puma560_real *sum =
         array(s, (size_t)(s->mode == puma560_WINDOW_START ? AT_TOTAL : AT_WINDOW + s->last));
     puma560_real row[puma560_PARAMETERS + 1];
-    puma560_real u[puma560_PARAMETERS];
-    puma560_real leverage = 0;
     for (size_t i = 0; i <= puma560_PARAMETERS; i++) {
         row[i] = sum[i < puma560_INERTIAL     ? e * puma560_INERTIAL + i
                      : i < puma560_PARAMETERS ? equations * puma560_INERTIAL + e * FRICTION +
@@ -382,14 +501,9 @@ static void take_row(puma560_identifier *s)
                                            : equations * puma560_PARAMETERS + e];
     }
     const int alone = s->equations == puma560_JOINTS && puma560_JOINTS > 1; /* the equation of a joint */
-    const int status = alone && s->rested[s->last][e] != 0
-                           ? puma560_NOT_EXCITED
-                           : judged(s, row, row[puma560_PARAMETERS], u, &leverage);
-    if (status == puma560_OK) {
-        learn(s, row, row[puma560_PARAMETERS], u, leverage);
-    }
-    s->status |= status;
     s->pending--;
+    return alone && s->rested[s->last][e] != 0 ? puma560_NOT_EXCITED
+                                               : learn_both(s, row, row[puma560_PARAMETERS]);
 }
 
 /* Pass the end of a window: its equations are to be taken. */
@@ -480,6 +594,49 @@ static void look(puma560_identifier *s, const puma560_real *qd)
     s->looks += s->looks < 3;
     s->looked = 1;
     s->since = 0;
+}
+
+/* Put numbers in order, smallest first: neighbours change places, as often as there are numbers. */
+static void sort(puma560_real *x, int count)
+{
+    for (int round = 0; round < count; round++) {
+        for (int i = round % 2; i + 1 < count; i += 2) {
+            const puma560_real low = x[i] < x[i + 1] ? x[i] : x[i + 1];
+            const puma560_real high = x[i] < x[i + 1] ? x[i + 1] : x[i];
+            x[i] = low;
+            x[i + 1] = high;
+        }
+    }
+}
+
+/* Replace number k of the sample in the middle of those around it by the median of these, where it
+ * is wild: farther from the median of all than GATE times the shortest interval that holds half of
+ * them, and than GATE times the length that one in ten of such intervals exceeds. Neither a jump
+ * nor a turn is wild. The numbers before it are tame: up to three wild ones in a row are found. */
+static void tame(puma560_identifier *s, int k)
+{
+    puma560_real *x = s->around[(s->arriving + puma560_IDENTIFIER_SIDE) % puma560_IDENTIFIER_AROUND] + k;
+    puma560_real sorted[puma560_IDENTIFIER_AROUND];
+    for (int i = 0; i < puma560_IDENTIFIER_AROUND; i++) {
+        sorted[i] = s->around[i][k];
+    }
+    sort(sorted, puma560_IDENTIFIER_AROUND);
+    const puma560_real middle = sorted[puma560_IDENTIFIER_SIDE];
+    const puma560_real away = *x < middle ? middle - *x : *x - middle;
+    puma560_real shortest = middle - sorted[0];
+    for (int i = 1; i <= puma560_IDENTIFIER_SIDE; i++) {
+        const puma560_real length = sorted[i + puma560_IDENTIFIER_SIDE] - sorted[i];
+        shortest = length < shortest ? length : shortest;
+    }
+    if (s->spread[k] > (puma560_real)FLT_MIN) {
+        if (away > GATE * shortest && away > GATE * s->spread[k]) {
+            *x = (middle + sorted[puma560_IDENTIFIER_SIDE + (*x < middle ? 1 : -1)]) / 2;
+            s->wild = puma560_OUTLIER;
+        }
+        s->spread[k] *= shortest > s->spread[k] ? (puma560_real)RISE : (puma560_real)FALL;
+    } else {
+        s->spread[k] = sorted[puma560_IDENTIFIER_AROUND - 1] - sorted[0];
+    }
 }
 
 /* Find which joints rest, at a sample; puma560_REST_TIME is the length of an interval. A single sample
@@ -606,6 +763,53 @@ static void absorb(puma560_identifier *s)
     }
 }
 
+/* Take the sample in the middle of those around it; the first ones as they came. */
+static void take_sample(puma560_identifier *s)
+{
+    const int place = (s->arriving + puma560_IDENTIFIER_SIDE) % puma560_IDENTIFIER_AROUND;
+    const puma560_real *x = s->around[place];
+    const puma560_real dt = s->step_to[place];
+    for (int k = 0; k < 3 * puma560_JOINTS && s->arrived == puma560_IDENTIFIER_AROUND; k++) {
+        tame(s, k);
+    }
+    age(s);
+    find_rest(s, x, x + puma560_JOINTS, dt);
+    if (s->resting != 0) {
+        s->status = puma560_NOT_EXCITED;
+        return;
+    }
+    puma560_real *sample = s->sample[s->next]; /* the oldest, which nobody needs any more */
+    memcpy(sample, x, sizeof s->sample[0]);
+    for (int j = 0; j < puma560_JOINTS; j++) {
+        if (s->joint[j].still != 0) {
+            sample[j] = s->joint[j].held;
+            sample[puma560_JOINTS + j] = 0;
+        }
+    }
+    memset(s->weight[s->next], 0, sizeof s->weight[0]);
+    memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
+    s->steps[NODES - 2] = dt;
+    s->next = (s->next + 1) % NODES;
+    s->samples += s->samples < NODES;
+    if (s->samples >= REACH + 2) {
+        integrate(s, s->samples - REACH - 2);
+    }
+    if (s->samples == NODES) {
+        absorb(s);
+    }
+    if (s->pending > 0) {
+        int status = puma560_OK;
+        for (int row = 0; row < s->rows && s->pending > 0; row++) {
+            status |= take_row(s);
+        }
+        if (s->mode == puma560_WINDOW_START && (status & puma560_OUTLIER) != 0) {
+            rebase(s); /* every later window would hold the outlier, too */
+        }
+        s->status = status | s->wild;
+        s->wild = 0;
+    }
+}
+
 /* x^exponent, for x in (0, 1]; at least FLT_MIN, of which nothing is left. */
 static puma560_real power(puma560_real x, size_t exponent)
 {
@@ -679,9 +883,11 @@ int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mod
     const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
     s->rows = (int)rows;
     rebase(s);
+    challenge(s);
+    s->span = SPAN_SHARE * puma560_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * puma560_PARAMETERS : LEAST_SPAN;
     s->forgetting = forgetting;
     /* Per equation: so many come every `length` samples. */
-    return puma560_least_squares_init(&s->least_squares,
+    return puma560_least_squares_init(&s->estimate[s->read].least_squares,
         power(root(forgetting, equations), s->length));
 }
 
@@ -690,41 +896,18 @@ int puma560_identifier_step(void *state, const puma560_real *q, const puma560_re
 {
     puma560_identifier *s = (puma560_identifier *)state;
     if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
-        (s->seen != 0 && !(dt > 0 && isfinite(dt)))) {
+        (s->arrived > 0 && !(dt > 0 && isfinite(dt)))) {
         return puma560_NOT_FINITE;
     }
-    age(s);
-    find_rest(s, q, qd, dt);
-    if (s->resting != 0) {
-        s->status = puma560_NOT_EXCITED;
-        return puma560_OK;
-    }
-    /* Over the oldest sample, which nobody needs any more. */
-    for (int j = 0; j < puma560_JOINTS; j++) {
-        const puma560_identifier_joint *x = s->joint + j;
-        s->sample[s->next][j] = x->still != 0 ? x->held : q[j];
-        s->sample[s->next][puma560_JOINTS + j] = x->still != 0 ? 0 : qd[j];
-        s->sample[s->next][2 * puma560_JOINTS + j] = tau[j];
-    }
-    memset(s->weight[s->next], 0, sizeof s->weight[0]);
-    memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
-    s->steps[NODES - 2] = dt;
-    s->next = (s->next + 1) % NODES;
-    s->samples += s->samples < NODES;
-    if (s->samples >= REACH + 2) {
-        integrate(s, s->samples - REACH - 2);
-    }
-    if (s->samples == NODES) {
-        absorb(s);
-    }
-    if (s->pending > 0) {
-        s->status = puma560_OK;
-        for (int row = 0; row < s->rows && s->pending > 0; row++) {
-            take_row(s);
-        }
-        if (s->mode == puma560_WINDOW_START && (s->status & puma560_OUTLIER) != 0) {
-            rebase(s); /* every later window would hold the outlier, too */
-        }
+    puma560_real *sample = s->around[s->arriving];
+    memcpy(sample, q, puma560_JOINTS * sizeof *q);
+    memcpy(sample + puma560_JOINTS, qd, puma560_JOINTS * sizeof *qd);
+    memcpy(sample + 2 * puma560_JOINTS, tau, puma560_JOINTS * sizeof *tau);
+    s->step_to[s->arriving] = s->arrived > 0 ? dt : 0;
+    s->arriving = (s->arriving + 1) % puma560_IDENTIFIER_AROUND;
+    s->arrived += s->arrived < puma560_IDENTIFIER_AROUND;
+    if (s->arrived > puma560_IDENTIFIER_SIDE) {
+        take_sample(s);
     }
     return puma560_OK;
 }
@@ -739,6 +922,7 @@ void puma560_identifier_restart(void *state)
     puma560_identifier *s = (puma560_identifier *)state;
     rebase(s);
     s->next = 0;
+    s->arrived = 0;
     s->seen = 0;
     s->interval = 0;
     s->within = 0;
@@ -770,7 +954,7 @@ int puma560_identifier_rest(void *state, const puma560_real *noise)
 int puma560_identifier_excited(const void *state, puma560_real *out)
 {
     const puma560_identifier *s = (const puma560_identifier *)state;
-    const int missing = puma560_least_squares_variances(&s->least_squares, out);
+    const int missing = puma560_least_squares_variances(puma560_identifier_state(state), out);
     for (int i = 0; missing == 0 && i < puma560_PARAMETERS; i++) {
         const puma560_real share = (s->gained[i] + s->gained_before[i]) / out[i];
         out[i] = share < 1 ? share : 1;
@@ -800,5 +984,6 @@ int puma560_identifier_read(const void *state, puma560_real *X, puma560_real *st
 
 const puma560_least_squares *puma560_identifier_state(const void *state)
 {
-    return &((const puma560_identifier *)state)->least_squares;
+    const puma560_identifier *s = (const puma560_identifier *)state;
+    return &s->estimate[s->read].least_squares;
 }

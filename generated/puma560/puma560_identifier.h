@@ -13,9 +13,10 @@
  * smooth. At a reversal, where the Coulomb column |qd| has a kink, they are of second order, as
  * those of any such rule. The weight of a sample in them is known five samples later: then its
  * columns are evaluated, once, and added to the windows that it belongs to, so that no column is
- * kept for a sample. A window closes puma560_IDENTIFIER_DELAY samples after its last; its equations
- * are taken one a step from then on (a few a step where a window has fewer samples than that). What
- * has not been taken when a log ends is not.
+ * kept for a sample. Three samples more are waited for, to find wild ones. A window closes
+ * puma560_IDENTIFIER_DELAY samples after its last; its equations are taken one a step from then on (a
+ * few a step where a window has fewer samples than that). What has not been taken when a log ends
+ * is not.
  *
  * One thread at a time per state; states are independent. The caller owns the memory, aligned as
  * malloc aligns it or as a double is. Do not compile with -ffast-math.
@@ -42,6 +43,21 @@
  * With forgetting below 1 only what the motion excites is forgotten (puma560_least_squares.h); all
  * else stays as it was. The memory should be longer than the period of the motion: what a quarter
  * of it does not excite is not forgotten. puma560_identifier_excited tells what that is.
+ *
+ * Wild samples. Each number of a sample is compared with the median of itself and of three on each
+ * side, and replaced by that of the six where it is farther away than ten times the shortest
+ * interval that holds half of them, and than ten times what one in ten of such intervals exceeds
+ * (Hampel's test). A jump is not wild. Up to three wild samples in a row are found, not the first
+ * three of a log.
+ *
+ * Changes. An equation that contradicts X is an outlier: a longer disturbance, or the robot has
+ * changed, or X is wrong, as after outliers at the start. So a second estimate, the challenger,
+ * learns the same equations from a later beginning, and is judged by itself alone. If it predicts
+ * equations that neither has seen better than X, it takes the place of X; otherwise it begins anew.
+ * It is as old as the larger of a memory and 256 equations, or 4 puma560_PARAMETERS of them, when that
+ * is decided (shorter at first). Without forgetting each challenger is twice as old as the last
+ * one; but one begins, of 4096 equations at most, when more than a fifth of the equations are
+ * outliers. While the motion does not determine all parameters, nothing takes the place of X.
  *
  * Reading X and std takes many times as long as a step. In a cycle that it would not fit, read in
  * pieces, from a copy of what has been learned when it began:
@@ -84,8 +100,11 @@ enum {
 enum {
     /* Samples that an interval is integrated by. */
     puma560_IDENTIFIER_NODES = 6,
+    /* Samples on each side that a sample is compared with, and all of these. */
+    puma560_IDENTIFIER_SIDE = 3,
+    puma560_IDENTIFIER_AROUND = 2 * puma560_IDENTIFIER_SIDE + 1,
     /* Samples that a window waits for, after its last. */
-    puma560_IDENTIFIER_DELAY = puma560_IDENTIFIER_NODES + 1,
+    puma560_IDENTIFIER_DELAY = puma560_IDENTIFIER_NODES + 1 + puma560_IDENTIFIER_SIDE,
     /* Windows that a sample may belong to beside its own, where they are short. */
     puma560_IDENTIFIER_BESIDE = puma560_IDENTIFIER_NODES - 1,
     /* Arrays behind the head, the windows apart. */
@@ -108,6 +127,12 @@ typedef struct puma560_identifier_joint {
     puma560_real count;     /* and of the number of equations */
 } puma560_identifier_joint;
 
+/* What equations have taught. */
+typedef struct puma560_identifier_estimate {
+    puma560_least_squares least_squares;
+    puma560_real largest; /* right-hand side of an equation taken */
+} puma560_identifier_estimate;
+
 /* What a model is to the identifier. For each equation of a window,
  *
  *     [w, y] = change of value over the window + integral of rate,    w'X = y.
@@ -121,11 +146,25 @@ typedef void puma560_identifier_columns(const puma560_real *q, const puma560_rea
 /* The head of the memory, public only to give its size to the compiler. Behind it arrays of `width`
  * values, one for each open window among them. */
 typedef struct puma560_identifier {
-    puma560_least_squares least_squares;
+    puma560_identifier_estimate estimate[2]; /* the one that is read, and its challenger */
+    int read;        /* which is read: 0 or 1 */
+    size_t age;      /* of the challenger, in equations */
+    size_t span;     /* to its end */
+    size_t contradicted; /* rises with outliers, falls with other equations */
+    int fresh;       /* nonzero: the challenger began when they had become many */
+    puma560_real lead;  /* sum of its scores */
+    puma560_real squares; /* sum of their squares */
     puma560_identifier_columns *columns;
     size_t width;    /* equations (puma560_PARAMETERS + 1) */
     size_t length;   /* intervals between the beginnings of two windows */
     size_t left;     /* to the next beginning, from the third before the oldest sample on */
+    /* q, qd, tau of the samples around the next one to be taken, cyclic; the steps to them. */
+    puma560_real around[puma560_IDENTIFIER_AROUND][3 * puma560_JOINTS];
+    puma560_real step_to[puma560_IDENTIFIER_AROUND];
+    int arrived;     /* how many there are */
+    int arriving;    /* where the next one goes */
+    puma560_real spread[3 * puma560_JOINTS]; /* of half of them: one in ten is larger */
+    int wild;        /* puma560_OUTLIER: a number was, since equations were looked at */
     /* q, qd, tau of the latest samples, cyclic, and their weights in the intervals around them. */
     puma560_real sample[puma560_IDENTIFIER_NODES][3 * puma560_JOINTS];
     puma560_real weight[puma560_IDENTIFIER_NODES][puma560_IDENTIFIER_NODES];
@@ -144,7 +183,6 @@ typedef struct puma560_identifier {
     int last;        /* place of the window whose equations are taken */
     int pending;     /* how many are still to be taken */
     int status;      /* of the equations looked at last: bits of puma560_status */
-    size_t refused;  /* equations in a row that were outliers */
     puma560_identifier_joint joint[puma560_JOINTS];
     puma560_real interval;  /* time in it, s */
     int within;          /* samples in it */
@@ -164,7 +202,6 @@ typedef struct puma560_identifier {
     puma560_real gained[puma560_PARAMETERS];
     puma560_real gained_before[puma560_PARAMETERS];
     puma560_real aged; /* share of this memory that has passed */
-    puma560_real largest; /* right-hand side of an equation taken */
 } puma560_identifier;
 
 /* Bytes of memory for a window of so many samples, as a constant expression: the same for every
@@ -208,8 +245,9 @@ int puma560_identifier_init_of(void *state, size_t bytes, size_t window, int mod
  * and the sample is as if it had never been, when a number is not finite or larger than 1e9, which
  * no robot's is, or dt not positive.
  *
- * At most one window closes, the first with the ninth sample at the earliest; the work is bounded,
- * whatever the window: the columns of one sample, and one equation. Beside a step much longer than
+ * At most one window closes, the first with the twelfth sample at the earliest; the work is
+ * bounded, whatever the window: the columns of one sample, and one equation of each of the two
+ * estimates. Beside a step much longer than
  * its neighbours (from about three times on) fewer samples are used, down to the trapezoid: no
  * polynomial reaches so far.
  */
@@ -221,9 +259,8 @@ int puma560_identifier_step(void *state, const puma560_real *q, const puma560_re
  *
  * puma560_OUTLIER: the right-hand side is more than 10 standard deviations from what the X so far,
  * known as well as it is, predicts, and by more than a thousandth of the largest right-hand side
- * taken so far, or an equation is not finite: a sample in the window is absurd. Windows that start
- * at the first sample begin anew. Where twice as many windows in a row are outliers as one sample
- * can spoil, it is the robot that has changed, and they are taken.
+ * taken so far, or an equation is not finite. Windows that start at the first sample begin anew. Or
+ * a number of a sample was wild since equations were looked at before, and has been replaced.
  *
  * puma560_NOT_EXCITED: with forgetting f, equations leave the past a share f of its weight, which is
  * (1 - f) puma560_PARAMETERS less over all directions; one that brings less than a hundredth of that

@@ -32,6 +32,19 @@
 /* The share of the mean leverage, which balances forgetting, that an equation must have. */
 #define LEAST_LEVERAGE 0.01
 
+/* Equations of the first challenger, at least, and in proportion to the parameters. It competes
+ * from half of the latter on. */
+#define LEAST_SPAN 256
+#define SPAN_SHARE 4
+#define LONGEST_SPAN 1000000000u
+/* Outliers are many where more than one equation in OUTLIER_SHARE + 1 is one, for long: then a
+ * challenger begins, of FRESH_SPAN equations at most. */
+#define OUTLIER_SHARE 4u
+#define MANY 256u
+#define FRESH_SPAN 4096u
+/* A challenger leads by so many times the root of the sum of the squares of its scores. */
+#define LEAD 8
+
 /* A joint rests up to so many standard deviations of the noise of its speed (the mean size of
  * normal noise is 0.8), and stays where it is until it has moved as far as that takes it in 1 s. */
 #define REST_LEVEL 3
@@ -267,37 +280,38 @@ static void rebase(rx90_identifier *s)
     }
 }
 
-/* What is wrong with an equation, if anything: the innovation test and the excitation test. u and
- * leverage as of rx90_least_squares_foresee, leverage 0 while X is not determined. */
-static int judged(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_real *u,
-                  rx90_real *leverage)
+/* What an estimate says of an equation. */
+typedef struct verdict {
+    rx90_real u[rx90_PARAMETERS]; /* as of rx90_least_squares_foresee */
+    rx90_real leverage;           /* 0 while X is not determined */
+    rx90_real wrong;              /* size of the innovation, or negative */
+    int status;                   /* what is wrong with the equation, if anything */
+} verdict;
+
+/* The innovation test and the excitation test. */
+static void judge(rx90_identifier_estimate *x, const rx90_real *row, rx90_real y, verdict *v)
 {
-    const rx90_least_squares *past = &s->least_squares;
-    const size_t patience = 2u * (size_t)s->equations * (size_t)s->places;
+    const rx90_least_squares *past = &x->least_squares;
     const rx90_real freedom = past->count - (rx90_real)rx90_PARAMETERS;
     const rx90_real least =
         (rx90_real)LEAST_LEVERAGE * (rx90_real)rx90_PARAMETERS * (1 - past->forgetting);
     const rx90_real size = y < 0 ? -y : y;
     rx90_real innovation = 0;
-    *leverage = 0;
-    if (!all_finite(row, rx90_PARAMETERS + 1u)) {
-        return rx90_OUTLIER;
+    v->leverage = 0;
+    v->wrong = -1;
+    v->status = rx90_OK;
+    if (rx90_least_squares_foresee(past, row, y, v->u, &innovation, &v->leverage) == 0) {
+        v->wrong = innovation < 0 ? -innovation : innovation;
+        if (v->leverage < least) {
+            v->status = rx90_NOT_EXCITED;
+        } else if (freedom > 0 && v->wrong > (rx90_real)LEAST_WRONG * x->largest &&
+                   v->wrong > GATE * sqrt(past->rss / freedom * (1 + v->leverage))) {
+            v->status = rx90_OUTLIER;
+        }
     }
-    const int open = rx90_least_squares_foresee(past, row, y, u, &innovation, leverage);
-    const rx90_real wrong = innovation < 0 ? -innovation : innovation;
-    if (open == 0 && *leverage < least) {
-        return rx90_NOT_EXCITED;
+    if (v->status == rx90_OK) {
+        x->largest = size > x->largest ? size : x->largest;
     }
-    int outlier = 0;
-    if (open == 0 && freedom > 0 && wrong > (rx90_real)LEAST_WRONG * s->largest) {
-        outlier = wrong > GATE * sqrt(past->rss / freedom * (1 + *leverage));
-    }
-    s->refused = outlier != 0 ? s->refused + 1u : 0u;
-    if (outlier != 0 && s->refused <= patience) {
-        return rx90_OUTLIER;
-    }
-    s->largest = size > s->largest ? size : s->largest;
-    return rx90_OK;
 }
 
 /* A sample more: after a memory of them, what it gained becomes that of the last one. */
@@ -317,7 +331,7 @@ static void age(rx90_identifier *s)
  * have taught. */
 static void share_residual(rx90_identifier *s)
 {
-    rx90_least_squares *past = &s->least_squares;
+    rx90_least_squares *past = &s->estimate[s->read].least_squares;
     const unsigned char *rested = s->rested[s->last];
     rx90_real variance = 0;
     rx90_real count = 0;
@@ -348,7 +362,7 @@ static void share_residual(rx90_identifier *s)
 static void learn(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_real *u,
                   rx90_real leverage)
 {
-    rx90_least_squares *past = &s->least_squares;
+    rx90_least_squares *past = &s->estimate[s->read].least_squares;
     if (leverage > 0) {
         rx90_least_squares_back(past, u);
         for (int i = 0; i < rx90_PARAMETERS; i++) {
@@ -364,8 +378,115 @@ static void learn(rx90_identifier *s, const rx90_real *row, rx90_real y, rx90_re
     }
 }
 
-/* Take in the next equation of the window that has closed. */
-static void take_row(rx90_identifier *s)
+/* Begin a challenger with no data. */
+static void challenge(rx90_identifier *s)
+{
+    rx90_identifier_estimate *young = s->estimate + (1 - s->read);
+    (void)rx90_least_squares_init(&young->least_squares, 1);
+    young->largest = 0;
+    s->age = 0;
+    s->lead = 0;
+    s->squares = 0;
+}
+
+/* Read the challenger from now on: all that it knows is recent. */
+static void replace(rx90_identifier *s)
+{
+    const rx90_least_squares *before = &s->estimate[s->read].least_squares;
+    rx90_least_squares *after = &s->estimate[1 - s->read].least_squares;
+    after->forgetting = before->forgetting;
+    after->kept = before->kept;
+    after->cycle = before->cycle;
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        s->joint[j].rss = after->rss / rx90_JOINTS;
+        s->joint[j].count = after->count / rx90_JOINTS;
+    }
+    for (int i = 0; i < rx90_PARAMETERS; i++) {
+        s->gained[i] = (rx90_real)FLT_MAX / 4;
+    }
+    s->read = 1 - s->read;
+}
+
+/* Count outliers. Where they are many, what the challenger knows is of before that: begin anew. */
+static void count_outliers(rx90_identifier *s, int outlier)
+{
+    if (outlier != 0) {
+        s->contradicted += OUTLIER_SHARE;
+    } else if (s->contradicted > 0) {
+        s->contradicted--;
+    }
+    if (s->contradicted > MANY) {
+        s->contradicted = MANY;
+        if (s->fresh == 0) {
+            challenge(s);
+            s->fresh = 1;
+            s->span = s->span < FRESH_SPAN ? s->span : FRESH_SPAN;
+        }
+    }
+}
+
+/* Compare what the two estimates predict of an equation that neither has seen. The score lies
+ * between -1 and 1, and is near 0 where both are equally wrong, as for an outlier. If the older one
+ * is as good, a score is as likely negative as positive, and
+ *
+ *     P(sum of scores >= c sqrt(sum of their squares)) <= exp(-c^2 / 2),
+ *
+ * whatever the distribution of the noise (Hoeffding). Neighbouring windows are not independent: c
+ * is chosen with room for that. */
+static void compete(rx90_identifier *s, rx90_real wrong_old, rx90_real wrong_young)
+{
+    const rx90_real sum = wrong_old + wrong_young;
+    const size_t half = (size_t)(SPAN_SHARE / 2) * rx90_PARAMETERS;
+    const rx90_real least = (rx90_real)LEAST_WRONG * s->estimate[1 - s->read].largest;
+    const rx90_real forgetting = s->estimate[s->read].least_squares.forgetting;
+    s->age++;
+    if (s->age > half && wrong_old >= 0 && wrong_young >= 0 && sum > least) {
+        const rx90_real score = (wrong_old - wrong_young) / sum;
+        s->lead += score;
+        s->squares += score * score;
+    }
+    if (s->age >= s->span) {
+        const int better = s->lead > 0 && s->lead * s->lead > LEAD * LEAD * s->squares;
+        const int alone = wrong_old < 0 && wrong_young >= 0; /* the old one knows no X */
+        if (better || alone) {
+            replace(s);
+            s->contradicted = 0;
+        }
+        challenge(s);
+        s->fresh = 0;
+        if ((1 - forgetting) * (rx90_real)s->span < 1 && s->span < LONGEST_SPAN) {
+            s->span *= 2u;
+        }
+    }
+}
+
+/* Let both estimates learn an equation that does not contradict them. Returns what is wrong with it
+ * for the one that is read. */
+static int learn_both(rx90_identifier *s, const rx90_real *row, rx90_real y)
+{
+    rx90_identifier_estimate *young = s->estimate + (1 - s->read);
+    verdict old;
+    verdict other;
+    if (!all_finite(row, rx90_PARAMETERS) || !isfinite(y)) {
+        return rx90_OUTLIER;
+    }
+    judge(s->estimate + s->read, row, y, &old);
+    if (old.status == rx90_OK) {
+        learn(s, row, y, old.u, old.leverage);
+    }
+    if (s->mode != rx90_WINDOW_START) { /* its windows all hold the same samples */
+        judge(young, row, y, &other);
+        if (other.status == rx90_OK) {
+            (void)rx90_least_squares_update(&young->least_squares, row, y);
+        }
+        compete(s, old.wrong, other.wrong);
+        count_outliers(s, old.status == rx90_OUTLIER);
+    }
+    return old.status;
+}
+
+/* Take in the next equation of the window that has closed. Returns what is wrong with it. */
+static int take_row(rx90_identifier *s)
 {
     const size_t equations = (size_t)s->equations;
     const int taken = s->equations - s->pending;
@@ -373,8 +494,6 @@ static void take_row(rx90_identifier *s)
     const rx90_real *sum =
         array(s, (size_t)(s->mode == rx90_WINDOW_START ? AT_TOTAL : AT_WINDOW + s->last));
     rx90_real row[rx90_PARAMETERS + 1];
-    rx90_real u[rx90_PARAMETERS];
-    rx90_real leverage = 0;
     for (size_t i = 0; i <= rx90_PARAMETERS; i++) {
         row[i] = sum[i < rx90_INERTIAL     ? e * rx90_INERTIAL + i
                      : i < rx90_PARAMETERS ? equations * rx90_INERTIAL + e * FRICTION +
@@ -382,14 +501,9 @@ static void take_row(rx90_identifier *s)
                                            : equations * rx90_PARAMETERS + e];
     }
     const int alone = s->equations == rx90_JOINTS && rx90_JOINTS > 1; /* the equation of a joint */
-    const int status = alone && s->rested[s->last][e] != 0
-                           ? rx90_NOT_EXCITED
-                           : judged(s, row, row[rx90_PARAMETERS], u, &leverage);
-    if (status == rx90_OK) {
-        learn(s, row, row[rx90_PARAMETERS], u, leverage);
-    }
-    s->status |= status;
     s->pending--;
+    return alone && s->rested[s->last][e] != 0 ? rx90_NOT_EXCITED
+                                               : learn_both(s, row, row[rx90_PARAMETERS]);
 }
 
 /* Pass the end of a window: its equations are to be taken. */
@@ -480,6 +594,49 @@ static void look(rx90_identifier *s, const rx90_real *qd)
     s->looks += s->looks < 3;
     s->looked = 1;
     s->since = 0;
+}
+
+/* Put numbers in order, smallest first: neighbours change places, as often as there are numbers. */
+static void sort(rx90_real *x, int count)
+{
+    for (int round = 0; round < count; round++) {
+        for (int i = round % 2; i + 1 < count; i += 2) {
+            const rx90_real low = x[i] < x[i + 1] ? x[i] : x[i + 1];
+            const rx90_real high = x[i] < x[i + 1] ? x[i + 1] : x[i];
+            x[i] = low;
+            x[i + 1] = high;
+        }
+    }
+}
+
+/* Replace number k of the sample in the middle of those around it by the median of these, where it
+ * is wild: farther from the median of all than GATE times the shortest interval that holds half of
+ * them, and than GATE times the length that one in ten of such intervals exceeds. Neither a jump
+ * nor a turn is wild. The numbers before it are tame: up to three wild ones in a row are found. */
+static void tame(rx90_identifier *s, int k)
+{
+    rx90_real *x = s->around[(s->arriving + rx90_IDENTIFIER_SIDE) % rx90_IDENTIFIER_AROUND] + k;
+    rx90_real sorted[rx90_IDENTIFIER_AROUND];
+    for (int i = 0; i < rx90_IDENTIFIER_AROUND; i++) {
+        sorted[i] = s->around[i][k];
+    }
+    sort(sorted, rx90_IDENTIFIER_AROUND);
+    const rx90_real middle = sorted[rx90_IDENTIFIER_SIDE];
+    const rx90_real away = *x < middle ? middle - *x : *x - middle;
+    rx90_real shortest = middle - sorted[0];
+    for (int i = 1; i <= rx90_IDENTIFIER_SIDE; i++) {
+        const rx90_real length = sorted[i + rx90_IDENTIFIER_SIDE] - sorted[i];
+        shortest = length < shortest ? length : shortest;
+    }
+    if (s->spread[k] > (rx90_real)FLT_MIN) {
+        if (away > GATE * shortest && away > GATE * s->spread[k]) {
+            *x = (middle + sorted[rx90_IDENTIFIER_SIDE + (*x < middle ? 1 : -1)]) / 2;
+            s->wild = rx90_OUTLIER;
+        }
+        s->spread[k] *= shortest > s->spread[k] ? (rx90_real)RISE : (rx90_real)FALL;
+    } else {
+        s->spread[k] = sorted[rx90_IDENTIFIER_AROUND - 1] - sorted[0];
+    }
 }
 
 /* Find which joints rest, at a sample; rx90_REST_TIME is the length of an interval. A single sample
@@ -606,6 +763,53 @@ static void absorb(rx90_identifier *s)
     }
 }
 
+/* Take the sample in the middle of those around it; the first ones as they came. */
+static void take_sample(rx90_identifier *s)
+{
+    const int place = (s->arriving + rx90_IDENTIFIER_SIDE) % rx90_IDENTIFIER_AROUND;
+    const rx90_real *x = s->around[place];
+    const rx90_real dt = s->step_to[place];
+    for (int k = 0; k < 3 * rx90_JOINTS && s->arrived == rx90_IDENTIFIER_AROUND; k++) {
+        tame(s, k);
+    }
+    age(s);
+    find_rest(s, x, x + rx90_JOINTS, dt);
+    if (s->resting != 0) {
+        s->status = rx90_NOT_EXCITED;
+        return;
+    }
+    rx90_real *sample = s->sample[s->next]; /* the oldest, which nobody needs any more */
+    memcpy(sample, x, sizeof s->sample[0]);
+    for (int j = 0; j < rx90_JOINTS; j++) {
+        if (s->joint[j].still != 0) {
+            sample[j] = s->joint[j].held;
+            sample[rx90_JOINTS + j] = 0;
+        }
+    }
+    memset(s->weight[s->next], 0, sizeof s->weight[0]);
+    memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
+    s->steps[NODES - 2] = dt;
+    s->next = (s->next + 1) % NODES;
+    s->samples += s->samples < NODES;
+    if (s->samples >= REACH + 2) {
+        integrate(s, s->samples - REACH - 2);
+    }
+    if (s->samples == NODES) {
+        absorb(s);
+    }
+    if (s->pending > 0) {
+        int status = rx90_OK;
+        for (int row = 0; row < s->rows && s->pending > 0; row++) {
+            status |= take_row(s);
+        }
+        if (s->mode == rx90_WINDOW_START && (status & rx90_OUTLIER) != 0) {
+            rebase(s); /* every later window would hold the outlier, too */
+        }
+        s->status = status | s->wild;
+        s->wild = 0;
+    }
+}
+
 /* x^exponent, for x in (0, 1]; at least FLT_MIN, of which nothing is left. */
 static rx90_real power(rx90_real x, size_t exponent)
 {
@@ -679,9 +883,11 @@ int rx90_identifier_init_of(void *state, size_t bytes, size_t window, int mode,
     const size_t rows = ((size_t)equations - 1u) / s->length + 1u;
     s->rows = (int)rows;
     rebase(s);
+    challenge(s);
+    s->span = SPAN_SHARE * rx90_PARAMETERS > LEAST_SPAN ? SPAN_SHARE * rx90_PARAMETERS : LEAST_SPAN;
     s->forgetting = forgetting;
     /* Per equation: so many come every `length` samples. */
-    return rx90_least_squares_init(&s->least_squares,
+    return rx90_least_squares_init(&s->estimate[s->read].least_squares,
         power(root(forgetting, equations), s->length));
 }
 
@@ -690,41 +896,18 @@ int rx90_identifier_step(void *state, const rx90_real *q, const rx90_real *qd,
 {
     rx90_identifier *s = (rx90_identifier *)state;
     if (!all_plausible(q) || !all_plausible(qd) || !all_plausible(tau) ||
-        (s->seen != 0 && !(dt > 0 && isfinite(dt)))) {
+        (s->arrived > 0 && !(dt > 0 && isfinite(dt)))) {
         return rx90_NOT_FINITE;
     }
-    age(s);
-    find_rest(s, q, qd, dt);
-    if (s->resting != 0) {
-        s->status = rx90_NOT_EXCITED;
-        return rx90_OK;
-    }
-    /* Over the oldest sample, which nobody needs any more. */
-    for (int j = 0; j < rx90_JOINTS; j++) {
-        const rx90_identifier_joint *x = s->joint + j;
-        s->sample[s->next][j] = x->still != 0 ? x->held : q[j];
-        s->sample[s->next][rx90_JOINTS + j] = x->still != 0 ? 0 : qd[j];
-        s->sample[s->next][2 * rx90_JOINTS + j] = tau[j];
-    }
-    memset(s->weight[s->next], 0, sizeof s->weight[0]);
-    memmove(s->steps, s->steps + 1, sizeof s->steps - sizeof s->steps[0]);
-    s->steps[NODES - 2] = dt;
-    s->next = (s->next + 1) % NODES;
-    s->samples += s->samples < NODES;
-    if (s->samples >= REACH + 2) {
-        integrate(s, s->samples - REACH - 2);
-    }
-    if (s->samples == NODES) {
-        absorb(s);
-    }
-    if (s->pending > 0) {
-        s->status = rx90_OK;
-        for (int row = 0; row < s->rows && s->pending > 0; row++) {
-            take_row(s);
-        }
-        if (s->mode == rx90_WINDOW_START && (s->status & rx90_OUTLIER) != 0) {
-            rebase(s); /* every later window would hold the outlier, too */
-        }
+    rx90_real *sample = s->around[s->arriving];
+    memcpy(sample, q, rx90_JOINTS * sizeof *q);
+    memcpy(sample + rx90_JOINTS, qd, rx90_JOINTS * sizeof *qd);
+    memcpy(sample + 2 * rx90_JOINTS, tau, rx90_JOINTS * sizeof *tau);
+    s->step_to[s->arriving] = s->arrived > 0 ? dt : 0;
+    s->arriving = (s->arriving + 1) % rx90_IDENTIFIER_AROUND;
+    s->arrived += s->arrived < rx90_IDENTIFIER_AROUND;
+    if (s->arrived > rx90_IDENTIFIER_SIDE) {
+        take_sample(s);
     }
     return rx90_OK;
 }
@@ -739,6 +922,7 @@ void rx90_identifier_restart(void *state)
     rx90_identifier *s = (rx90_identifier *)state;
     rebase(s);
     s->next = 0;
+    s->arrived = 0;
     s->seen = 0;
     s->interval = 0;
     s->within = 0;
@@ -770,7 +954,7 @@ int rx90_identifier_rest(void *state, const rx90_real *noise)
 int rx90_identifier_excited(const void *state, rx90_real *out)
 {
     const rx90_identifier *s = (const rx90_identifier *)state;
-    const int missing = rx90_least_squares_variances(&s->least_squares, out);
+    const int missing = rx90_least_squares_variances(rx90_identifier_state(state), out);
     for (int i = 0; missing == 0 && i < rx90_PARAMETERS; i++) {
         const rx90_real share = (s->gained[i] + s->gained_before[i]) / out[i];
         out[i] = share < 1 ? share : 1;
@@ -800,5 +984,6 @@ int rx90_identifier_read(const void *state, rx90_real *X, rx90_real *std)
 
 const rx90_least_squares *rx90_identifier_state(const void *state)
 {
-    return &((const rx90_identifier *)state)->least_squares;
+    const rx90_identifier *s = (const rx90_identifier *)state;
+    return &s->estimate[s->read].least_squares;
 }

@@ -51,11 +51,17 @@ from symgen.report.terminal import print_result
     "--terms", type=int, help="Number of harmonics, coefficients or strokes for each joint."
 )
 @WINDOW
-@click.option("--criterion", default="condition", help="Quantity to optimize: condition or logdet.")
+@click.option(
+    "--noise",
+    help="Standard deviation of the torque noise in the log, N m or N; default 1 % of the torque "
+    "limits, or 1 without limits.",
+)
 @click.option("--rate", default=200.0, help="Sampling rate of the CSV, Hz.")
 @click.option("--budget", default=60.0, help="Time limit of the search, s.")
 @click.option("--searches", default=4, help="Number of random starts to optimize.")
-@click.option("--iterations", default=500, help="IPOPT iterations for each start.")
+@click.option(
+    "--iterations", default=20_000, help="Largest number of motions that each search tries."
+)
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
 @click.option("--to", default="csv", help="csv; or ros or urscript, to write that format too.")
 @click.option(
@@ -71,7 +77,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     not give come from [limits] of the robot. Link frames and tool keep out of the boxes and above
     the floor that [limits] declares. Each run starts and ends at rest.
 
-    --to ros adds a JointTrajectory as YAML and as a bag; --to urscript adds a program. Both begin
+    --to ros adds a JointTrajectory as YAML; --to urscript adds a program. Both begin
     with a slow approach. Ctrl-C stops the search and keeps the best result.
     """
     import symgen
@@ -92,7 +98,8 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     page = into.with_suffix(".html")
     for path in (*files, page):
         check_new(path)
-    for key in ("position", "velocity", "acceleration", "jerk", "torque", "start", "duration"):
+    keys = ("position", "velocity", "acceleration", "jerk", "torque", "noise", "start", "duration")
+    for key in keys:
         count = options["runs"] if key == "duration" else source.n
         such = "ranges, such as 2.5 or -2:1.5,0:3" if key == "position" else "numbers, such as 3"
         accepted = f"{such}; one, or one for each of {count}"

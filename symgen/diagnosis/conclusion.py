@@ -23,15 +23,13 @@ from symgen.diagnosis.diagnosis import (
     Diagnosis,
     FoundEffect,
     FoundParameter,
-    FreeFunction,
     Gap,
     Rejected,
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_together
 from symgen.diagnosis.extend import extended, with_values
-from symgen.diagnosis.free_functions import free_functions
 from symgen.diagnosis.measuring_chain import CHAIN
-from symgen.diagnosis.messages import held_at_rest, noisy, on_joints, shape, tie
+from symgen.diagnosis.messages import held_at_rest, noisy, on_joints, tie
 from symgen.diagnosis.noise_of_positions import shown_by_instruments
 from symgen.diagnosis.refine import settled_constants, slopes
 from symgen.diagnosis.residual_patterns import places
@@ -257,7 +255,7 @@ def conclude(
         notes: changes that were made to the logs.
         least: smallest torque that matters, as a part of the joint's torque.
         misfit: smallest model error to expect, as a part of a joint's torque; None for the declared
-            model: then neither the places of the gap nor free functions are searched.
+            model: then the places of the gap are not searched.
         probable: gives those of some effects that are probable beside one another; None if all are.
     """
     declared = baseline
@@ -332,10 +330,6 @@ def conclude(
     holding = (held_at_rest(stuck, robot),) if stuck else ()
     asked = misfit is not None and verdict in _MISSING and not nothing
     larger = _larger_there(baseline, selection, least) if asked else None
-    shapes: tuple[FreeFunction, ...] = ()
-    if misfit is not None and not baseline.given:
-        known = (*accepted, *suspected)
-        shapes = free_functions(baseline, known, least, misfit, left=verdict in _MISSING)
     return Diagnosis(
         robot=robot.name,
         verdict=verdict,
@@ -347,7 +341,6 @@ def conclude(
         if misfit is None or verdict == "consistent"
         else places(declared, accepted, contacts, moving.before, moving.floor, least),
         effects=found,
-        free_functions=shapes or None,
         rejected=tuple(
             Rejected(s.candidate.name, numbers(robot, s.candidate), s.fault)
             for s in selection.rejected[:_SHOWN]
@@ -355,7 +348,6 @@ def conclude(
         advice=(
             *holding,
             *(fault.fault for fault in faults),
-            *(shape(f, robot) for f in shapes),
             *_advice(found, robot, verdict, moving.after, nothing, larger),
         ),
         notes=notes,

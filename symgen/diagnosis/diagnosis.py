@@ -91,40 +91,6 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
-class FreeFunction:
-    """A torque on a joint that follows no known law.
-
-    Attributes:
-        joint: joint number in the robot file.
-        variables: one or two of q, qd and taur with their joint number: the arguments of the
-            function.
-        effects: the named laws that the function predicts much better than; empty if no law
-            explains anything.
-        grid: (G,) values of the first variable.
-        at: (L,) values of the second variable; empty if there is none.
-        torque: (1 or L, G) values of the function, N m or N. They include the declared friction of
-            the joint, because only the sum is determined.
-        std: standard deviations of `torque`.
-        law: torque of the named laws on the same grid; empty if there is none.
-        gain_ratio: gain of the laws over the gain of the function, in predicting other motion.
-        before, after: RMS residual on held-out data relative to the joint's torque, without the
-            function, and with it instead of the laws.
-    """
-
-    joint: int
-    variables: tuple[str, ...]
-    effects: tuple[str, ...]
-    grid: tuple[float, ...]
-    at: tuple[float, ...]
-    torque: tuple[tuple[float, ...], ...]
-    std: tuple[tuple[float, ...], ...]
-    law: tuple[tuple[float, ...], ...]
-    gain_ratio: float
-    before: float
-    after: float
-
-
-@dataclass(frozen=True)
 class Place:
     """The place of a gap: a joint, its share of the gap, and the pattern of its residual."""
 
@@ -206,7 +172,6 @@ class Diagnosis(Viewable):
         energy: the same comparison as work; None without curves.
         where: joints with a gap, the largest share first; empty if consistent.
         effects: the effects, the largest share in closing the gap first.
-        free_functions: torques that follow no known law; None if none was searched.
         rejected: other candidates that were tried.
         advice: what to do next.
         notes: changes that were made to the logs, and what the extended robot leaves out.
@@ -234,7 +199,6 @@ class Diagnosis(Viewable):
     energy: Work | None = field(init=False)
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
-    free_functions: Annotated[tuple[FreeFunction, ...] | None, OPTIONAL] = None
     rejected: tuple[Rejected, ...]
     tried: Annotated[int, at("candidates_tried")] = 0
     advice: tuple[str, ...]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FreeFunction
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
 from symgen.estimation.torque_error import percent
 from symgen.names import joints_in_words
 from symgen.robot.effect import definitions
@@ -84,24 +84,6 @@ def noisy(effect: FoundEffect, robot: Robot) -> str:
         f"{placed(effect, robot)} {effect.note}: even and odd samples give other values than "
         "least squares; record positions with less noise, or measured speeds"
     )
-
-
-_VARIABLES = {"q": "the position", "qd": "the speed", "taur": "the load"}
-
-
-def shape(f: FreeFunction, robot: Robot) -> str:
-    """Return a text on the shape of a free function."""
-    written = (name.rstrip("0123456789") for name in f.variables)
-    pairs = zip(written, f.variables, strict=True)
-    of = " and ".join(f"{_VARIABLES[x]} of {robot.label(int(name[len(x) :]))}" for x, name in pairs)
-    left = (
-        f"a free function reduces the error from {percent(f.before)} to {percent(f.after)}; "
-        "no known law has this shape"
-    )
-    if not f.effects:
-        return f"the unexplained torque of {robot.label(f.joint)} depends on {of}: {left}"
-    laws = " and ".join(f.effects)
-    return f"{robot.label(f.joint)}: {laws} does not have the shape of the torque over {of}: {left}"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:

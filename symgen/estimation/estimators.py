@@ -17,7 +17,6 @@ explain of W helps to explain y (Hausman 1978; Davidson and MacKinnon 1993, sect
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
@@ -67,7 +66,6 @@ _WEAK = 0.3
 _BEYOND, _MATERIAL, _KNOWN = 3.0, 0.05, 0.3
 _UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
 _NORMAL_MEDIAN = 0.6744897501960817  # of |x|, of standard deviation 1
-_FRICTION = re.compile(r"(FS|FV|OF)M?[0-9]")
 
 
 class Estimator(Protocol):
@@ -403,7 +401,7 @@ class _Reduced:
 
 
 def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endogeneity, ...]:
-    """Test whether least squares is biased, for all columns, the inertial and the friction ones.
+    """Test whether least squares is biased.
 
     F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
     to correlated residuals.
@@ -413,29 +411,22 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
         weights: one a log.
 
     Returns:
-        The tests; none where no column differs from what the instruments explain of it, or where
-        the logs hold too few equations to test all of them together.
+        The test; none where no column differs from what the instruments explain of it, or where
+        the logs hold too few equations.
     """
     reduced = _Reduced(_with_instruments(system), weights, system.names)
     left = np.linalg.norm(reduced.Rv, axis=0)
-    suspect = left > _SUSPECT
-    friction = np.array([_FRICTION.match(name) is not None for name in system.names])
-    sets = {"all": suspect, "inertial": suspect & ~friction, "friction": suspect & friction}
-    # V = (W - Z explained) / scale
+    chosen = left > _SUSPECT
+    if not chosen.any():
+        return ()
+    # V = (W - Z explained) / scale, in an orthonormal basis of its columns
     explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
-    V = [(e.W - _z(e) @ explained) / reduced.scale for e in system.logs]
-    out = []
-    for label, chosen in sets.items():
-        if chosen.any() and (label == "all" or (chosen != suspect).any()):
-            # an orthonormal basis of the suspect columns: what is tested is their span
-            _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
-            kept = singular > 1e-6 * singular[0]
-            basis = (turn[kept] / left[chosen]).T / singular[kept]
-            test = _wald(system, label, weights, [v[:, chosen] @ basis for v in V])
-            if test is None:  # some columns alone do not say that nothing is biased
-                break
-            out.append(test)
-    return tuple(out)
+    _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
+    kept = singular > 1e-6 * singular[0]
+    basis = (turn[kept] / left[chosen]).T / singular[kept]
+    V = [((e.W - _z(e) @ explained) / reduced.scale)[:, chosen] @ basis for e in system.logs]
+    test = _wald(system, "all", weights, V)
+    return () if test is None else (test,)
 
 
 def _wald(

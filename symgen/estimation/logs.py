@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -18,7 +17,6 @@ from symgen.data.raw import Reading, read_only, refuse
 from symgen.data.signals import Samples
 from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
-from symgen.estimation.shared_samples import shared_span
 from symgen.estimation.values import FloatArray
 from symgen.robot.types import Robot
 
@@ -145,10 +143,7 @@ def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Sample
 
 
 def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
-    """Raise LogError where a log is given twice: it would judge nothing, or count double.
-
-    So it is where a validation log holds a piece of a training log, see `shared_span`.
-    """
+    """Raise LogError where a log is given twice: it would judge nothing, or count double."""
     known: dict[str, str] = {}
     for kind, logs, accepted in (
         ("training", train, "each log once, with --weights where it is to count more"),
@@ -163,15 +158,6 @@ def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> Non
                 )
             if kind == "training":
                 known[key] = samples.name
-    for samples, other in itertools.product(held, train):
-        shared = shared_span(other, samples)
-        if shared is not None:
-            (a, b), (c, d) = shared
-            raise LogError(
-                f"{samples.name}: from {c:.4g} to {d:.4g} s the validation log holds samples of "
-                f"the training log {other.name}, from {a:.4g} to {b:.4g} s; accepted: another "
-                "recording, or none (the last fifth is held out then)"
-            )
 
 
 def digest(samples: Samples) -> str:

@@ -9,19 +9,21 @@ its height above the floor, and its distance from a box: Euclidean outside, nega
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
-from symgen.experiment.trajectory import Basis, Trajectory, fine_matrix
+from symgen.experiment.trajectory import Basis, Trajectory, fine
 from symgen.robot.types import Limits, Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Step in s at which limits are checked, and number of steps between checks of the cell.
-FINE, _EVERY = 1e-3, 5
+#: Step in s at which limits are checked.
+FINE = 1e-3
 #: A limit binds if a motion uses at least this share of it.
 BINDING = 0.97
 KEYS = ("position", "velocity", "acceleration", "jerk")
@@ -30,7 +32,6 @@ CELL, FRAMES = ("floor", "box"), "frames"
 _STILL = 1e-9  # m: what moves less is part of the base
 #: Share of a limit that may be used at the checked times, so that it holds between them too.
 _INSIDE = 0.9995
-Torque = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,27 +62,24 @@ class Bounds:
         """Half the range of the positions, (n,)."""
         return (self.high - self.low) / 2
 
-    def uses(self, run: Trajectory, torque: Torque | None = None) -> Iterator[Use]:
-        """Yield the share of every limit that a run uses, every millisecond and at its ends.
+    def uses(self, motion: FloatArray) -> Iterator[Use]:
+        """Yield the largest share of every limit that a motion uses.
 
         Args:
-            run: the trajectory.
-            torque: gives the torque of the prior model, (N, n), from q, qd, qdd; None without
-                limits.
+            motion: q, qd, qdd and jerk, (4, N, n).
         """
-        t = run.fine(FINE)
-        motion = [run.at(t, order) for order in range(4)]
-        every = [(motion[0], self.low, self.high)]
-        every += [(x, -top, top) for x, top in zip(motion[1:], self.rates, strict=True)]
-        if torque is not None:
-            every.append((torque(*motion[:3]), -self.torque, self.torque))
-        for key, (x, low, high) in zip((*KEYS, "torque"), every, strict=False):
-            for j in np.flatnonzero(np.isfinite(high)):
-                away = x[:, j] - (low[j] + high[j]) / 2
-                k = int(np.argmax(np.abs(away)))
-                share = float(abs(away[k]) / ((high[j] - low[j]) / 2))
-                edge = high[j] if away[k] >= 0 else low[j]
-                yield Use(key, self.numbers[j], share, float(x[k, j]), float(edge))
+        yield from self.used("position", motion[0], self.low, self.high)
+        for key, x, top in zip(KEYS[1:], motion[1:], self.rates, strict=True):
+            yield from self.used(key, x, -top, top)
+
+    def used(self, key: str, x: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Use]:
+        """Yield the largest share of one limit for every joint that has it; x is (N, n)."""
+        for j in np.flatnonzero(np.isfinite(high)):
+            away = x[:, j] - (low[j] + high[j]) / 2
+            k = int(np.argmax(np.abs(away)))
+            share = float(abs(away[k]) / ((high[j] - low[j]) / 2))
+            edge = high[j] if away[k] >= 0 else low[j]
+            yield Use(key, self.numbers[j], share, float(x[k, j]), float(edge))
 
 
 @dataclass(frozen=True)
@@ -150,18 +148,28 @@ class Cell:
     evaluator: Evaluator
     limits: Limits
 
-    def uses(self, run: Trajectory) -> Iterator[Use]:
+    def points(self, q: FloatArray) -> FloatArray:
+        """Return the origins of all frames and the point of the tool, (N, links + 1, 3)."""
+        T = self.evaluator[FRAMES](q)
+        tool = T[:, -1, :3, :3] @ np.array(self.limits.tool or (0.0, 0.0, 0.0)) + T[:, -1, :3, 3]
+        return np.concatenate([T[:, :, :3, 3], tool[:, None]], axis=1)
+
+    @cached_property
+    def moving(self) -> NDArray[np.intp]:
+        """The points that are no part of the base."""
+        q = np.random.default_rng(0).normal(size=(8, self.evaluator.model.robot.n))
+        return np.flatnonzero(np.ptp(self.points(q), axis=0).max(axis=1) > _STILL)
+
+    def uses(self, q: FloatArray) -> Iterator[Use]:
         """Yield the smallest clearance of moving frames and tool from the floor and from each box.
 
-        The share is 1 minus the smallest clearance in m, so 1 means contact. `extreme` is that
-        clearance, and `allowed` is 0.
+        Positions q are (N, n). The share is 1 minus the smallest clearance in m, so 1 means
+        contact. `extreme` is that clearance, and `allowed` is 0.
         """
-        T = self.evaluator[FRAMES](run.at(run.fine(_EVERY * FINE)))
         numbers = [j.number for j in self.evaluator.model.robot.joints]
-        tip = T[:, -1, :3, :3] @ np.array(self.limits.tool or (0.0, 0.0, 0.0)) + T[:, -1, :3, 3]
-        x, numbers = np.concatenate([T[:, :, :3, 3], tip[:, None]], 1), [*numbers, numbers[-1]]
-        moves = np.flatnonzero(np.ptp(x, axis=0).max(axis=1) > _STILL)
-        x = x[:, moves]
+        numbers.append(numbers[-1])
+        moves = self.moving
+        x = self.points(q)[:, moves]
         clearances = []
         if self.limits.floor is not None:
             clearances.append(("floor", x[..., 2] - self.limits.floor))
@@ -177,114 +185,117 @@ class Cell:
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
-    """One joint in one run: its part of z, and P scaled to the joint's range."""
-
-    run: int
-    joint: int
-    basis: Basis
-    part: slice
-    P: FloatArray
-
-    def matrix(self, t: FloatArray, order: int) -> FloatArray:
-        """Return B(t) P, or its derivative of this order, (N, m)."""
-        return self.basis.matrix(t, order) @ self.P
-
-
-@dataclass(frozen=True, eq=False)
 class Space:
-    """The space of motions to choose from, with all coefficients in one vector z.
+    """The motions of one run from rest to rest, with all joints' coefficients in one vector z.
 
-    q(t) = centre + B(t) P z. P is a basis of the coefficients with ends at rest (and at the start
-    position, if there is one). All limits on q and its derivatives are then linear in z. The
-    motions within the limits are a convex set around z = 0, the robot at rest in the centre.
+    Joint j moves as q(t) = centre + B(t) P z, with its part of z. P is a basis of the coefficients
+    with ends at rest (and at the start position, if there is one). Its columns have like speeds.
 
     Attributes:
-        blocks: one block for each joint of each run.
-        centre: centre of the position limits, (n,).
-        size: length of z.
+        bases: basis of each joint.
+        P: for each joint, see above.
+        ones: for each joint, the part of z with B P z = 1.
+        parts: for each joint, where its part of z is.
+        centre: where joints rest for z = 0: the middle of the position limits, or the start, (n,).
+        free: whether the start is free; motions are then put into the middle of the limits.
         limits: limits of position, speed, acceleration and jerk.
     """
 
-    blocks: tuple[Block, ...]
+    bases: tuple[Basis, ...]
+    P: tuple[FloatArray, ...]
+    ones: tuple[FloatArray, ...]
+    parts: tuple[slice, ...]
     centre: FloatArray
-    size: int
+    free: bool
     limits: Bounds
 
     @property
-    def runs(self) -> int:
-        """Number of runs."""
-        return self.blocks[-1].run + 1
+    def size(self) -> int:
+        """Length of z."""
+        return int(self.parts[-1].stop)
 
-    def of(self, run: int) -> tuple[Block, ...]:
-        """Return the joints of a run."""
-        return tuple(b for b in self.blocks if b.run == run)
+    def sizes(self, z: FloatArray) -> FloatArray:
+        """Return for each entry of z the RMS of all entries of its joint."""
+        out = np.empty_like(z)
+        for part in self.parts:
+            out[part] = np.sqrt(np.mean(z[part] ** 2))
+        return out
 
-    def trajectories(self, z: FloatArray) -> tuple[Trajectory, ...]:
-        """Return the runs of z (size,)."""
-        return tuple(
-            Trajectory(
-                tuple(b.basis for b in self.of(run)),
-                tuple(
-                    self.centre[b.joint] * b.basis.constant + b.P @ z[b.part] for b in self.of(run)
-                ),
-            )
-            for run in range(self.runs)
-        )
+    def times(self, samples: int) -> FloatArray:
+        """Return so many times in s, or more where joints have jumps."""
+        step = self.bases[0].duration / samples
+        return np.unique(np.concatenate([fine(b, step) for b in dict.fromkeys(self.bases)]))
 
-    def limits_of(self, block: Block) -> Iterator[tuple[int, float, float]]:
-        """Yield every limit of a joint in a run: order, and ends relative to the centre."""
-        j, limits = block.joint, self.limits
-        yield 0, limits.low[j] - self.centre[j], limits.high[j] - self.centre[j]
-        for order in np.flatnonzero(np.isfinite(limits.rates[:, j])).tolist():
-            yield order + 1, -limits.rates[order, j], limits.rates[order, j]
+    def sampled(self, t: FloatArray) -> Sampled:
+        """Return B P and its first three derivatives at times t, for each joint (4, N, m)."""
+        every = {}
+        for basis, P in zip(self.bases, self.P, strict=True):
+            if basis not in every:
+                every[basis] = np.stack([basis.matrix(t, order) @ P for order in range(4)])
+        return tuple(every[basis] for basis in self.bases)
 
-    def fitted(self, z: FloatArray, grow: bool = False) -> FloatArray:
-        """Return z with every joint of every run scaled about the centre into its limits.
+    def motion(self, z: FloatArray, sampled: Sampled) -> FloatArray:
+        """Return q, qd, qdd and jerk, (4, N, n)."""
+        pairs = zip(sampled, self.parts, strict=True)
+        out = np.stack([matrices @ z[part] for matrices, part in pairs], axis=2)
+        out[0] += self.centre
+        return out
+
+    def trajectory(self, z: FloatArray) -> Trajectory:
+        """Return the run of z."""
+        coefficients = []
+        for basis, P, part, q in zip(self.bases, self.P, self.parts, self.centre, strict=True):
+            coefficients.append(q * basis.constant + P @ z[part])
+        return Trajectory(self.bases, tuple(coefficients))
+
+    def fitted(self, z: FloatArray, sampled: Sampled, grow: bool = False) -> FloatArray:
+        """Return z with every joint scaled into its limits, which hold at the sampled times.
 
         Args:
-            z: (size,).
+            z: the coefficients.
+            sampled: see `sampled`.
             grow: also enlarge joints that do not reach their limits.
         """
         out = z.copy()
-        for b in self.blocks:
-            c, top = b.P @ z[b.part], 0.0
-            for order, low, high in self.limits_of(b):
-                x = fine_matrix(b.basis, FINE, order) @ c
-                top = max(top, x.max() / high / _INSIDE, x.min() / low / _INSIDE)
+        low, high = self.limits.low - self.centre, self.limits.high - self.centre
+        for j, part in enumerate(self.parts):
+            x = sampled[j] @ z[part]
+            if self.free:
+                middle = (x[0].max() + x[0].min()) / 2
+                x[0] -= middle
+                out[part] -= middle * self.ones[j]
+            rates = np.abs(x[1:]).max(axis=1) / self.limits.rates[:, j]
+            top = max(x[0].max() / high[j], x[0].min() / low[j], rates.max()) / _INSIDE
             if top > 1 or (grow and top > 0):
-                out[b.part] = z[b.part] / top
+                out[part] /= top
         return out
 
-    def drawn(self, draw: np.random.Generator) -> FloatArray:
-        """Draw a random motion that reaches its limits."""
-        z = np.empty(self.size)
-        for b in self.blocks:
-            # Accelerations of all functions of like size: slow ones then move far.
-            t = np.linspace(0, b.basis.duration, 200)
-            size = np.sqrt(np.mean(b.matrix(t, 1) ** 2, axis=0)) + 1 / b.basis.duration
-            z[b.part] = draw.normal(size=b.part.stop - b.part.start) / size
-        return self.fitted(z, grow=True)
+
+#: B P and its derivatives for each joint, (4, N, m).
+Sampled = tuple[FloatArray, ...]
 
 
-def space(
-    bases: tuple[tuple[Basis, ...], ...], limits: Bounds, start: FloatArray | None = None
-) -> Space:
-    """Return the motions of some runs.
+def space(bases: tuple[Basis, ...], limits: Bounds, start: FloatArray | None = None) -> Space:
+    """Return the motions of a run.
 
     Args:
-        bases: basis of each joint of each run.
+        bases: basis of each joint.
         limits: limits of the joints; positions define centre and range.
-        start: start position of every run, (n,); None if free.
+        start: start position, (n,); None if free.
     """
-    blocks, at = [], 0
-    for run, joints in enumerate(bases):
-        for j, basis in enumerate(joints):
-            conditions = basis.rest()
-            if start is not None:
-                conditions = np.concatenate([conditions, basis.matrix(np.zeros(1))])
-            null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]
-            P = limits.half[j] * null
-            blocks.append(Block(run, j, basis, slice(at, at + P.shape[1]), P))
-            at += P.shape[1]
-    return Space(tuple(blocks), limits.centre if start is None else start, at, limits)
+    every, ones, parts, at = [], [], [], 0
+    for basis in bases:
+        conditions = basis.rest()
+        if start is not None:
+            conditions = np.concatenate([conditions, basis.matrix(np.zeros(1))])
+        t = np.linspace(0, basis.duration, 200)
+        speed = np.sqrt(np.mean(basis.matrix(t, 1) ** 2, axis=0))
+        size = 1 / np.where(speed > 0, speed, speed.max())  # of coefficients for a speed of 1
+        null = np.linalg.qr((conditions * size).T, mode="complete")[0][:, len(conditions) :]
+        every.append(size[:, None] * null)
+        ones.append(null.T @ (basis.constant / size))
+        parts.append(slice(at, at + null.shape[1]))
+        at += null.shape[1]
+    centre = limits.centre if start is None else start
+    free = start is None
+    return Space(bases, tuple(every), tuple(ones), tuple(parts), centre, free, limits)

@@ -1,18 +1,16 @@
 """excite: find motions within limits from which the parameters of a robot can be identified.
 
-The method is that of Gautier and Khalil (1992) and Swevers (1997): choose the coefficients of a
-trajectory with the best condition number of the base regressor. symgen uses the regressor of the
-model that will be identified, with the same windows, because a motion can be good for the torque
-model and singular for the energy model.
+The search maximizes the precision of the parameters that noisy logs of the motion give (Swevers et
+al. 1997). A condition number would not do: its columns have unit norm, so a slow motion in which
+noise dominates counts as much as a fast one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +25,20 @@ from symgen.estimation.equation_model import NEEDED, EquationModel, require_mode
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.logs import HELD_OUT
 from symgen.estimation.system import Equations
-from symgen.experiment.bounds import CELL, FRAMES, Bounds, Cell, Space, Use, bounds, space, worst
-from symgen.experiment.plan import Plan, binding_text
-from symgen.experiment.search import CRITERIA, Clock, Program
+from symgen.experiment.bounds import (
+    CELL,
+    FINE,
+    FRAMES,
+    Bounds,
+    Cell,
+    Space,
+    Use,
+    bounds,
+    space,
+    worst,
+)
+from symgen.experiment.plan import Plan, binding_text, geometric_mean
+from symgen.experiment.search import Candidate, Clock, Objective, grid
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
@@ -40,17 +49,17 @@ from symgen.runtime.evaluator import Evaluator, load
 
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
-_DRAWS = 8  # random motions of which each search begins with the best
 _LONGEST = 600.0  # s, of a run
 _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
 _MODELS = tuple(NEEDED)
 _SHRUNK = ("torque", *CELL)  # limits that are kept by shrinking the whole motion
-_SHRINK = 0.9  # of it, again and again
-_SMALLEST, _SMALLEST_IN_CELL = 0.5, 0.25
-_HALVINGS = 5  # of the last step
+_SHRINK, _SMALLEST = 0.99, 0.9  # of it, again and again: between the samples of the search
+_ROWS = 4  # equations for each parameter in the search, at least
+_VISIBLE = 0.01  # share of a torque limit: default noise, and torque of a parameter that matters
+_UNLIMITED = 1.0  # N m or N: the same where torques have no limit
 _SLOW = 0.1  # of the allowed speeds, in the approach
 _PEAK = 1.875  # of the mean speed of a motion of degree five from rest to rest
-_MOST = 10_000  # runs, searches, iterations
+_MOST = 1_000_000  # runs, searches, iterations
 
 
 @dataclass(frozen=True)
@@ -89,10 +98,9 @@ class Search:
     """Options of the search for runs.
 
     Attributes:
-        criterion: "condition" number, or "logdet" of the information matrix.
         budget: time limit, s. The search then stops and keeps its best result.
         searches: number of random starts to improve.
-        iterations: largest number of IPOPT iterations for each start.
+        iterations: largest number of motions that each search tries.
         seed: seed of the random starts. The same seed gives the same runs, unless the time limit
             ends the search.
 
@@ -100,15 +108,12 @@ class Search:
         ParameterError: a number is not valid.
     """
 
-    criterion: str = "condition"
     budget: float = 60.0
     searches: int = 4
-    iterations: int = 500
+    iterations: int = 20_000
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.criterion not in CRITERIA:
-            raise ParameterError(f"criterion {self.criterion!r}; accepted: {', '.join(CRITERIA)}")
         _require_positive("budget", self.budget)
         _require_count("searches", self.searches)
         _require_count("iterations", self.iterations)
@@ -126,44 +131,30 @@ def _require_count(what: str, count: int) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """A motion of all runs, with its use of limits on a fine grid and its condition number.
-
-    `start` is the condition number of the random motion that its search began with.
-    """
+class Checked:
+    """A motion of all runs, with its use of limits every millisecond."""
 
     runs: tuple[Trajectory, ...]
     uses: tuple[Use, ...]
-    condition: float = math.nan
-    log_det: float = math.nan
-    start: float = math.nan
-
-    def __str__(self) -> str:
-        return f"condition number {self.condition:.4g}"
-
-    @property
-    def excess(self) -> float:
-        """Largest used share of the torque limits and of the cell."""
-        return max((u.share for u in self.uses if u.limit in _SHRUNK), default=0.0)
 
     @property
     def keeps(self) -> bool:
         """Whether torques and cell are within their limits; the other limits always hold."""
-        return self.excess <= 1
+        return _excess(self.uses) <= 1
 
 
-def quality(W: FloatArray) -> tuple[float, float]:
-    """Return condition number and log det of W'W, columns of W (K, p) scaled to unit norm.
+def _excess(uses: Iterable[Use]) -> float:
+    """Return the largest used share of the torque limits and of the cell."""
+    return max((u.share for u in uses if u.limit in _SHRUNK), default=0.0)
 
-    They are inf and -inf if W is singular.
-    """
+
+def condition_number(W: FloatArray) -> float:
+    """Return the condition number of W (K, p), its columns scaled to unit norm; inf if singular."""
     norms = np.linalg.norm(W, axis=0)
     if len(W) < W.shape[1] or not norms.all():
-        return math.inf, -math.inf
+        return math.inf
     singular = np.linalg.svd(np.linalg.qr(W / norms, mode="r"), compute_uv=False)
-    if singular[-1] <= 1e-14 * singular[0]:
-        return math.inf, -math.inf
-    return float(singular[0] / singular[-1]), float(2 * np.log(singular).sum())
+    return float(singular[0] / singular[-1]) if singular[-1] > 1e-14 * singular[0] else math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,51 +191,83 @@ class Judge:
             out += model.equations(self.evaluator, unfiltered(samples))
         return tuple(out)
 
-    def quality(self, runs: Sequence[Trajectory], name: str) -> tuple[float, float]:
-        """Return condition number and log det of identify's regressor of these runs."""
-        return quality(np.concatenate([e.W for e in self.equations(runs, name)]))
+    def condition(self, runs: Sequence[Trajectory], name: str) -> float:
+        """Return the condition number of identify's regressor of these runs."""
+        return condition_number(np.concatenate([e.W for e in self.equations(runs, name)]))
 
-    def judged(self, choices: Space, z: FloatArray, start: float = 0.0) -> Found:
-        """Return a motion scaled into its limits, with its condition number.
+    def checked(self, spaces: Sequence[Space], best: Candidate) -> Checked:
+        """Return the runs of a candidate, scaled until all limits hold every millisecond."""
+        sampled = [s.sampled(s.times(math.ceil(s.bases[0].duration / FINE))) for s in spaces]
+        fitted = []
+        for choices, matrices, run in zip(spaces, sampled, best.runs, strict=True):
+            fitted.append(choices.fitted(run.z, matrices))
+        factor, found = 1.0, None
+        while found is None or (not found.keeps and factor > _SMALLEST):
+            uses: list[Use] = []
+            for choices, matrices, z in zip(spaces, sampled, fitted, strict=True):
+                motion = choices.motion(factor * z, matrices)
+                uses += [*self.limits.uses(motion), *self.uses(motion)]
+            runs = (s.trajectory(factor * z) for s, z in zip(spaces, fitted, strict=True))
+            found = Checked(tuple(runs), worst(uses))
+            factor *= _SHRINK
+        return found
 
-        `start` is the condition number that its search began with, by default its own.
-
-        Each joint is scaled about the centre into its own limits. Then all joints together are
-        scaled until the torques and the cell are within their limits.
-        """
-        z = choices.fitted(z)
-        found, factor, too_much = self._used(choices, z), 1.0, 1.0
-        smallest = _SMALLEST if self.cell is None else _SMALLEST_IN_CELL
-        while not found.keeps and factor > smallest:
-            too_much, factor = factor, _SHRINK * factor
-            found = self._used(choices, factor * z)
-        for _ in range(_HALVINGS if too_much > factor and found.keeps else 0):
-            middle = (factor + too_much) / 2
-            tried = self._used(choices, middle * z)
-            if tried.keeps:
-                factor, found = middle, tried
-            else:
-                too_much = middle
-        condition, log_det = self.quality(found.runs, self.name)
-        return Found(found.runs, found.uses, condition, log_det, start or condition)
-
-    def _used(self, choices: Space, z: FloatArray) -> Found:
-        """Return the runs of z, and the used share of every limit."""
-        runs, torque = choices.trajectories(z), None
+    def uses(self, motion: FloatArray) -> Iterator[Use]:
+        """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
+        q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
         if self.prior is not None:
-            torque = partial(self.evaluator["inverse_dynamics"], X=self.prior)
-        every = [u for r in runs for u in self.limits.uses(r, torque)]
-        every += [u for r in runs if self.cell for u in self.cell.uses(r)]
-        return Found(runs, worst(every))
+            torque = self.evaluator["inverse_dynamics"](q, qd, qdd, self.prior)
+            top = self.limits.torque
+            yield from self.limits.used("torque", torque, -top, top)
+        if self.cell is not None:
+            yield from self.cell.uses(q)
 
-    def plan(self, best: Found, searches: tuple[int, int], stopped: str) -> Plan:
-        """Return the plan, with the condition numbers of the other models."""
+    def objective(self, spaces: tuple[Space, ...], noise: FloatArray) -> Objective:
+        """Return what the search minimizes; noise is that of the torques, (n,)."""
+        parameters, lines = len(self.model.base.parameters), self.model.robot.n
+        enough = _ROWS * parameters / (1 if self.name == "energy" else lines) / len(spaces)
+        sampled = tuple(grid(choices, enough) for choices in spaces)
+        return Objective(
+            self.evaluator,
+            self.name,
+            noise,
+            self.rate,
+            spaces,
+            sampled,
+            lambda motion: _excess(self.uses(motion)),
+        )
+
+    def scale(self, torque: FloatArray) -> FloatArray:
+        """Return the value of each parameter that its standard deviation is compared with, (p,).
+
+        It is the value that alone causes 1 % of a joint's torque limit, or the value in the prior
+        model if that is larger.
+
+        Args:
+            torque: RMS torque that each parameter causes with a value of 1, (n, p).
+        """
+        shares = (torque / _visible(self.limits)[:, None]).max(axis=0)
+        small = 1 / np.maximum(shares, np.finfo(float).tiny)
+        if self.prior is not None:
+            small = np.maximum(small, np.abs(self.prior[: len(small)]))
+        return np.asarray(small)
+
+    def plan(
+        self,
+        best: Checked,
+        std: FloatArray,
+        scale: FloatArray,
+        start: float,
+        searches: tuple[int, int],
+        stopped: str,
+    ) -> Plan:
+        """Return the plan, with the condition numbers of all models."""
         own = self.equations(best.runs, self.name)
         conditions = dict.fromkeys(_MODELS, math.inf)
         for name in _MODELS:
             # Where windows or filter do not fit these runs.
             with suppress(IdentificationError, LogError):
-                conditions[name] = self.quality(best.runs, name)[0]
+                conditions[name] = self.condition(best.runs, name)
         # The farthest way between positions takes a tenth of the allowed speeds.
         way = (self.limits.high - self.limits.low) / (_SLOW * self.limits.rates[0])
         return Plan(
@@ -254,8 +277,9 @@ class Judge:
             rate=self.rate,
             runs=best.runs,
             conditions=conditions,
-            log_det=best.log_det,
-            start=best.start,
+            std=dict(zip(self.model.base.names, std.tolist(), strict=False)),
+            scale=dict(zip(self.model.base.names, scale.tolist(), strict=False)),
+            start=start,
             uses=tuple(sorted(best.uses, key=lambda u: u.joint)),
             parameters=len(self.model.base.parameters),
             independent=sum(len(e.y) / e.correlation for e in own),
@@ -285,11 +309,11 @@ def judge(
         window: window of energy and momentum, s.
         rate: sampling rate, Hz.
         limits: limits of the joints.
-        parameters: file of the prior model; None if torques are not limited.
+        parameters: file of the prior model, or None.
         asked: whether the caller passed torque limits.
 
     Raises:
-        ParameterError: limits of torque without a prior model, or the other way round.
+        ParameterError: limits of torque without a prior model.
     """
     limited = bool(np.isfinite(limits.torque).any())
     notes: tuple[str, ...] = ()
@@ -297,11 +321,6 @@ def judge(
         raise ParameterError(
             "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
             "TOML with [parameters])"
-        )
-    if parameters is not None and not limited:
-        raise ParameterError(
-            "--parameters without torque limits has no effect; accepted: torque in [limits], or "
-            "--torque"
         )
     if parameters is None and limited:
         notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
@@ -322,6 +341,7 @@ def excite(
     motion: Motion | None = None,
     search: Search | None = None,
     parameters: str | Path | None = None,
+    noise: Sequence[float] | None = None,
     window: float = 0.2,
     progress: Say = silent,
     meter: Meter = silent,
@@ -334,8 +354,10 @@ def excite(
         limits: limits of the motion. Missing ones come from the [limits] of the robot. Torque
             limits apply to the torque of the prior model.
         motion: number, duration and kind of the runs.
-        search: criterion, time limit, seed.
+        search: time limit, number of searches, seed.
         parameters: parameters of the prior model: estimate.json, or TOML with [parameters].
+        noise: standard deviation of the torque noise in the logs, (n,), N m or N. Default 1 % of
+            the torque limits; 1 N m (or N) for joints without a torque limit.
         window: length of the windows of energy and momentum, s.
         progress: called with a text about the current step.
         meter: called with the part that is done, from 0 to 1.
@@ -350,11 +372,6 @@ def excite(
             torque limits. The message names the limits that bind.
     """
     motion, search = motion or Motion(), search or Search()
-    clock = Clock(search.budget)
-
-    def value(found: Found) -> float:
-        return found.condition if search.criterion == "condition" else -found.log_det
-
     if model not in _MODELS:
         raise ParameterError(f"model {model!r}; accepted: {', '.join(_MODELS)}")
     _require_positive("window", window)
@@ -369,37 +386,64 @@ def excite(
     task = judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
     lengths = _durations(motion.duration, motion.runs, task)
     bases = tuple(tuple(basis(k, length, motion.terms) for k in kinds) for length in lengths)
-    choices = space(bases, allowed, _start(motion.start, allowed, source.n))
-    program = Program(
-        source, choices, model, window, search.criterion, task.prior, clock, search.iterations
-    )
-    tried: list[Found] = []
+    begin = _start(motion.start, allowed, source.n)
+    spaces = tuple(space(joints, allowed, begin) for joints in bases)
+    objective = task.objective(spaces, _noise(noise, allowed))
+    clock = Clock(search.budget)
+    reached: list[tuple[Candidate, Candidate]] = []  # where searches begin and end
     ended = 0
     with clock.listening():
         for k in range(search.searches):
             if k and clock.left <= 0:
                 break
             draw = np.random.default_rng([search.seed, k])
-            drawn = [choices.drawn(draw) for _ in range(_DRAWS if clock.left > 0 else 1)]
-            first = min(drawn, key=lambda z: float(program.loss(z)))
-            before = task.judged(choices, first)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {before}")
-            z = first if clock.left <= 0 else program.solve(first)
-            after = task.judged(choices, z, before.condition)
+            drawn = objective.drawn(draw)
+            if k == 0:
+                scale = task.scale(objective.torque(drawn))
+            first = min(drawn, key=lambda candidate: candidate.rank)
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(first, scale)}")
+            last = objective.improved(first, draw, search.iterations, clock)
             ended += clock.left > 0
-            tried += [before, after]
-            best = min((found for found in tried if found.keeps), key=value, default=None)
-            shown = f"best {best}" if best else "none keeps its limits"
+            reached.append((first, last))
             meter((k + 1) / search.searches)
-            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {after}; {shown}")
-    if best is None:
-        raise _too_much_torque(source, min(tried, key=lambda found: found.excess))
-    if not best.condition <= SINGULAR:
-        raise _singular(source, model, lengths, best)
+            progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(last, scale)}")
+    best = min((last for _, last in reached), key=lambda candidate: candidate.rank)
+    start = min((first for first, _ in reached), key=lambda candidate: candidate.rank)
+    checked = task.checked(spaces, best)
+    if best.rank[0] > 1 or not checked.keeps:
+        raise _too_much_torque(source, checked)
+    condition = task.condition(checked.runs, model)
+    if not condition <= SINGULAR:
+        raise _singular(source, model, lengths, checked, condition)
     stopped = (
         "interrupted" if clock.interrupted else "done" if ended == search.searches else "budget"
     )
-    return task.plan(best, (ended, search.searches), stopped)
+    begun = geometric_mean(start.std / scale)
+    return task.plan(checked, best.std, scale, begun, (ended, search.searches), stopped)
+
+
+def _visible(limits: Bounds) -> FloatArray:
+    """Return the torque of each joint that counts as visible, (n,)."""
+    return np.where(np.isfinite(limits.torque), _VISIBLE * limits.torque, _UNLIMITED)
+
+
+def _noise(noise: Sequence[float] | None, limits: Bounds) -> FloatArray:
+    if noise is None:
+        return _visible(limits)
+    out = np.array(noise, dtype=float)
+    if out.shape != limits.low.shape or not (np.isfinite(out) & (out > 0)).all():
+        raise ParameterError(
+            f"noise {', '.join(f'{x:g}' for x in out.ravel())}; accepted: one number above 0 for "
+            f"each of {len(limits.low)} joints"
+        )
+    return out
+
+
+def _text(candidate: Candidate, scale: FloatArray) -> str:
+    excess = candidate.rank[0]
+    if excess > 1:
+        return "a motion that exceeds torque limits or comes too near to floor or boxes"
+    return f"a standard deviation of {100 * geometric_mean(candidate.std / scale):.3g} %"
 
 
 def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str, ...]:
@@ -452,14 +496,14 @@ def _durations(
     return lengths
 
 
-def _too_much_torque(robot: Robot, closest: Found) -> IdentificationError:
+def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
     use = max((u for u in closest.uses if u.limit in _SHRUNK), key=lambda u: u.share)
     if use.limit in CELL:
         return IdentificationError(
             f"{robot.name}: no motion that was tried keeps clear of the {use.limit}: the frame of "
-            f"{robot.label(use.joint)} comes {-use.extreme:.3g} m too far; accepted: a range of "
-            "positions whose "
-            "middle is clear of floor and boxes, smaller ranges, or another cell in [limits]"
+            f"{robot.label(use.joint)} has a clearance of {use.extreme:.3g} m; accepted: a range "
+            "of positions whose middle is clear of floor and boxes, smaller ranges, or another "
+            "cell in [limits]"
         )
     return IdentificationError(
         f"{robot.name}: no motion that was tried keeps the torque of {robot.label(use.joint)}: it "
@@ -470,12 +514,12 @@ def _too_much_torque(robot: Robot, closest: Found) -> IdentificationError:
 
 
 def _singular(
-    robot: Robot, model: str, lengths: Sequence[float], best: Found
+    robot: Robot, model: str, lengths: Sequence[float], best: Checked, condition: float
 ) -> IdentificationError:
     binding = binding_text(tuple(u for u in best.uses if u.share >= 0.9)) or "no limit binds"
     total = " + ".join(f"{x:g}" for x in lengths)
     return IdentificationError(
         f"{robot.name}: no motion of {total} s that was tried determines the parameters of the "
-        f"model of {model} (condition number {best.condition:.3g}; {binding}); accepted: a longer "
+        f"model of {model} (condition number {condition:.3g}; {binding}); accepted: a longer "
         "duration, more runs or terms, or wider limits"
     )

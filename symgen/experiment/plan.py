@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.data.bags import trajectory_bag
 from symgen.errors import ParameterError
 from symgen.experiment.bounds import Bounds, Use
 from symgen.experiment.reference import as_csv
@@ -24,6 +23,7 @@ from symgen.schemas import as_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.trajectory/1"
+_GAIN = 0.95  # of the deviation at the start: a motion above it is not optimised
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,9 @@ class Plan(Viewable):
         rate: sampling rate of the references and of the equations, Hz.
         runs: the trajectories.
         conditions: condition number of the scaled base regressor by model, all runs together.
-        log_det: log det of its information matrix, with columns of unit norm, for `model`.
-        start: condition number of the random motion that the best search began with.
+        std: expected standard deviation of each parameter from one log of every run.
+        scale: value of each parameter that `std` is compared with.
+        start: `deviation` of the best random motion that a search began with.
         uses: the largest use of every limit of every joint.
         parameters: number of base parameters.
         independent: number of independent equations, as `identify` counts them.
@@ -56,7 +57,8 @@ class Plan(Viewable):
     rate: float
     runs: tuple[Trajectory, ...]
     conditions: dict[str, float]
-    log_det: float
+    std: dict[str, float]
+    scale: dict[str, float]
     start: float
     uses: tuple[Use, ...]
     parameters: int
@@ -69,16 +71,32 @@ class Plan(Viewable):
     bounds: Bounds | None = None
 
     def __repr__(self) -> str:
-        """Return robot, runs, and the condition number."""
+        """Return robot, runs, and the expected standard deviation."""
         return (
-            f"<Plan of {self.robot}: {len(self.runs)} runs for {self.model}, condition number "
-            f"{self.condition:.3g}>"
+            f"<Plan of {self.robot}: {len(self.runs)} runs for {self.model}, standard deviation "
+            f"{100 * self.deviation:.3g} %>"
         )
 
     @property
     def condition(self) -> float:
         """Condition number for `model`."""
         return self.conditions[self.model]
+
+    @property
+    def relative_std(self) -> dict[str, float]:
+        """Expected standard deviation of each parameter over its `scale`, the largest first."""
+        shares = {name: std / self.scale[name] for name, std in self.std.items()}
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+    @property
+    def deviation(self) -> float:
+        """Geometric mean of the relative standard deviations."""
+        return geometric_mean(np.array(list(self.relative_std.values())))
+
+    @property
+    def optimised(self) -> bool:
+        """Whether the search went to its end, or gained over the best random motion."""
+        return self.stopped == "done" or self.deviation < _GAIN * self.start
 
     @property
     def binding(self) -> tuple[Use, ...]:
@@ -92,8 +110,13 @@ class Plan(Viewable):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Reasons why `identify` would find the runs insufficient."""
+        """Reasons why `identify` would find the runs insufficient, or a search could do better."""
         out = []
+        if not self.optimised:
+            out.append(
+                "not optimised: the search ended before it gained over a random motion; use a "
+                "longer --budget"
+            )
         if self.condition > CONDITION:
             limits = binding_text(self.binding) or "no limit binds"
             out.append(
@@ -134,8 +157,10 @@ class Plan(Viewable):
             "window_s": self.window,
             "rate_hz": self.rate,
             "condition_number": self.conditions,
-            "log_det": self.log_det,
-            "start_condition_number": self.start,
+            "expected_std": self.std,
+            "scale": self.scale,
+            "relative_std": self.deviation,
+            "start_relative_std": self.start,
             "limits": [
                 {key: getattr(u, key) for key in ("limit", "joint", "allowed", "extreme")}
                 | {"margin": 1 - u.share, "binds": u.binds}
@@ -151,6 +176,11 @@ class Plan(Viewable):
             "runs": [run.to_dict() for run in self.runs],
         }
         return files | {summary: (json.dumps(as_json(content), indent=1) + "\n").encode()}
+
+
+def geometric_mean(x: np.ndarray) -> float:
+    """Return exp(mean(log x))."""
+    return float(np.exp(np.mean(np.log(x))))
 
 
 def paths(into: Path, runs: int) -> tuple[Path, ...]:
@@ -182,7 +212,7 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
         plan: the runs.
         robot: robot of the runs.
         into: path of the CSV; the other files have its name with another ending.
-        to: one of FORMATS: "ros" adds NAME.yaml and NAME.mcap (trajectory_msgs/JointTrajectory),
+        to: one of FORMATS: "ros" adds NAME.yaml (trajectory_msgs/JointTrajectory),
             "urscript" NAME.script.
 
     Raises:
@@ -196,7 +226,6 @@ def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]
         if to == "ros":
             points = _points(run, plan.rate)
             files[path.with_suffix(".yaml")] = _yaml(names, points, plan.approach)
-            files[path.with_suffix(".mcap")] = trajectory_bag(names, points, plan.approach)
         if to == "urscript":
             files[path.with_suffix(".script")] = _urscript(robot, run)
     return files

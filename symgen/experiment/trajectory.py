@@ -6,8 +6,8 @@ c, B'' c and B''' c, so limits on all four are linear in c. Each joint can have 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -38,6 +38,11 @@ class Basis:
     def constant(self) -> FloatArray:
         """Coefficients of q(t) = 1, (size,): the first function is 1."""
         return np.asarray(np.eye(1, self.matrix(np.zeros(1)).shape[1])[0])
+
+    @property
+    def periods(self) -> int:
+        """Number of periods of the fastest function."""
+        return self.terms
 
     def matrix(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return the derivative of this order of all functions at t, (N, size)."""
@@ -77,6 +82,11 @@ class Spline(Basis):
     def constant(self) -> FloatArray:
         """Coefficients of q(t) = 1, (size,)."""
         return np.ones_like(super().constant)
+
+    @property
+    def periods(self) -> int:
+        """Number of periods of the fastest function."""
+        return math.ceil(self.terms / 2)
 
 
 class BSpline(Spline):
@@ -163,12 +173,6 @@ def fine(own: Basis, step: float) -> FloatArray:
     return np.unique(np.concatenate([t, stops, np.nextafter(stops[1:-1] * (1 - 1e-12), 0.0)]))
 
 
-@lru_cache(maxsize=4)
-def fine_matrix(own: Basis, step: float, order: int) -> FloatArray:
-    """Return `matrix` at the times of `fine`; joints and runs share it."""
-    return own.matrix(fine(own, step), order)
-
-
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """One run: a basis and its coefficients for every movable joint, rad or m."""
@@ -184,10 +188,6 @@ class Trajectory:
     def times(self, step: float) -> FloatArray:
         """Return uniform times in s from the start to the end, at least as dense as `step`."""
         return np.linspace(0.0, self.duration, int(np.ceil(self.duration / step - 1e-9)) + 1)
-
-    def fine(self, step: float) -> FloatArray:
-        """Return the times of all joints' `fine`."""
-        return np.unique(np.concatenate([fine(b, step) for b in dict.fromkeys(self.bases)]))
 
     def at(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return q, or its derivative of this order, at times t in s, (N, n)."""

@@ -1048,6 +1048,54 @@ class TestGuard:
         assert c.run(memory, t, *motion(t, other, 1e-3)) == 0
         np.testing.assert_allclose(c.read(memory)[1], other, rtol=0.05)
 
+    @staticmethod
+    def wild(tau, share, seed=9):
+        """Torques of which a share are a thousand times too large."""
+        hit = np.random.default_rng(seed).random(len(tau)) < share
+        return np.where(hit[:, None], 1000.0 * tau, tau)
+
+    @pytest.mark.parametrize("forgetting", [0.9998, 1.0])
+    @pytest.mark.parametrize("real", ["double", "float"])
+    @pytest.mark.parametrize("model", MODELS)
+    def test_a_changed_load_is_followed(self, package, model, real, forgetting):
+        """A mass at the end of link 2, gripped while the arm moves; friction stays as it was."""
+        c, t = package("rub", real), stamps(60_000, True)
+        mass, x, y = 0.3, 0.2, 0.1
+        load = [mass * LENGTH**2, mass * (x**2 + y**2), mass * x, mass * y, 0, 0, 0, 0]
+        loaded = X_RUB + load
+        memory = c.identifier("sliding", 20, forgetting, model=model)
+        assert c.run(memory, t, *motion(t, X_RUB, 1e-2)) == 0
+        assert c.run(memory, t, *motion(t, loaded, 1e-2, 2)) == 0
+        _, X, std = c.read(memory)
+        assert np.all(np.abs(X - loaded) < 4 * std)
+        assert np.all(c.excited(memory) > 0.3)
+
+    @pytest.mark.parametrize("real", ["double", "float"])
+    @pytest.mark.parametrize("model", MODELS)
+    def test_outliers_at_the_start_are_forgotten(self, package, model, real):
+        c, t = package("rub", real), stamps(30_000, True)
+        q, qd, tau = motion(t, X_RUB, 1e-2)
+        tau[:1000] = 1000.0 * np.random.default_rng(8).standard_normal((1000, 2))
+        memory = c.identifier("sliding", 20, 0.9998, model=model)
+        assert c.run(memory, t, q, qd, tau) == 0
+        _, X, std = c.read(memory)
+        assert np.all(np.abs(X - X_RUB) < 4 * std)
+        np.testing.assert_allclose(X, X_RUB, rtol=0.1)
+
+    @pytest.mark.parametrize("real", ["double", "float"])
+    @pytest.mark.parametrize("model", MODELS)
+    def test_wild_samples_throughout_do_not_move_it(self, package, model, real):
+        """One torque in twenty is a thousand times too large, and one speed 1000 rad/s."""
+        c, t = package("rub", real), stamps(30_000, False)
+        q, qd, tau = motion(t, X_RUB, 0.1)
+        memory, clean = (c.identifier("sliding", 100, 0.9998, model=model) for _ in range(2))
+        assert c.run(clean, t, q, qd, tau) == 0
+        qd[np.random.default_rng(7).random(len(t)) < 0.05] = 1000.0
+        assert c.run(memory, t, q, qd, self.wild(tau, 0.05)) == 0
+        (_, X, std), expected = c.read(memory), c.read(clean)[2]
+        assert np.all(np.abs(X - X_RUB) < 4 * std)
+        assert np.all(std < 2 * expected)
+
     def test_a_glitch_of_an_encoder_does_no_harm(self, package):
         c = package("rub")
         memory = c.identifier("sliding", 20)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-DELAY = 7  # samples that a window waits for, after its last
+DELAY = 10  # samples that a window waits for, after its last
 LARGEST_GAIN = 2.0
 
 

@@ -34,7 +34,7 @@ KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 SEED = os.environ.get("SYMGEN_SEED", "1")
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
-_EXCITE = ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--budget", "1"]
+_EXCITE = ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--iterations", "100"]
 _EXCITE += ["--parameters", "p.toml"]
 
 #: Command, and which use of it: its arguments, what it writes, and how that is read again.

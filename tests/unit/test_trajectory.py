@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import symgen
-from symgen.experiment.bounds import Bounds, space
+from symgen.experiment.bounds import Bounds, Space, space
 from symgen.experiment.reference import SAMPLES, STEP
 from symgen.experiment.trajectory import KINDS, SMOOTH, basis
 
@@ -76,6 +76,11 @@ def _limits(n: int) -> Bounds:
     )
 
 
+def random_motion(choices: Space, seed: int) -> np.ndarray:
+    sampled = choices.sampled(choices.times(4000))
+    return choices.fitted(np.random.default_rng(seed).normal(size=choices.size), sampled, True)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("start", [None, [1.7, 0.6]])
 def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, start) -> None:
@@ -83,10 +88,10 @@ def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, s
     if kind not in SMOOTH:
         limits.rates[2] = np.inf
     begin = None if start is None else np.array(start)
-    choices = space(((basis(kind, T), basis(kind, T)),) * 2, limits, begin)
-    z = choices.drawn(np.random.default_rng(5))
+    choices = space((basis(kind, T), basis(kind, T)), limits, begin)
     dense = np.linspace(0, T, 20_011)
-    for run in choices.trajectories(z):
+    for seed in (5, 6):
+        run = choices.trajectory(random_motion(choices, seed))
         q = run.at(dense)
         assert (q >= limits.low).all()
         assert (q <= limits.high).all()
@@ -103,8 +108,8 @@ def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, s
 
 def test_a_drawn_motion_reaches_at_least_one_limit_of_every_joint() -> None:
     limits = _limits(2)
-    choices = space(((basis("fourier", T), basis("bspline", T)),), limits)
-    (run,) = choices.trajectories(choices.drawn(np.random.default_rng(6)))
+    choices = space((basis("fourier", T), basis("bspline", T)), limits)
+    run = choices.trajectory(random_motion(choices, 6))
     dense = np.linspace(0, T, 5000)
     middle, half = (limits.low + limits.high) / 2, (limits.high - limits.low) / 2
     shares = [np.abs(run.at(dense) - middle).max(axis=0) / half]

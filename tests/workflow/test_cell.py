@@ -52,8 +52,8 @@ def run(n: int, seed: int = 3) -> Trajectory:
 
 
 def plan(n: int) -> Plan:
-    return Plan("arm", "energy", 0.2, 100.0, (run(n),), {"energy": 5.0}, 0.0, 9.0, (), 4, 100.0,
-                (1, 1), "done", approach=12.5)  # fmt: skip
+    return Plan("arm", "energy", 0.2, 100.0, (run(n),), {"energy": 5.0}, {"M": 0.1},
+                {"M": 1.0}, 0.2, (), 4, 100.0, (1, 1), "done", approach=12.5)  # fmt: skip
 
 
 def test_runs_that_are_too_short_say_how_long_they_must_be() -> None:
@@ -66,9 +66,9 @@ def test_runs_that_are_too_short_say_how_long_they_must_be() -> None:
 def test_clearance_is_that_of_plain_transforms() -> None:
     evaluator = symgen.load(symgen.derive(symgen.parse_robot(SWING), ("frames",)))
     box = ((0.2, 0.6), (-0.3, 0.1), (0.1, 0.9))
-    motion = run(2)
-    floor, near = Cell(evaluator, Limits(floor=-0.6, boxes=(box,), tool=tuple(TOOL))).uses(motion)
-    x = points(motion.at(np.linspace(0, 10, 2001)))
+    q = run(2).at(np.linspace(0, 10, 2001))
+    floor, near = Cell(evaluator, Limits(floor=-0.6, boxes=(box,), tool=tuple(TOOL))).uses(q)
+    x = points(q)
     np.testing.assert_allclose(floor.extreme, (x[..., 2] + 0.6).min(), atol=1e-6)
     low, high = np.array(box).T
     inside = ((x > low) & (x < high)).all(axis=-1)
@@ -95,7 +95,7 @@ def beside_a_box(x: np.ndarray):
 def test_runs_keep_clear(tmp_path, command) -> None:
     """Of what the motion that is found without it touches."""
     path = tmp_path / "robot.toml"
-    options = ["--model", "momentum", "--budget", 2, "--searches", 1, "--duration", 8]
+    options = ["--model", "momentum", "--iterations", 300, "--searches", 1, "--duration", 8]
     path.write_text(SWING)
     command("excite", path, *options, "--into", tmp_path / "free.csv")
     free = points(np.loadtxt(tmp_path / "free.csv", delimiter=",", skiprows=1)[:, 1:3])
@@ -114,7 +114,7 @@ def test_runs_keep_clear(tmp_path, command) -> None:
 def test_a_cell_without_room_is_a_line(tmp_path, command) -> None:
     path = tmp_path / "robot.toml"
     path.write_text(f"{SWING}floor = 2.0\n")
-    asked = ["excite", path, "--budget", 1, "--searches", 1, "--into", tmp_path / "a.csv"]
+    asked = ["excite", path, "--iterations", 50, "--searches", 1, "--into", tmp_path / "a.csv"]
     code, _, err = command(*asked)
     assert code == 2
     assert "clear of the floor" in err
@@ -122,31 +122,19 @@ def test_a_cell_without_room_is_a_line(tmp_path, command) -> None:
 
 def test_a_trajectory_for_ros_is_read_back(tmp_path) -> None:
     yaml = pytest.importorskip("yaml")
-    reader = pytest.importorskip("mcap.reader")
-    decoder = pytest.importorskip("mcap_ros2.decoder")
-    pytest.importorskip("rosbags")
     robot = symgen.parse_robot(SWING)
     own = plan(2)
     files = exported(own, robot, tmp_path / "a.csv", "ros")
     assert files == exported(own, robot, tmp_path / "a.csv", "ros")
     told = yaml.safe_load(files[tmp_path / "a.yaml"])
     assert told["joint_names"] == ["joint1", "joint2"]
-    (tmp_path / "a.mcap").write_bytes(files[tmp_path / "a.mcap"])
-    with (tmp_path / "a.mcap").open("rb") as file:
-        found = reader.make_reader(file, decoder_factories=[decoder.DecoderFactory()])
-        ((schema, channel, _, message),) = found.iter_decoded_messages()
-    assert schema.name == "trajectory_msgs/msg/JointTrajectory"
-    assert channel.topic == "/joint_trajectory"
-    assert list(message.joint_names) == told["joint_names"]
     t = own.runs[0].times(0.01)
-    for k, (a, b) in enumerate(zip(told["points"], message.points, strict=True)):
+    for k, a in enumerate(told["points"]):
         stamp = a["time_from_start"]
         assert stamp["sec"] + 1e-9 * stamp["nanosec"] == pytest.approx(t[k] + 12.5, abs=1e-9)
-        assert (b.time_from_start.sec, b.time_from_start.nanosec) == tuple(stamp.values())
         for order, key in enumerate(("positions", "velocities", "accelerations")):
             true = own.runs[0].at(t[k : k + 1], order)[0]
             np.testing.assert_allclose(a[key], true, atol=1e-10)
-            np.testing.assert_allclose(getattr(b, key), true, atol=1e-12)
 
 
 def test_a_program_for_universal_robots_is_read_back(tmp_path) -> None:

@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from support import sampled
-from workflow.identifier_study import CASES, Online, moving, plant, studied
+from workflow.identifier_study import ANY_ROBOT, CASES, Online, moving, plant, studied
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no C compiler (gcc)")
 RUNS = [(case, model, dtype) for case in CASES for model in ("energy", "momentum")
@@ -28,6 +28,21 @@ def test_the_identifier_is_right_within_its_standard_deviation(case, model, dtyp
         assert row.gravity < 0.002
     else:
         assert row.gravity < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ANY_ROBOT)
+@pytest.mark.parametrize("dtype", ["double", "float"])
+@pytest.mark.parametrize("model", ["energy", "momentum"])
+@pytest.mark.parametrize("robot", ["panda", "ur10e"])
+def test_arms_of_six_and_seven_joints(robot, model, dtype, case) -> None:
+    """A load of 2 kg and outliers at the start, after 60 s each; wild samples throughout.
+
+    4 standard deviations; those of windows that overlap are too small by up to a fifth.
+    """
+    row = studied(case, model, dtype, 60_000 if case == "load" else 1_000, robot)
+    assert row.worst < 4 / 0.8
+    assert row.gravity < 0.005
 
 
 def test_outliers_that_do_not_stand_in_a_row_are_refused_however_many_they_are() -> None:

@@ -22,12 +22,16 @@ class Identifier:
     """Recursive least squares on the energy or momentum equations, sample by sample.
 
     Integrals use the polynomial through the six samples around each step (sixth order). A window
-    closes seven samples after its last one. Each step then takes one of its equations. The QR
+    closes ten samples after its last one. Each step then takes one of its equations. The QR
     factors are updated by Givens rotations; no covariance matrix is inverted.
 
     A joint rests where its speed is below the noise. While all joints rest, the identifier learns
     and forgets nothing. Otherwise it forgets in the directions that the motion excites, and in no
     other.
+
+    A single absurd sample is replaced by the median around it. Where the robot has changed, such as
+    by a load, or the first samples were absurd, a second estimate of newer equations takes the
+    place of the first: it must predict new equations better.
 
     Args:
         evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
@@ -179,8 +183,9 @@ class Identifier:
     def status(self) -> str:
         """Result for the equations that the latest sample closed.
 
-        "taken"; "outlier": an equation contradicts the estimate and was not used; "not excited": an
-        equation contains less information than would be forgotten, or joints rest.
+        "taken"; "outlier": an equation contradicts the estimate and was not used, or an absurd
+        sample was replaced; "not excited": an equation contains less information than would be
+        forgotten, or joints rest.
         """
         status = self._call("_status", self._state)
         if status & _OUTLIER:

@@ -13,7 +13,6 @@ from symgen.diagnosis.messages import (
     alike,
     on_joints,
     placed,
-    shape,
     summary,
     tie,
     told_once,
@@ -41,11 +40,6 @@ _EFFECTS = (
 )
 _OVER = ", over speed and position. The torque of the named effects is drawn over it."
 _AGAINST = ", over speed and position. A pattern is a torque that no effect explains."
-_SHAPES = (
-    "The curve is a spline fitted to the training logs, with a band of two std. It contains the "
-    "declared friction of the joint. The dashed line is the torque of the named effects. symgen "
-    "does not add the curve to the robot."
-)
 _MENDED = (
     "Each repaired channel around its largest change, the largest one first. Masked samples are "
     "missing from the line."
@@ -78,7 +72,6 @@ def _sections(d: Diagnosis) -> list[Section]:
     alikes = [(placed(e, d.extended), alike(e, d.extended), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints, d.extended), r.reason) for r in d.rejected]
     found = [(p.name, *_value(p), p.unit) for p in d.parameters]
-    shapes = tuple(shape(f, d.extended) for f in d.free_functions or ())
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
         Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
@@ -88,12 +81,7 @@ def _sections(d: Diagnosis) -> list[Section]:
             (f"Measured, and by the model {last}; both in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
-        Section(
-            "Torque of an unknown shape",
-            (*shapes, _SHAPES) if shapes else (),
-            figure=partial(diagnosis_plots.free_functions, d),
-        ),
-        _advice_section(d, {*(tie(e, d.extended) for e in tied), *shapes}),
+        _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
     details = (
         Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),

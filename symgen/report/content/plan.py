@@ -23,6 +23,7 @@ from symgen.report.plots import curves as plots
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+_LARGEST = 10
 _USES = (
     "Largest use of each limit over all runs, checked every millisecond. A limit that is used to "
     f"{100 * BINDING:g} % or more restricts the search: a wider one gives a better motion."
@@ -30,6 +31,12 @@ _USES = (
 _CONDITIONS = (
     "Condition number of the equations that identify builds from these runs, columns scaled to "
     "unit norm. A smaller one is better. Search with --model NAME for the model that you will use."
+)
+_DEVIATIONS = (
+    "Expected standard deviation of a parameter from one log of every run. The percentage compares "
+    "it with the value in the prior model, or with the value that alone causes 1 % of a joint's "
+    "torque limit (1 N m or N without limits) if that is larger. The search minimizes the "
+    f"geometric mean of all percentages. The table lists the {_LARGEST} largest."
 )
 _MOTION = (
     "Position, speed and acceleration of each joint as a share of its limits: 100 % is the upper "
@@ -51,30 +58,44 @@ def plan_content(plan: Plan) -> Content:
         (name + (" (searched for)" if name == plan.model else ""), number(condition, 3))
         for name, condition in plan.conditions.items()
     ]
-    rows.append(("random motion at the start of the search", number(plan.start, 3)))
     conditions = Table(("model", "condition number"), rows)
     facts = (
+        ("expected standard deviation", f"{number(100 * plan.deviation, 3)} %"),
+        ("best random motion", f"{number(100 * plan.start, 3)} %"),
         (f"condition number, {plan.model} model", number(plan.condition, 3)),
-        ("log det, columns of unit norm", number(plan.log_det, 3)),
         ("independent equations", f"{plan.independent:.0f} for {plan.parameters} parameters"),
     )
     banner = Banner(
         "good" if plan.good else "warn",
-        "good for identification" if plan.good else "not good enough",
+        _label(plan),
         "The runs keep every limit. They determine the parameters well."
         if plan.good
-        else "The runs keep every limit, but identify would call an estimate from them doubtful.",
+        else "The runs keep every limit, but a better motion is possible or needed.",
         plan.warnings,
         facts,
     )
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
     sections = (
         Section("Use of the limits", (_USES,), _uses(plan), told=()),
+        Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), told=()),
         Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
         Section("Condition numbers", (_CONDITIONS, search), conditions, told=(search,)),
         *notes_section(notes),
     )
     return Content(f"Motion for {plan.robot}", lead, sections, banner)
+
+
+def _label(plan: Plan) -> str:
+    if not plan.optimised:
+        return "not optimised"
+    return "good for identification" if plan.good else "not good enough"
+
+
+def _deviations(plan: Plan) -> Table:
+    rows = []
+    for name, share in list(plan.relative_std.items())[:_LARGEST]:
+        rows.append((name, number(plan.std[name], 3), f"{number(100 * share, 3)} %"))
+    return Table(("parameter", "standard deviation", "relative"), rows)
 
 
 def _uses(plan: Plan) -> Table:

@@ -133,36 +133,6 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
     return figure.update_layout(legend_itemsizing="constant")
 
 
-def free_functions(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the free functions with a band of two std, and the torque of the named laws.
-
-    A function of two variables has a panel for each of a few values of the second.
-    """
-    panels, sigma = [], {j.number: j.sigma for j in diagnosis.extended.movable}
-    for f in diagnosis.free_functions or ():
-        torque, _ = _UNITS[sigma[f.joint]]
-        first, *more = ((name, _unit(name, sigma)) for name in f.variables)
-        x = np.array(f.grid)
-        for k, (found, std) in enumerate(zip(f.torque, f.std, strict=True)):
-            y, wide = np.array(found), 2 * np.array(std)
-            series = {"free function": y}
-            if f.law:
-                series["named law"] = np.array(f.law[k])
-            at = "".join(f", {name} = {f.at[k]:.3g} {unit}" for name, unit in more)
-            joint = diagnosis.extended.label(f.joint)
-            label, xlabel = f"{joint}, {torque}", ", ".join(first)
-            title = f"{joint}: {first[0]}{at}"
-            panels.append(Panel(title, x, series, label, band=(y - wide, y + wide), xlabel=xlabel))
-    return line_grid(panels, title="Free functions", columns=1) if panels else None
-
-
-def _unit(variable: str, sigma: Mapping[int, int]) -> str:
-    """Return the unit of a variable such as q2, qd2 or taur2."""
-    letter = variable.rstrip("0123456789")
-    torque, position = _UNITS[sigma[int(variable[len(letter) :])]]
-    return {"q": position, "qd": f"{position}/s", "taur": torque}[letter]
-
-
 def _labels(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Return the label of each joint with the unit of its torque, and the unit of its position."""
     sigma = {j.number: j.sigma for j in diagnosis.extended.movable}
