@@ -8,9 +8,8 @@ its headers with -march=native; CasADi's C with symgen's compiler and flags. "In
 that stay in the second cache; "to memory": outputs four times as large as the last one, written
 again and again, beside what filling the same memory by streaming stores costs. "Panels in C": a
 program in C calls the functions of a package in a loop, all with the same flags, by instruction
-set; over single calls, and as a share of the width of a panel. "Large trees": kernels as single
-statements and as loops over the joints beside Pinocchio's C++, all with -O2 -march=native, in cache
-and out of it (trees.c says how).
+set; over single calls, and as a share of the width of a panel. "Large trees": kernels beside
+Pinocchio's C++, all with -O2 -march=native, in cache and out of it (trees.c says how).
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ import symgen
 from symgen.codegen.package import library
 from symgen.codegen.verification import physical_parameters
 from symgen.runtime.build import _FLAGS, find_compiler, native
-from symgen.runtime.flags import PANEL_SETS, FlagSet, chosen_flags, panel_flags
+from symgen.runtime.flags import kernel_flags, panel_flags
 from symgen.runtime.panels import aligned, cache_bytes
 from symgen.symbolic.tape import Numbers
 
@@ -72,6 +71,16 @@ DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
 TREES = ("inverse_dynamics", "mass_matrix", "coriolis", "forward_dynamics", *DERIVATIVES)
 STATES = 32  # of a large tree, as in trees.c
 TREE_FLAGS = ("-O2", "-march=native", "-fPIC")
+#: Flags of panels by instruction set, and the macros of a processor that has it.
+PANEL_SETS = {
+    "plain": ((), ()),
+    "avx2": (("-mavx2", "-mfma"), ("__AVX2__", "__FMA__")),
+    "avx512": (
+        ("-mavx512f", "-mavx512dq", "-mavx512vl", "-mfma", "-mprefer-vector-width=512"),
+        ("__AVX512F__", "__AVX512DQ__", "__AVX512VL__", "__FMA__"),
+    ),
+    "native": (("-march=native",), ()),
+}
 TIMES = Path(__file__).with_name("trees.c")
 FRICTION = ("coulomb", "viscous")
 IN_CACHE = 2**18  # bytes of output
@@ -170,7 +179,7 @@ def kernel_ways(
     compiler = find_compiler()
     assert compiler is not None
     peer = (
-        casadi_c(model, kernel, folder, compiler, chosen_flags(compiler).flags.flags)
+        casadi_c(model, kernel, folder, compiler, kernel_flags(compiler))
         if len(kernel.outputs) == 1
         else None
     )
@@ -237,7 +246,9 @@ def memory_ways(
     return ways, 8 * kernel.size
 
 
-def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) -> dict[str, float]:
+def panels_in_c(
+    model: symgen.Model, name: str, flags: tuple[str, ...], folder: Path
+) -> dict[str, float]:
     """Return ns a sample of single calls, batch and panels in C, and the width of a panel."""
     compiler, kernel = find_compiler(), model.kernel(name)
     assert compiler is not None
@@ -257,7 +268,7 @@ def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) ->
         text = text.replace(word, stands_for)
     (folder / "loops.c").write_text(text)
     sources = sorted(path.name for path in folder.glob("*.c"))
-    command = [*compiler.command, *_FLAGS, *flags.flags, *sources, "-o", "loops.so", "-lm"]
+    command = [*compiler.command, *_FLAGS, *flags, *sources, "-o", "loops.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     loops = ctypes.CDLL(str(folder / "loops.so"))
     count = max(16, IN_CACHE // 2 // (8 * kernel.size) // 16 * 16)
@@ -277,19 +288,18 @@ def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) ->
     return measure(ways) | {"width": width}
 
 
-def tree(name: str, kernel: str, loops: str, objects: list[Path], folder: Path) -> dict[str, float]:
+def tree(name: str, kernel: str, objects: list[Path], folder: Path) -> dict[str, float]:
     """Return ns of a call beside Pinocchio's, hot and cold, and the largest difference.
 
     Args:
         name: of a large robot.
         kernel: name of the kernel.
-        loops: whether it is loops over the joints.
         objects: Pinocchio's, compiled.
         folder: where to compile.
     """
     model = symgen.derive(symgen.parse_robot(to_toml(LARGE[name], name, FRICTION)), (kernel,))
     (own,) = model.kernels
-    symgen.write_package(symgen.generate(model, target="c", loops=loops), folder / name)
+    symgen.write_package(symgen.generate(model, target="c"), folder / name)
     n, found = model.robot.n, pinocchio_model(model.robot)
     assert found is not None
     places, at = {"q": "q + i * n", "qd": "qd + i * n", "X": "X"}, 0
@@ -320,21 +330,20 @@ def trees() -> dict[str, dict[str, float]]:
     objects = pinocchio_objects(TREES, TREE_FLAGS)
     if isinstance(objects, str):
         raise SystemExit(objects)
-    head = ("robot and kernel", "as", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio")
+    head = ("robot and kernel", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio")
     table = Table(*head, "difference", title="large trees", box=None)
     rows = {}
     for name in LARGE:
         for kernel in TREES:
-            for word, loops in (("statements", "never"), ("loops", "always")):
-                with tempfile.TemporaryDirectory() as temporary:
-                    row = tree(name, kernel, loops, objects, Path(temporary))
-                rows[f"{name} {kernel}, {word}"] = row
-                cells = [
-                    cell
-                    for way in ("hot", "cold")
-                    for cell in (f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}")
-                ]
-                table.add_row(f"{name} {kernel}", word, *cells, f"{row['difference']:.0e}")
+            with tempfile.TemporaryDirectory() as temporary:
+                row = tree(name, kernel, objects, Path(temporary))
+            rows[f"{name} {kernel}"] = row
+            cells = [
+                cell
+                for way in ("hot", "cold")
+                for cell in (f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}")
+            ]
+            table.add_row(f"{name} {kernel}", *cells, f"{row['difference']:.0e}")
     Console(highlight=False, width=120).print(table)
     return rows
 
@@ -390,12 +399,6 @@ def _together(calls: list[Call], count: int) -> float:
     for thread in threads:
         thread.join()
     return time.perf_counter() - begun
-
-
-def flag_ratios(chosen: Any) -> dict[str, float]:
-    """Return the time of each raced set over the best one's."""
-    best = min(chosen.ratios.values(), default=1.0)
-    return {name: ratio / best for name, ratio in chosen.ratios.items()}
 
 
 def filler(folder: Path) -> ctypes.CDLL:
@@ -463,18 +466,20 @@ def main() -> None:
     if compiler is None:
         raise SystemExit("no C compiler: nothing to compare")
     in_c = {}
-    defined = {line.split()[1] for line in native(compiler)[1].splitlines() if " " in line}
+    defined = {line.split()[1] for line in native(compiler).splitlines() if " " in line}
     for robot in asked.robots.split(","):
         model = symgen.derive(symgen.read_robot(robot), (*kernels, *DERIVATIVES))
         for kernel in model.kernels:
-            for flags in (s for s in PANEL_SETS if defined.issuperset(s.needs)):
+            for name, (flags, needs) in PANEL_SETS.items():
+                if not defined.issuperset(needs):
+                    continue
                 with tempfile.TemporaryDirectory() as temporary:
                     row = panels_in_c(model, kernel.name, flags, Path(temporary))
-                in_c[f"{robot} {kernel.name}, {flags.name}"] = row
+                in_c[f"{robot} {kernel.name}, {name}"] = row
     Console(highlight=False, width=120).print(shares(in_c))
     if asked.only_panels_in_c:
         return
-    chosen, wide = chosen_flags(compiler), panel_flags(compiler)
+    chosen, wide = " ".join(kernel_flags(compiler)), " ".join(panel_flags(compiler))
     cached: dict[str, dict[str, float]] = {}
     memory: dict[str, dict[str, float]] = {}
     threads: dict[str, dict[str, float]] = {}
@@ -503,8 +508,7 @@ def main() -> None:
         "schema": "symgen.speed/1",
         "machine": platform.processor() or platform.machine(),
         "compiler": compiler.version,
-        "flags": {"single": chosen.flags.name, "over_best": flag_ratios(chosen)},
-        "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
+        "flags": {"single": chosen, "panels": wide},
         "panels_in_c": in_c,
         "large_trees": large,
         "cache": cached,
@@ -513,7 +517,7 @@ def main() -> None:
     }
     asked.into.write_text(json.dumps(figures, indent=1) + "\n")
     console = Console(highlight=False, width=170)
-    console.print(f"{compiler.version}; single calls {chosen.flags.name}, panels {wide.flags.name}")
+    console.print(f"{compiler.version}; single calls {chosen}, panels {wide}")
     console.print(shown("in cache, over the single call", cached, "single"))
     console.print(shown("to memory, over streaming stores alone", memory, "stores alone"))
     console.print("two threads over one:")
