@@ -182,7 +182,7 @@ def simulate(
         M(q) qdd + h(q, qd) = tau + disturbance
 
     The model has friction, couplings and effects. Coulomb friction changes its sign over a small
-    width of the speed, so a joint that friction holds creeps by at most the width times the time
+    width of the speed, so a joint that friction holds creeps by about the width times the time
     (see `symgen.runtime.simulate`).
 
     Args:

@@ -4,7 +4,7 @@
 
 LSODA changes between Adams' methods and backward differences where the equations become stiff
 (Petzold 1983), as they do at rest: there the width makes friction a damper of FS/width. So a joint
-that friction holds creeps, by at most the width times the time: 0.01 mrad in a second.
+that friction holds creeps, by about the width times the time: 0.01 mrad in a second.
 """
 
 from __future__ import annotations
