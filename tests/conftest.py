@@ -2,7 +2,8 @@
 
 `SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
 durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
-SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow.
+SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow. A test above
+LONGEST seconds that is not marked slow fails.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from symgen import cli
 DURATIONS = Path(__file__).with_name("durations.json")
 #: Seconds for the cases of one test, and from which a case's own are kept.
 FAMILY, KEPT = 2.0, 0.2
+#: Seconds that a test of the default suite may take, without its fixtures.
+LONGEST = 3.0
 _TAKEN: Counter[str] = Counter()
 
 
@@ -79,6 +82,17 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     taken = sum(os.times()[:4]) - begun
     _TAKEN[_file(item)] += taken
     _TAKEN[_named(item)] += taken
+    return found
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Fail a test of the default suite that takes too long; a busy machine makes none longer."""
+    begun = sum(os.times()[:4])
+    found = yield
+    taken = sum(os.times()[:4]) - begun
+    if taken > LONGEST and item.get_closest_marker("slow") is None:
+        pytest.fail(f"takes {taken:.1f} s of processor time; accepted: {LONGEST:g} s, or slow")
     return found
 
 
