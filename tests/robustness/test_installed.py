@@ -103,7 +103,7 @@ doctor
 explain
 explain gravity_spring
 generate planar2r --into package --tex
-check package
+generate planar2r --tex --check package
 import arm.urdf --into arm.toml
 excite planar2r {" ".join(LIMITS)} --parameters p.toml --duration 2 --budget 2 --into run.csv
 simulate planar2r --parameters p.toml --duration 4 --into log.csv
@@ -115,13 +115,10 @@ report est est
 simulate planar2r --parameters loaded.toml --duration 4 --into loaded.csv
 payload planar2r loaded.csv --parameters p.toml --into payload
 study planar2r --parameters p.toml --runs 8 --duration 4 --into study
-simulate planar2r --parameters p.toml --duration 4 --into cell/robot=r1/day=1/log.csv
-simulate planar2r --parameters p.toml --duration 4 --into cell/robot=r1/day=2/log.csv
-fleet planar2r cell --into fleet
 simulate arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv
 identify arm.toml arm.csv --into arm-est
 export arm-est --from arm.urdf --to out.urdf
-demo --runs 20
+demo --into demo
 """
 
 
@@ -275,7 +272,6 @@ doctor
 simulate planar2r --parameters p.toml --duration 4 --into log.csv
 identify planar2r log.csv --into est
 generate planar2r --into package
-check package
 """
 
 
