@@ -13,7 +13,8 @@ from packages import STRICT, STRICT_CXX, c_files, objects, run, write
 Packages = Callable[[str, str], Path]
 #: A robot of the library; everything that the format has; gravity as an input.
 ROBOTS = [
-    pytest.param("puma560", "double"),
+    pytest.param("planar2r", "double"),
+    pytest.param("puma560", "double", marks=pytest.mark.slow),
     pytest.param("rich", "float", marks=pytest.mark.slow),
     pytest.param("leaning", "double", marks=pytest.mark.slow),
 ]
@@ -59,7 +60,7 @@ def test_computed_torque_beats_pd_and_the_identifier_finds_the_truth(
 def test_the_example_says_no_when_its_model_is_of_another_robot(
     complete: Packages, tmp_path: Path
 ) -> None:
-    package = complete("puma560", "double")
+    package = complete("planar2r", "double")
     simulated = package / "example" / f"{package.name}_simulated.h"
     text = simulated.read_text()
     begin = text.index("ASSUMED[] = {")
@@ -72,6 +73,7 @@ def test_the_example_says_no_when_its_model_is_of_another_robot(
         run([tmp_path / "c"], tmp_path)
 
 
+@pytest.mark.slow
 @needs_cc
 def test_the_readme_says_how_to_build_and_run_it(complete: Packages, tmp_path: Path) -> None:
     package = complete("planar2r", "double")
