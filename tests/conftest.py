@@ -16,10 +16,12 @@ import random
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from packages import write
 from support import SAMPLE
 
 from symgen import cli
@@ -46,6 +48,27 @@ def command(monkeypatch, capsys) -> Callable[..., tuple[int, str, str]]:
         return caught.value.code, out, err
 
     return call
+
+
+@pytest.fixture(scope="session")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
+    """Return the folder of a robot's package with every kernel, in double or float.
+
+    It is made once a session, and only read. Workers of pytest-xdist share it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    root = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "complete"
+
+    def package(name: str, dtype: str) -> Path:
+        folder = root / dtype / name
+        if not folder.is_dir():
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            own = write(name, dtype, tmp_path_factory.mktemp("complete") / name, "all")
+            with suppress(OSError):  # another worker was first
+                own.rename(folder)
+        return folder
+
+    return package
 
 
 def pytest_configure(config: pytest.Config) -> None:

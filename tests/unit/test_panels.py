@@ -15,7 +15,7 @@ import pytest
 import symgen
 from symgen.codegen import panels as panelling
 from symgen.runtime import evaluator as evaluators
-from symgen.runtime.build import find_compiler, forget_compilers
+from symgen.runtime.build import find_compiler
 from symgen.runtime.panels import Panels
 
 PROJECT = Path(__file__).resolve().parents[2]
@@ -53,19 +53,6 @@ KERNELS = (
     "forward_dynamics",
     "solve_mass_matrix",
 )
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled(tmp_path_factory):
-    """Compile into a folder of this run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.delenv("SYMGEN_CC", raising=False)
-        forget_compilers()
-        yield
-        forget_compilers()
-        loaded.cache_clear()
-        panels_of.cache_clear()
 
 
 @cache
@@ -112,8 +99,7 @@ def agree(found, expected, tolerance=1e-13) -> None:
 
 @pytest.mark.parametrize(
     ("name", "kernel"),
-    [("mixed", k) for k in KERNELS]
-    + [("puma560", k) for k in ("energy_regressor", "forward_dynamics")],
+    [("mixed", k) for k in KERNELS],
 )
 def test_panels_give_the_values_of_the_single_call(name, kernel):
     panels = panels_of(name, kernel)
