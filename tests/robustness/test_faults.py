@@ -385,7 +385,8 @@ print(evaluator.energy_regressor([0.1, 0.2], [1.0, 0.0])[0])
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
-@pytest.mark.parametrize("jobs", [2, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [2, 20])
 def test_builds_at_once_all_succeed(jobs, tmp_path):
     environment = {**os.environ, "SYMGEN_CACHE": str(tmp_path / "cache")}
     started = [

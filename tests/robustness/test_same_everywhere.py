@@ -91,33 +91,6 @@ def test_bytes_and_estimates_are_the_same_across_hash_seeds_and_processes():
     assert first == second
 
 
-# Digests of all files of a robot of the library.
-OF_LIBRARY = """
-import hashlib, json, sys
-import symgen
-files = symgen.generate(symgen.derive(symgen.read_robot(sys.argv[1])), tex=True).files
-print(json.dumps({k: hashlib.sha256(v).hexdigest() for k, v in files.items()}))
-"""
-LIBRARY = sorted(p.stem for p in (PROJECT / "symgen" / "robot" / "library").glob("*.toml"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("robot", LIBRARY)
-def test_the_code_of_every_robot_has_the_same_bytes_in_every_process(robot):
-    answers = [
-        subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", OF_LIBRARY, robot],
-            capture_output=True,
-            text=True,
-            env={**os.environ, "PYTHONPATH": str(PROJECT), "PYTHONHASHSEED": seed},
-        )
-        for seed in ("1", "31337", "random")
-    ]
-    assert [a.returncode for a in answers] == [0, 0, 0], answers[0].stderr
-    assert len({a.stdout for a in answers}) == 1
-    print(f"{robot}: {len(json.loads(answers[0].stdout))} files, the same bytes in 3 processes")
-
-
 #: Compiler ("" for the machine's), and threads of the linear algebra.
 MACHINES = [("", "1"), ("", "2"), ("gcc", "1"), ("clang", "1")]
 COMMANDS = {

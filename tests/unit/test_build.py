@@ -208,6 +208,13 @@ def test_a_killed_build_leaves_nothing_that_loads_and_the_next_one_works(when, t
 
 
 @needs_cc
+def test_builds_at_once_all_succeed(cache):
+    jobs = [build_elsewhere("cc") for _ in range(2)]
+    assert [job.communicate(timeout=120)[0] for job in jobs] == ["7\n"] * 2
+    assert len(modules(cache)) == 1
+
+
+@needs_cc
 @pytest.mark.parametrize("damage", ["empty", "text"])
 def test_a_damaged_module_in_the_cache_is_built_again(damage, counted, cache):
     compiler, count = counted

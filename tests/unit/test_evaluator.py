@@ -15,7 +15,7 @@ import pytest
 import symgen
 from symgen.runtime.evaluator import Evaluator
 
-ROBOTS = ("scara", "smooth")
+ROBOTS = ("planar2r", "smooth")
 BACKENDS = ("c", "casadi")
 TOLERANCE = 1e-13
 SMOOTH = """

@@ -103,7 +103,7 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
     assert text.endswith("\\end{aligned}$$")
     assert text.count("{") == text.count("}")
     assert text.count("&") == len(model.base.parameters)
-    assert "ZZ_{1R} &= ZZ_1 + L_1^2 M_2" in text
+    assert "L_{1}^{2} M_{2} + ZZ_{1}" in text
 
 
 def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
