@@ -28,6 +28,7 @@ from oracles.hidden.simulate import Run, inverse, simulate
 from oracles.hidden.sizes import SMALL, place, rms, scene, share
 from support import sampled
 
+pytestmark = pytest.mark.slow
 ROBOTS = tuple(MACHINES)
 # Rows of the library of effects; "unnamed" is there twice.
 ROWS = {

@@ -13,7 +13,6 @@ from oracles import planar2r
 from support import messages
 
 import symgen
-from symgen.files import write_folder
 
 
 @pytest.fixture
@@ -38,17 +37,6 @@ def refused(run):
             assert word in lines[0], lines[0]
 
     return call
-
-
-@pytest.fixture(scope="session")
-def tree():
-    return symgen.generate(symgen.derive(symgen.read_robot("planar2r")), target="c")
-
-
-@pytest.fixture
-def package(tree, tmp_path):
-    symgen.write_package(tree, tmp_path / "package")
-    return tmp_path / "package"
 
 
 @pytest.fixture(scope="session")
@@ -79,7 +67,7 @@ def log(samples, tmp_path):
 # Kernels
 
 
-@pytest.mark.parametrize("target", ["all", "c", "casadi", "fmu", "mex"])
+@pytest.mark.parametrize("target", ["all", "c", "casadi", "mex"])
 @pytest.mark.parametrize(
     "kernels", ["friction_torque", "friction_power", "jacobian,friction_torque"]
 )
@@ -104,10 +92,10 @@ def test_a_model_without_kernels_is_no_package():
 
 @pytest.mark.parametrize(
     "arguments",
-    [["nonsense"], ["--nonsense"], ["generate"], ["check"], ["identify"], ["robots", "extra"],
-     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"], ["demo", "--runs", "0"],
-     ["demo", "--runs", "many"], ["generate", "planar2r", "emps"], ["generate", "nothing"],
-     ["generate", ""], ["generate", "a" * 5000], ["check", "nowhere"], ["check", "a" * 5000],
+    [["nonsense"], ["--nonsense"], ["generate"], ["identify"], ["robots", "extra"],
+     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"],
+     ["generate", "planar2r", "emps"], ["generate", "nothing"],
+     ["generate", ""], ["generate", "a" * 5000], ["generate", "planar2r", "--check", "nowhere"],
      ["generate", "planar2r", "--target", "rust", "--into", "x"],
      ["generate", "planar2r", "--dtype", "half", "--into", "x"],
      ["generate", "planar2r", "--kernels", "nothing", "--into", "x"],
@@ -146,8 +134,7 @@ def test_into_a_file_leaves_it(refused, tmp_path):
 
 
 def test_into_a_name_too_long_is_refused(refused, tmp_path):
-    for length in (250, 300):
-        refused("generate", "planar2r", "--into", tmp_path / ("a" * length))
+    refused("generate", "planar2r", "--into", tmp_path / ("a" * 300))
     assert not list(tmp_path.iterdir())
 
 
@@ -157,6 +144,17 @@ def test_into_a_link_is_refused(refused, tmp_path):
     (tmp_path / "dangling").symlink_to("nowhere")
     for name in ("link", "dangling"):
         refused("generate", "planar2r", "--into", tmp_path / name)
+
+
+def test_into_a_folder_with_files_of_the_user_is_refused_with_their_names(refused, tmp_path):
+    model = symgen.derive("planar2r", ("jacobian",))
+    symgen.write_package(symgen.generate(model, target="c"), tmp_path / "package")
+    (tmp_path / "package" / "notes.txt").write_text("mine")
+    (tmp_path / "package" / "planar2r.h").write_text("changed")
+    words = ["notes.txt", "planar2r.h"]
+    refused("generate", "planar2r", "--into", tmp_path / "package", words=words)
+    assert (tmp_path / "package" / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "package" / "planar2r.h").read_text() == "changed"
 
 
 @pytest.mark.parametrize("name", ["mine.txt", "manifest.json", "estimate.json"])
@@ -169,20 +167,6 @@ def test_into_a_folder_of_someone_else_leaves_it(refused, tmp_path, name):
     assert (tmp_path / "app.js").read_text() == "mine"
 
 
-def test_what_a_user_put_into_a_package_is_not_lost(run, package):
-    (package / "notes.txt").write_text("mine")
-    run("generate", "planar2r", "--into", package)
-    assert (package / "notes.txt").read_text() == "mine"
-
-
-def test_what_a_user_put_into_results_is_not_lost(run, log, tmp_path):
-    into = tmp_path / "results"
-    assert run("identify", "planar2r", log(), "--into", into)[0] == 0
-    (into / "notes.txt").write_text("mine")
-    run("identify", "planar2r", log(), "--into", into)
-    assert (into / "notes.txt").read_text() == "mine"
-
-
 def test_into_the_current_folder_works_or_is_refused(run, tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
@@ -191,102 +175,14 @@ def test_into_the_current_folder_works_or_is_refused(run, tmp_path, monkeypatch)
     assert [p.name for p in tmp_path.iterdir()] == ["here"]  # no leftovers beside it
 
 
-def test_the_old_folder_comes_back_where_the_new_one_cannot_be_placed(tmp_path, monkeypatch):
-    folder = tmp_path / "results"
-    write_folder(folder, {"estimate.json": b"{}"}, "estimate.json")
-    before = (folder / "estimate.json").read_bytes()
-    rename, count = os.rename, []
-
-    def failing(self, target):
-        count.append(1)
-        if len(count) == 2:
-            raise OSError(28, "No space left on device")
-        rename(self, target)
-        return type(self)(target)
-
-    monkeypatch.setattr("pathlib.Path.rename", failing)
-    with contextlib.suppress(symgen.PackageError):
-        write_folder(folder, {"estimate.json": b"[]"}, "estimate.json")
-    assert (folder / "estimate.json").read_bytes() in (before, b"[]")
-    assert [p.name for p in tmp_path.iterdir()] == ["results"]
-
-
-# check
-
-
-def changed(package, *path, value=None, delete=False):
-    manifest = json.loads((package / "manifest.json").read_text())
-    at = manifest
-    for key in path[:-1]:
-        at = at[key]
-    if delete:
-        del at[path[-1]]
-    else:
-        at[path[-1]] = value
-    (package / "manifest.json").write_text(json.dumps(manifest))
-
-
-@pytest.mark.parametrize("content", [b"", b"null", b"[]", b'{"a": ', b"\xff", b"[" * 100_000])
-def test_a_manifest_that_is_none_is_refused(refused, package, content):
-    (package / "manifest.json").write_bytes(content)
-    refused("check", package, words=["manifest"])
-
-
-K = "energy_regressor"
-BROKEN = {
-    "no schema": (["schema"], None), "no options": (["options"], None),
-    "no verification": (["verification"], None), "no points": (["verification", "points"], None),
-    "no expected": (["verification", "expected"], None),
-    "no kernel expected": (["verification", "expected", K], None),
-    "no q": (["verification", "points", K, 0, "q"], None),
-    "kernels null": (["options", "kernels"], [None]), "kernels 3": (["options", "kernels"], [3]),
-    "points a list": (["verification", "points"], [[]]),
-    "points null": (["verification", "points"], [None]),
-    "points of no kernel": (["verification", "points"], [{"x": []}]),
-    "points of kernel null": (["verification", "points", K], [None]),
-    "no point": (["verification", "points", K], [[]]),
-    "a short point": (["verification", "points", K, 0, "q"], [[1.0]]),
-    "a point of text": (["verification", "points", K, 0, "q"], [["a", "b"]]),
-    "expected text": (["verification", "expected", K, 0], [["a", "b", "c", "d"]]),
-    "expected nothing": (["verification", "expected", K, 0], [[]]),
-    "expected too little": (["verification", "expected", K], [[["1", "2", "3", "4"]]]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_manifest_is_refused_or_different(run, package, monkeypatch, case):
-    monkeypatch.setenv("SYMGEN_CC", "none")
-    path, value = BROKEN[case]
-    changed(package, *path, value=value and value[0], delete=value is None)
-    code, out, lines = run("check", package)
-    assert code in (1, 2)
-    if code == 2:
-        assert len(lines) == 1
-        assert "manifest.json" in lines[0]
-    else:
-        assert "manifest.json" in out
-
-
-def test_one_changed_byte_is_found(run, package, monkeypatch):
-    monkeypatch.setenv("SYMGEN_CC", "none")
-    path = package / "planar2r.h"
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-    code, out, _ = run("check", package)
-    assert code == 1
-    assert "planar2r.h: line" in out
-
-
 # identify
 
 
 @pytest.mark.parametrize("window", ["0", "-1", "nan", "inf", "1e9", "1e-9", "abc", "", "3.9"])
 def test_a_window_that_cannot_be_is_refused(refused, log, tmp_path, window):
-    for model in ("energy", "momentum"):
-        options = ("--model", model, "--window", window)
-        refused("identify", "planar2r", log(), *options, "--into", tmp_path / "x")
-        assert not (tmp_path / "x").exists()
+    options = ("--model", "energy", "--window", window)
+    refused("identify", "planar2r", log(), *options, "--into", tmp_path / "x")
+    assert not (tmp_path / "x").exists()
 
 
 @pytest.mark.parametrize("window", ["1e9", "1e-9"])
@@ -356,22 +252,20 @@ def test_a_log_that_validates_itself_is_said(run, log, tmp_path):
 # Environment
 
 
-@pytest.mark.parametrize("compiler", ["none", "false", "/no/such", " ", "echo"])
-def test_without_a_compiler_casadi_serves_and_says_so_once(
-    run, log, tmp_path, monkeypatch, compiler
-):
+@pytest.mark.parametrize(
+    "compiler",
+    [
+        "none",
+        *(pytest.param(c, marks=pytest.mark.slow) for c in ("false", "/no/such", " ", "echo")),
+    ],
+)
+def test_without_a_compiler_casadi_serves_and_says_so_once(log, tmp_path, monkeypatch, compiler):
     monkeypatch.setenv("SYMGEN_CC", compiler)
-    symgen.runtime.evaluator._say_once.cache_clear()
-    from symgen.runtime.build import forget_compilers
-
-    forget_compilers()
-    try:
-        code, _, lines = run("identify", "planar2r", log(), "--into", tmp_path / "x")
-    finally:
-        forget_compilers()
-    assert code == 0
+    command = [sys.executable, "-m", "symgen", "identify", "planar2r", log()]
+    done = subprocess.run([*command, "--into", tmp_path / "x"], capture_output=True, text=True)
+    assert done.returncode == 0
     if compiler.strip():
-        assert len([li for li in lines if "CasADi" in li]) == 1
+        assert len([line for line in messages(done.stderr) if "CasADi" in line]) == 1
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs bash")

@@ -20,7 +20,7 @@ def test_the_paper_s_example_prints_its_four_energy_columns():
     assert model.closed_form("energy_regressor") == (DL1, DL2, DL3, DL4)
 
 
-@pytest.mark.parametrize("robot", ["planar2r", "scara"])
+@pytest.mark.parametrize("robot", ["planar2r", pytest.param("scara", marks=pytest.mark.slow)])
 def test_closed_forms_have_the_values_of_the_kernel(robot):
     model = symgen.derive(robot, ("torque_regressor", "mass_matrix"))
     for kernel in model.kernels:
@@ -39,6 +39,7 @@ def test_closed_forms_have_the_values_of_the_kernel(robot):
         np.testing.assert_allclose(formulas, out, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_too_long_for_a_page_has_no_closed_form():
     assert symgen.derive("puma560").closed_form("energy_regressor") is None
 
