@@ -234,15 +234,6 @@ def test_a_casadi_function_of_a_link_that_the_robot_has_not_is_nan(tmp_path) -> 
             assert (np.isfinite(found) if known else np.isnan(found)).all(), (kernel, link)
 
 
-def test_nan_into_forward_dynamics_is_said_in_python() -> None:
-    derived = symgen.derive(symgen.parse_robot(PLANE.format(length=0.5)), ("forward_dynamics",))
-    X = np.ones(len(derived.base.parameters))
-    for backend in ("c", "casadi") if CC else ("casadi",):
-        function = symgen.load(derived, backend=backend)["forward_dynamics"]
-        with pytest.raises(symgen.ParameterError, match="forward_dynamics"):
-            function([0.1, 0.2], [0, 0], [np.nan, 0], X * 0 + [3, 1, *X[2:]])
-
-
 @pytest.mark.parametrize("name", ["planar2r", "puma560"])
 def test_no_line_of_a_header_is_long(name) -> None:
     folder = Path(__file__).parents[2] / "generated" / name
