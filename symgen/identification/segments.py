@@ -146,7 +146,7 @@ class Settings:
     def segments(self, number: int, log: Stretch) -> list[Segment]:
         """Cut a log into segments; one that is read as a whole is one."""
         unit, reach = self.unit(log.step), self.reach(log)
-        length = max(long_logs.LIMIT // 2 // unit, 1) * unit
+        length = max(long_logs.LIMIT // unit, 1) * unit
         first, last = log.rows
         edges = [*range(first, max(last - length // 2, first + 1), length), last]
         if not reads_rows(log.file):
