@@ -10,7 +10,7 @@ import threading
 import numpy as np
 import pytest
 from oracles import planar2r
-from support import messages
+from support import messages, sampled
 
 import symgen
 from symgen.files import write_folder
@@ -79,7 +79,7 @@ def log(samples, tmp_path):
 # Kernels
 
 
-@pytest.mark.parametrize("target", ["all", "c", "casadi", "fmu", "mex"])
+@pytest.mark.parametrize("target", ["all", "c", "casadi", "mex"])
 @pytest.mark.parametrize(
     "kernels", ["friction_torque", "friction_power", "jacobian,friction_torque"]
 )
@@ -104,10 +104,10 @@ def test_a_model_without_kernels_is_no_package():
 
 @pytest.mark.parametrize(
     "arguments",
-    [["nonsense"], ["--nonsense"], ["generate"], ["check"], ["identify"], ["robots", "extra"],
-     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"], ["demo", "--runs", "0"],
-     ["demo", "--runs", "many"], ["generate", "planar2r", "emps"], ["generate", "nothing"],
-     ["generate", ""], ["generate", "a" * 5000], ["check", "nowhere"], ["check", "a" * 5000],
+    [["nonsense"], ["--nonsense"], ["generate"], ["identify"], ["robots", "extra"],
+     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"], ["study", "planar2r", "--runs", "0"],
+     ["study", "planar2r", "--runs", "many"], ["generate", "planar2r", "emps"], ["generate", "nothing"],
+     ["generate", ""], ["generate", "a" * 5000],
      ["generate", "planar2r", "--target", "rust", "--into", "x"],
      ["generate", "planar2r", "--dtype", "half", "--into", "x"],
      ["generate", "planar2r", "--kernels", "nothing", "--into", "x"],
@@ -146,8 +146,7 @@ def test_into_a_file_leaves_it(refused, tmp_path):
 
 
 def test_into_a_name_too_long_is_refused(refused, tmp_path):
-    for length in (250, 300):
-        refused("generate", "planar2r", "--into", tmp_path / ("a" * length))
+    refused("generate", "planar2r", "--into", tmp_path / ("a" * 300))
     assert not list(tmp_path.iterdir())
 
 
@@ -209,73 +208,6 @@ def test_the_old_folder_comes_back_where_the_new_one_cannot_be_placed(tmp_path, 
         write_folder(folder, {"estimate.json": b"[]"}, "estimate.json")
     assert (folder / "estimate.json").read_bytes() in (before, b"[]")
     assert [p.name for p in tmp_path.iterdir()] == ["results"]
-
-
-# check
-
-
-def changed(package, *path, value=None, delete=False):
-    manifest = json.loads((package / "manifest.json").read_text())
-    at = manifest
-    for key in path[:-1]:
-        at = at[key]
-    if delete:
-        del at[path[-1]]
-    else:
-        at[path[-1]] = value
-    (package / "manifest.json").write_text(json.dumps(manifest))
-
-
-@pytest.mark.parametrize("content", [b"", b"null", b"[]", b'{"a": ', b"\xff", b"[" * 100_000])
-def test_a_manifest_that_is_none_is_refused(refused, package, content):
-    (package / "manifest.json").write_bytes(content)
-    refused("check", package, words=["manifest"])
-
-
-K = "energy_regressor"
-BROKEN = {
-    "no schema": (["schema"], None), "no options": (["options"], None),
-    "no verification": (["verification"], None), "no points": (["verification", "points"], None),
-    "no expected": (["verification", "expected"], None),
-    "no kernel expected": (["verification", "expected", K], None),
-    "no q": (["verification", "points", K, 0, "q"], None),
-    "kernels null": (["options", "kernels"], [None]), "kernels 3": (["options", "kernels"], [3]),
-    "points a list": (["verification", "points"], [[]]),
-    "points null": (["verification", "points"], [None]),
-    "points of no kernel": (["verification", "points"], [{"x": []}]),
-    "points of kernel null": (["verification", "points", K], [None]),
-    "no point": (["verification", "points", K], [[]]),
-    "a short point": (["verification", "points", K, 0, "q"], [[1.0]]),
-    "a point of text": (["verification", "points", K, 0, "q"], [["a", "b"]]),
-    "expected text": (["verification", "expected", K, 0], [["a", "b", "c", "d"]]),
-    "expected nothing": (["verification", "expected", K, 0], [[]]),
-    "expected too little": (["verification", "expected", K], [[["1", "2", "3", "4"]]]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", BROKEN)
-def test_a_broken_manifest_is_refused_or_different(run, package, monkeypatch, case):
-    monkeypatch.setenv("SYMGEN_CC", "none")
-    path, value = BROKEN[case]
-    changed(package, *path, value=value and value[0], delete=value is None)
-    code, out, lines = run("check", package)
-    assert code in (1, 2)
-    if code == 2:
-        assert len(lines) == 1
-        assert "manifest.json" in lines[0]
-    else:
-        assert "manifest.json" in out
-
-
-def test_one_changed_byte_is_found(run, package, monkeypatch):
-    monkeypatch.setenv("SYMGEN_CC", "none")
-    path = package / "planar2r.h"
-    content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(content)
-    code, out, _ = run("check", package)
-    assert code == 1
-    assert "planar2r.h: line" in out
 
 
 # identify
@@ -356,22 +288,17 @@ def test_a_log_that_validates_itself_is_said(run, log, tmp_path):
 # Environment
 
 
-@pytest.mark.parametrize("compiler", ["none", "false", "/no/such", " ", "echo"])
-def test_without_a_compiler_casadi_serves_and_says_so_once(
-    run, log, tmp_path, monkeypatch, compiler
-):
-    monkeypatch.setenv("SYMGEN_CC", compiler)
-    symgen.runtime.evaluator._say_once.cache_clear()
-    from symgen.runtime.build import forget_compilers
-
-    forget_compilers()
-    try:
-        code, _, lines = run("identify", "planar2r", log(), "--into", tmp_path / "x")
-    finally:
-        forget_compilers()
-    assert code == 0
+@pytest.mark.parametrize(
+    "compiler", sampled(["none", "false", "/no/such", " ", "echo"], 0, always=["/no/such"])
+)
+def test_without_a_compiler_casadi_serves_and_says_so_once(log, tmp_path, compiler):
+    done = subprocess.run(
+        [sys.executable, "-m", "symgen", "identify", "planar2r", log(), "--into", tmp_path / "x"],
+        capture_output=True, text=True, timeout=120, env=os.environ | {"SYMGEN_CC": compiler},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
     if compiler.strip():
-        assert len([li for li in lines if "CasADi" in li]) == 1
+        assert done.stderr.count("CasADi") == 1
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs bash")
