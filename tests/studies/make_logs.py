@@ -272,7 +272,7 @@ CASES: dict[str, Callable[[], Logs]] = {
     "sprung": partial(made, spring),
     "no_coulomb": partial(made, lambda m: m, undeclared=((1, "coulomb"),)),
     "carried": partial(made, carried),
-    "zero": partial(made, lambda m: m, zero=np.radians(3)),
+    "zero": partial(made, lambda m: m, MACHINES["arm6r"], np.radians(3)),
     "smooth": partial(made, smooth),
     "stuck": stuck,
     "stuck_coulomb": partial(stuck, ((1, "coulomb"),)),
@@ -288,7 +288,7 @@ CASES: dict[str, Callable[[], Logs]] = {
 #: The cases whose logs are kept.
 STORED = (
     "sound coulomb viscous rotor offset stribeck load_friction spring ripple coupled elastic "
-    "contact bump tilt length payload gain drifted pair sprung no_coulomb carried zero smooth "
+    "contact bump tilt length payload gain drifted pair sprung no_coulomb carried smooth "
     "stuck_coulomb play hysteresis cogging bare noise two_encoders"
 ).split()
 
