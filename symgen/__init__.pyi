@@ -18,7 +18,6 @@ from symgen.data.raw import Reading as Reading
 from symgen.data.signals import prepare as prepare
 from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
 from symgen.diagnosis.workflow import diagnose as diagnose
-from symgen.distributed import Workers as Workers
 from symgen.errors import (
     BuildError as BuildError,
     ExpressionError as ExpressionError,
@@ -68,7 +67,6 @@ from symgen.identification.prediction import predict as predict
 from symgen.identification.estimate import read_estimate as read_estimate
 from symgen.identification.online.identifier import Identifier as Identifier
 from symgen.identification.export import export as export
-from symgen.identification.export import geometry_boxes as geometry_boxes
 from symgen.identification.workflow import identify as identify
 from symgen.report.store import write as write
 from symgen.robot.builtin import library as library

@@ -21,7 +21,6 @@ PAGES = (
     ("report_payload.webp", "load/report.html", 1020),
     ("report_prediction.webp", "prediction/report.html", 1000),
     ("report_excitation.webp", "motion.html", 1104),
-    ("report_study.webp", "study/report.html", 1290),
     ("report_comparison.webp", "comparison.html", 790),
 )
 BROWSERS = ("chromium", "google-chrome", "chrome")

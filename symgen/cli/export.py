@@ -15,8 +15,6 @@ from symgen.errors import PackageError, SymgenError
 if TYPE_CHECKING:
     from symgen.data.raw import Reading
 
-_GEOMETRY = "geometry"
-
 
 @click.command()
 @click.argument("estimate", type=PATH)
@@ -28,17 +26,6 @@ _GEOMETRY = "geometry"
               "compared with the estimate; repeatable.")  # fmt: skip
 @click.option("--least", type=PERCENT, default=0.8, help="By how much the torque error of the "
               "written file on a --log may be above the estimate's, percent.")  # fmt: skip
-@click.option("--actuators", is_flag=True, help="MJCF: an actuator for each constant torque.")
-@click.option("--mass", "masses", multiple=True, metavar="LINK=KG", help="Known mass of a link of "
-              "the file; repeatable.")  # fmt: skip
-@click.option(
-    "--box",
-    "boxes",
-    multiple=True,
-    metavar="LINK=X,Y,Z,X,Y,Z",
-    help="Opposite corners of a box that contains a link, m, in its frame in the file; repeatable. "
-    f"--box {_GEOMETRY}: the boxes of all links, from their meshes and shapes in the file.",
-)
 @click.option("--samples", type=click.IntRange(1), help="Write this many files, with parameters "
               "drawn from their distribution.")  # fmt: skip
 @click.option("--seed", type=int, default=0, help="Of the draws of --samples; default 0.")
@@ -50,9 +37,6 @@ def export(
     robot: str | None,
     logs: tuple[Path, ...],
     least: float,
-    masses: tuple[str, ...],
-    boxes: tuple[str, ...],
-    actuators: bool,
     samples: int | None,
     seed: int,
     reading: Reading,
@@ -61,9 +45,8 @@ def export(
 
     Links, friction, rotor inertia, springs and coupled drives are written, as far as the format
     can hold them. Many sets of link parameters fit an estimate: symgen takes the physically
-    possible one that is nearest to the values in the file, and that has the masses and boxes of
-    --mass and --box. Exit code 1: the torque error of the written file on a --log is above that of
-    the estimate by more than --least.
+    possible one that is nearest to the values in the file. Exit code 1: the torque error of the
+    written file on a --log is above that of the estimate by more than --least.
     """
     from symgen.faults.logs import open_samples
     from symgen.files import json_text, replace_file, write_folder
@@ -75,11 +58,6 @@ def export(
     for path in (copied,) if samples else (copied, to):
         if len(kinds) > 1 or not kinds <= {".urdf", ".xml"}:
             raise click.UsageError(f"{path}: accepted: both end in .urdf, or both in .xml")
-    weighed = {name: mass for name, (mass,) in _of_links("--mass", masses, 1).items()}
-    given = tuple(text for text in boxes if text != _GEOMETRY)
-    chosen = {name: (v[:3], v[3:]) for name, v in _of_links("--box", given, 6).items()}
-    read = exports.geometry_boxes(copied) if len(given) < len(boxes) else None
-    boxed = {**(read.boxes if read else {}), **chosen}
     found, known = exports.read_identified(estimate, robot)
     for log in logs:  # a log that cannot be read leaves no file
         open_samples(log, known or read_robot(copied), reading)
@@ -93,9 +71,6 @@ def export(
                 copied,
                 samples,
                 robot,
-                actuators=actuators,
-                masses=weighed,
-                boxes=boxed,
                 folder=to,
                 seed=seed,
             )
@@ -107,27 +82,13 @@ def export(
         table = {"schema": exports.SAMPLES, "seed": seed, "files": [*files], "parameters": values}
         write_folder(to, {**files, exports.MARKER: json_text(table).encode()}, exports.MARKER)
     else:
-        first = exports.export(
-            estimate,
-            copied,
-            robot,
-            actuators=actuators,
-            masses=weighed,
-            boxes=boxed,
-            folder=to.parent,
-        )
+        first = exports.export(estimate, copied, robot, folder=to.parent)
         if to.exists() and not _same_robot(to, copied):
             raise PackageError(f"{to}: exists, and is another robot's; accepted: a new file")
         replace_file(to, first.text.encode(encoding))
         paths = [to]
     for note in first.notes:
         click.echo(f"note: {note}")
-    if read is not None:
-        inside = [link for link in read.boxes if link not in chosen]
-        without = [f"{link} ({why})" for link, why in read.unread.items() if link not in chosen]
-        click.echo(f"note: links in the boxes of their geometry: {', '.join(inside) or 'none'}")
-        if without:
-            click.echo(f"note: links without a box: {', '.join(without)}")
     if first.left_out:
         listed = ", ".join(f"{name} = {value:.3g} {unit}" for name, value, unit in first.left_out)
         click.echo(f"note: the format cannot hold {listed}")
@@ -148,21 +109,6 @@ def export(
             code = 1
     click.echo(f"written: {to}")
     return code
-
-
-def _of_links(option: str, given: tuple[str, ...], count: int) -> dict[str, list[float]]:
-    """Return the numbers of each link from texts LINK=NUMBER,NUMBER..."""
-    out = {}
-    for text in given:
-        name, _, numbers = text.rpartition("=")
-        try:
-            out[name] = [float(number) for number in numbers.split(",")]
-        except ValueError:
-            out[name] = []
-        if not name or len(out[name]) != count:
-            many = f"{count} numbers with commas" if count > 1 else "a number"
-            raise click.UsageError(f"{option} {text}: accepted: LINK= and {many}")
-    return out
 
 
 def _same_robot(path: Path, source: Path) -> bool:

@@ -137,7 +137,13 @@ _READING = (
         "--separator",
         default="",
         show_default=False,
-        help="Character between the columns of a CSV: ';', ',' or tab; chosen by default.",
+        help="Character between the columns of a CSV: ';', ',' or tab; default: by its header.",
+    ),
+    click.option(
+        "--decimal",
+        default="",
+        show_default=False,
+        help="Decimal mark of a CSV: '.' or ','; default: by its first numbers.",
     ),
     click.option(
         "--no-header",
@@ -196,16 +202,6 @@ _RECORDING = (
     click.option(
         "--clip", is_flag=True, help="Clip torques at [limits] instead of refusing the motion."
     ),
-)
-
-_WORKERS = (
-    click.option(
-        "--workers",
-        "processes",
-        type=click.IntRange(min=1),
-        help="Number of processes (more than 1 need symgen[dask]); 1: one thread.",
-    ),
-    click.option("--scheduler", help="Address of a Dask scheduler whose workers do the work."),
 )
 
 
@@ -268,19 +264,6 @@ def recording_options(command: Command) -> Command:
         return command(recording=taken(Recording, options), **options)
 
     return _with(_RECORDING, with_recording)
-
-
-def worker_options(command: Command) -> Command:
-    """Add the options --workers and --scheduler to a command, as one argument `workers`."""
-
-    @wraps(command)
-    def with_workers(**options: Any) -> Any:
-        from symgen import Workers
-
-        asked = taken(Workers, options)
-        return command(workers=None if asked == Workers() else asked, **options)
-
-    return _with(_WORKERS, with_workers)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from symgen.data.bags import FIELDS, is_bag, read_bag
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side
-from symgen.data.mask import spans
+from symgen.data.mask import rms, spans
 from symgen.data.raw import (
     BESIDE,
     KEYS,
@@ -36,14 +36,14 @@ from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
 from symgen.data.tables import SUFFIXES, TEXTS, open_table, whole
-from symgen.data.units import MAX_RANGE, Converted, slope_ratios
+from symgen.data.units import Converted
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from symgen.robot.types import Drive, Limits
+    from symgen.robot.types import Drive
 
 #: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
@@ -51,6 +51,8 @@ MIN_SAMPLES = 10
 #: A value whose arrays have one row for each sample.
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
+#: If a revolute joint moves further than this, rad, its positions are probably in degrees.
+_MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
 _CHANGING = 0.95  # share of stamps that differ from the one before where a file rounds them
 _LOOKED_AT = 1 << 14  # samples that show the unit of speeds
@@ -71,18 +73,17 @@ def read_log(
     drive: Drive | None = None,
     reading: Reading | None = None,
     names: Sequence[str] = (),
-    limits: Limits | None = None,
     columns: str = "",
 ) -> Log:
     """Read a log from a CSV, Parquet, NPZ or MCAP file, or from a ROS 2 bag.
 
     CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
-    (panda_joint1_position, pos_1, time) are matched. Some joints may also have temp1.. (deg C) and
+    (panda_joint1_position, pos_1, time) are matched. Some joints may also have
     qs1.. (a second encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau
-    (N, n), and optional qd, temp and qs (N, n), of float or integer type; (N,) is accepted for a
+    (N, n), and optional qd and qs (N, n), of float or integer type; (N,) is accepted for a
     single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
-    Columns in other units (deg, ms, mNm, dates) are converted if two signs agree, see
-    `symgen.data.units`. Empty cells are interpolated.
+    Columns in other units (deg, ms, mNm, dates) are converted if an option or the header says so.
+    Empty cells are interpolated.
 
     Args:
         path: the file, or the folder of a bag.
@@ -92,7 +93,6 @@ def read_log(
             i1.. are read if the drive has torque constants.
         reading: names of columns, joints and topic in the file, and the span of time.
         names: names of the movable joints of the robot, for bags and column names.
-        limits: limits of the robot, which show the unit of a column.
         columns: names of columns in [log] of the robot, for a file without those of a log.
 
     Returns:
@@ -106,7 +106,7 @@ def read_log(
     n = n if sigma is None else len(sigma)
     with located(path):
         mapping = columns_from(columns)
-        wanted = Wanted(reading, drive, names, n, True, tuple(sigma or ()), limits, mapping)
+        wanted = Wanted(reading, drive, names, n, tuple(sigma or ()), mapping)
         try:
             if path.is_dir() and not is_bag(path):
                 refuse("is a folder", _FILES)
@@ -140,7 +140,6 @@ def make_log(
     sigma: Sequence[int] | None = None,
     current: npt.ArrayLike | None = None,
     drive: Drive | None = None,
-    temp: npt.ArrayLike | None = None,
     qs: npt.ArrayLike | None = None,
     qr: npt.ArrayLike | None = None,
     qdr: npt.ArrayLike | None = None,
@@ -157,7 +156,6 @@ def make_log(
         sigma: (n,) types of the movable joints (0 revolute, 1 prismatic); None for all revolute.
         current: (N, n) motor currents in A, or None.
         drive: gears and motors of the robot. The log is converted to the joint side.
-        temp: (N, n) temperatures, deg C, NaN for joints without a sensor; or None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         qr: (N, n) reference positions of the controller in rad (m), or None.
         qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
@@ -166,7 +164,7 @@ def make_log(
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
-    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "temp": temp, "qs": qs, "qr": qr,
+    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
              "qdr": qdr}  # fmt: skip
     with located(name):
         try:
@@ -257,7 +255,7 @@ def checked(
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
     t, rounded = _clock(t, _shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
-        whole = _beside(role, arrays.pop(role), t)
+        whole = _beside(role, arrays.pop(role))
         arrays |= {} if np.isnan(whole).all() else {role: whole}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # a recorder that has no speeds
@@ -269,10 +267,10 @@ def checked(
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
     missing.setflags(write=False)
-    qd, tau, current, temp, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
+    qd, tau, current, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
     log = Log(
-        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), temp=temp, qs=qs,
-        qr=qr, qdr=qdr, missing=missing if missing.any() else None,
+        name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), qs=qs, qr=qr,
+        qdr=qdr, missing=missing if missing.any() else None,
         converted=(*raw.converted, *rounded),
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
@@ -373,21 +371,14 @@ def long_runs(lost: Bools) -> Bools:
     return out
 
 
-def _beside(role: str, x: FloatArray, t: FloatArray) -> FloatArray:
-    """Check a column such as temp or qs (N, n): complete on each joint that has it.
-
-    Temperatures change slowly, so missing values are interpolated linearly.
-    """
-    out = x.copy()
+def _beside(role: str, x: FloatArray) -> FloatArray:
+    """Check a column such as qs (N, n): complete on each joint that has it."""
     for j, column in enumerate(x.T):
-        known = ~np.isnan(column) if role == "temp" else np.full(len(t), not np.isnan(column).all())
-        bad = np.count_nonzero(~np.isfinite(column[known]))
-        if bad:
-            accepted = "deg C, or empty cells" if role == "temp" else "rad (m) in every sample"
-            refuse(f"column {role}{j + 1}: {bad} values are missing or not finite", accepted)
-        if known.any():
-            out[:, j] = np.interp(t, t[known], column[known])
-    return read_only(out)
+        bad = np.count_nonzero(~np.isfinite(column))
+        if bad and not np.isnan(column).all():
+            what = f"column {role}{j + 1}: {bad} values are missing or not finite"
+            refuse(what, "rad (m) in every sample")
+    return x
 
 
 def _require_finite(role: str, array: FloatArray, t: FloatArray, names: Mapping[str, str]) -> None:
@@ -409,24 +400,33 @@ def _require_radians(
     sure: bool,
     names: Mapping[str, str],
 ) -> None:
+    """Refuse positions or speeds of revolute joints that look like degrees."""
     accepted = "rad and rad/s, on the joint side or with [drive], or --unit "
     for j in revolute:
         span = float(np.ptp(q[:, j]))
-        if span > MAX_RANGE and not sure:
+        if span > _MAX_RANGE and not sure:
             column = _shown(f"q{j + 1}", names)
-            what = f"column {column} spans {span:.4g}, over {MAX_RANGE:g} rad, as degrees would"
+            what = f"column {column} spans {span:.4g}, over {_MAX_RANGE:g} rad, as degrees would"
             refuse(what, f"{accepted}deg, or --unit rad if it turns so far")
     if qd is None:
         return
     # some ten thousand samples over the whole log are enough to find the unit
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
-    ratios = slope_ratios((q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1])
+    slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
+    sizes = rms(slope), rms(speed)
+    # At rest both are noise with an arbitrary ratio: require that they move together.
+    together = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
     for j in revolute:
-        for role, other, factor in (("q", "qd", ratios[j]), ("qd", "q", 1 / ratios[j])):
+        if not together[j] or not sizes[0][j] or not sizes[1][j]:
+            continue
+        ratio = sizes[0][j] / sizes[1][j]
+        positions = ("q", "qd", "q=deg,qd=rad/s", ratio)
+        speeds = ("qd", "q", "q=rad,qd=deg/s", 1 / ratio)
+        for role, other, units, factor in (positions, speeds):
             if abs(factor / _DEGREES - 1.0) < 0.05:
                 own, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
                 what = (
                     f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {own} "
                     f"looks like degrees and {rad} like radians"
                 )
-                refuse(what, f"{accepted}{role}=deg")
+                refuse(what, f"{accepted}with the units of both, such as --unit {units}")

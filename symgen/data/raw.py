@@ -15,7 +15,7 @@ import numpy.typing as npt
 from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive, Limits
+    from symgen.robot.types import Drive
 
 FloatArray = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -23,11 +23,11 @@ Bools = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 #: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
-NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i|temp)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i", "temp", "qs", "qr", "qdr")
-#: Columns other than motion and torque: temperatures, link positions behind elastic joints, and
-#: the reference of a controller.
-BESIDE = ("temp", "qs", "qr", "qdr")
+NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i)(0|[1-9][0-9]*)")
+ROLES = ("t", "q", "qd", "tau", "i", "qs", "qr", "qdr")
+#: Columns other than motion and torque: link positions behind elastic joints, and the reference of
+#: a controller.
+BESIDE = ("qs", "qr", "qdr")
 #: Accepted columns of a table, and arrays of an NPZ.
 COLUMNS = "t, q1.., optional qd1.., tau1.."
 KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
@@ -37,8 +37,8 @@ _PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    "t, q1.., qd1.., tau1.., i1.., temp1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, temp, qs, qr, "
-    "qdr for NPZ; q, qd, tau, i for a bag)"
+    "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, qs, qr, qdr for NPZ; "
+    "q, qd, tau, i for a bag)"
 )
 
 
@@ -80,8 +80,10 @@ class Reading:
         mask: samples to leave out of the equations: "rest", "saturation", or both.
         unit: column or role -> its unit in the file, {"q": "deg", "tau1": "mNm"}; "" for all
             angles, {"": "deg"}.
-        time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if header and rate say it.
+        time_unit: unit of t in the file, "s", "ms", "us" or "ns"; "" if it is s, or if the header
+            says it.
         separator: character between the columns of a CSV; "" for that of its header.
+        decimal: decimal mark of a CSV, "." or ","; "" for that of its first numbers.
         header: whether the first line of a CSV has the names of its columns; they are 1, 2, ..
             without it.
     """
@@ -95,14 +97,15 @@ class Reading:
     unit: Mapping[str, str] = field(default_factory=dict)
     time_unit: str = ""
     separator: str = ""
+    decimal: str = ""
     header: bool = True
 
     def __post_init__(self) -> None:
         """Check the options.
 
         Raises:
-            LogError: an unknown column, mask or unit, a repeated name, an empty span of time, or a
-                separator of several characters.
+            LogError: an unknown column, mask or unit, a repeated name, an empty span of time, a
+                separator of several characters, or a decimal mark that is none.
         """
         if isinstance(self.columns, str):
             object.__setattr__(self, "columns", columns_from(self.columns))
@@ -115,6 +118,9 @@ class Reading:
             raise LogError(f"--time-unit {self.time_unit}: accepted: {', '.join(TIME_UNITS)}")
         if len(self.separator) > 1 or self.separator in ('"', ".", "\n", "\r"):
             raise LogError(f"--separator {self.separator!r}: accepted: ';', ',' or tab")
+        if self.decimal not in ("", ".", ",") or (self.decimal and self.decimal == self.separator):
+            accepted = "'.' or ',', and not the separator"
+            raise LogError(f"--decimal {self.decimal!r}: accepted: {accepted}")
         for ours in self.pairs:
             if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
@@ -155,9 +161,7 @@ class Wanted:
         drive: drive of the robot. If it has torque constants, currents may replace torques.
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
-        beside: whether to read temperatures and link positions.
         sigma: types of the movable joints; revolute where there is none.
-        limits: limits of the robot, or None.
         columns: mapping of columns in the robot file, for files without the names of a log.
     """
 
@@ -165,9 +169,7 @@ class Wanted:
     drive: Drive | None = None
     joints: Sequence[str] = ()
     n: int | None = None
-    beside: bool = True
     sigma: Sequence[int] = ()
-    limits: Limits | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -181,12 +183,12 @@ class Raw:
     """The unchecked content of a log file. Its names are plain text, safe for a terminal.
 
     Attributes:
-        arrays: role -> array of the file, t first. tau or i may be absent. temp and qs are (N, n),
-            with NaN for joints that have none.
+        arrays: role -> array of the file, t first. tau or i may be absent. qs is (N, n), with
+            NaN for joints that have none.
         ignored: the other columns of the file.
         notes: how the file was read.
         names: log column ("q1") -> column of the file, for messages.
-        converted: columns of another unit: (columns, unit and signs, what was done).
+        converted: columns of another unit: (columns, unit and what says it, what was done).
     """
 
     arrays: Mapping[str, npt.NDArray[Any]]
@@ -221,8 +223,6 @@ class Log:
         current: (N, n) motor currents in A, or None.
         notes: changes to the log, one line each.
         mapped: whether q, qd and tau are on the joint side.
-        temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
-            None.
         qs: (N, n) link positions in rad (m), measured behind the elasticity of the joint, NaN for
             joints without a second encoder; or None. [drive] does not convert them.
         qr, qdr: (N, n) reference of the controller in rad (m) and rad/s (m/s), or None.
@@ -242,7 +242,6 @@ class Log:
     current: FloatArray | None = None
     notes: tuple[str, ...] = ()
     mapped: bool = False
-    temp: FloatArray | None = None
     qs: FloatArray | None = None
     qr: FloatArray | None = None
     qdr: FloatArray | None = None

@@ -60,12 +60,8 @@ class Samples:
         velocity_derived: whether qd is the derivative of q because it was missing.
         mask: the masked samples, or None.
         piece: whether it is a representative piece of a longer log.
-        temp: (N, n) temperatures of joints or motors, deg C, NaN for joints without a sensor; or
-            None.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         command: (N, n) as in `Log`.
-        beside: (N, n) torque that was subtracted from the measured one and is not part of the
-            model; or None.
     """
 
     name: str
@@ -79,10 +75,8 @@ class Samples:
     velocity_derived: bool = False
     mask: Mask | None = None
     piece: bool = False
-    temp: FloatArray | None = None
     qs: FloatArray | None = None
     command: FloatArray | None = None
-    beside: FloatArray | None = None
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
@@ -131,8 +125,8 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 
     Args:
         log: the measured log.
-        clock: first time and step, s, of the longer log of which this log is a chunk. A resampled
-            chunk uses the ticks of this clock.
+        clock: first time and step, s, of the longer log of which this log is a segment. A resampled
+            segment uses the ticks of this clock.
 
     Raises:
         LogError: gaps in time that are longer than the log, or currents instead of torques.
@@ -178,7 +172,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     assert log.tau is not None
     return Samples(
         log.name, log.t, q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
-        temp=log.temp, qs=log.qs, command=log.command,
+        qs=log.qs, command=log.command,
     )  # fmt: skip
 
 
@@ -218,10 +212,10 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     arrays: dict[str, Any] = {"t": read_only(times)}
-    for key in ("q", "qd", "tau", "command", "temp", "qs"):
+    for key in ("q", "qd", "tau", "command", "qs"):
         x = getattr(log, key)
         if x is not None:
-            curve = CubicSpline if smooth and key != "temp" else PchipInterpolator
+            curve = CubicSpline if smooth else PchipInterpolator
             known = np.isfinite(x).all(axis=0)
             out = np.full((len(times), x.shape[1]), np.nan)
             out[:, known] = curve(log.t, x[:, known])(times)

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -33,6 +34,7 @@ from symgen.data.raw import (
     FloatArray,
     Places,
     Raw,
+    Reading,
     Wanted,
     listed,
     readable,
@@ -41,20 +43,17 @@ from symgen.data.raw import (
     require_shapes,
     require_size,
 )
-from symgen.data.units import IN_SI, Sample, Units, split_unit, units_of
-from symgen.data.urls import is_remote, opened
+from symgen.data.units import IN_SI, Units, split_unit, units_of
+from symgen.data.urls import is_remote, open_remote
 from symgen.errors import SymgenError, located, plain
 
 BATCH = 1 << 15  # rows to read at once
-_LOOKED_AT = 1000  # columns to search for a bad cell
-_SHOWN, _BLOCKS = 1 << 14, 8  # rows that show the units of a file, in blocks over the file
+_SHOWN = 1 << 14  # rows that show the rate of a file
 #: What a time column may hold.
 _TIMES = "seconds, or dates such as 2026-01-31T13:00:00.250"
 #: Characters that may separate the columns of a table that was read as one column.
 _MARKS = ",;|: "
-_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?(\d\d)?)?")
 _INDEXED = re.compile(r"(|.*[^A-Za-z])([A-Za-z]+)(\W*[0-9]+\W*)")  # of an array of a message
-_LONG = re.compile(r"[+-]?[0-9]{16,19}")
 _PATTERN = {"t": "t=NAME", "q1": "q=*_NAME", "tau1": "tau=*_NAME"}
 _BUFFER = 1 << 20  # bytes to read at once
 _HEADER = struct.Struct("<4s22xHH")  # of a file in an archive: signature, lengths of two names
@@ -78,13 +77,13 @@ def open_table(
         units: its units; None to find them.
 
     Raises:
-        LogError: it cannot be read, is not a log, or has a unit that is not sure.
+        LogError: it cannot be read, is not a log, or has an unknown unit.
     """
     path, suffix = Path(name), name[name.rfind(".") :].lower()
     try:
         if suffix == ".parquet":
             with parquet_file(name) as file:
-                yield _in_si(_parquet(name, file, wanted), wanted, units, is_remote(name))
+                yield _in_si(_parquet(name, file, wanted), wanted, units)
             return
         if is_remote(name):
             refuse("is a CSV or NPZ at a URL", "Parquet at a URL, other files on a disk")
@@ -96,25 +95,12 @@ def open_table(
         refuse(f"cannot be read: {error}", "a CSV, Parquet or NPZ file")
 
 
-def _in_si(table: Table, wanted: Wanted, units: Units | None, remote: bool = False) -> Table:
-    """Return a table that converts its columns; a table at a URL shows its first rows only."""
-    if units is None:
-        rows, block = table.rows, _SHOWN // _BLOCKS
-        starts = np.linspace(0, max(rows - block, 0), 1 if remote else _BLOCKS, dtype=int)
-        spans = [(int(k), int(k) + block) for k in starts] if rows > _SHOWN else [(0, rows)]
-        raws = list(table.spans(spans)) if rows else []
-        blocks = [(raw.arrays["t"], _matrices(raw.arrays)) for raw in raws]
-        units = units_of(Sample(table.names, blocks), wanted)
-    return replace(table, units=units)
-
-
-def _matrices(arrays: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """Return arrays of joints (N, n), without the times."""
-    return {
-        role: np.asarray(x, dtype=np.float64).reshape(len(x), -1)
-        for role, x in arrays.items()
-        if role != "t"
-    }
+def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
+    """Return a table that converts its columns."""
+    if units is None and table.rows:
+        (first,) = table.spans([(0, min(table.rows, _SHOWN))])
+        units = units_of(first, wanted)
+    return replace(table, units=units or IN_SI)
 
 
 def whole(table: Table) -> Raw:
@@ -249,51 +235,97 @@ def _filled(
 
 
 def _csv(path: Path, wanted: Wanted) -> ColumnTable:
-    """Read a CSV with a header.
+    """Read a CSV.
 
     Raises:
         LogError: the file is not a table of numbers with the columns of a log.
     """
-    import pyarrow as pa
-    import pyarrow.csv as pacsv
-
-    form = csv_form(path, wanted.reading.separator, wanted.reading.header)
+    form = csv_form(path, wanted.reading)
     names, groups, notes = _assigned(_with_joints(form, wanted), path.name, wanted)
-    used = _columns(groups)
     # Numbers stand for columns: names of the file may occur twice.
     stored = {name: str(k) for k, name in enumerate(names)}
-    types = {stored[name]: pa.float64() for name in used}
-    if "t" in used:
-        types[stored["t"]] = _time_type(form.cells(names.index("t")))
-    place = {name: k for k, name in reversed([*enumerate(names)])}
-    decimal = form.decimal([place[name] for name in used])
-    tried: list[str] = []
-    for point in dict.fromkeys((decimal, *((".", ",") if form.separator != "," else ()))):
-        try:
-            table = pacsv.read_csv(
-                path,
-                read_options=pacsv.ReadOptions(
-                    column_names=[str(k) for k in range(len(names))], skip_rows=form.skipped
-                ),
-                parse_options=pacsv.ParseOptions(delimiter=form.separator),
-                convert_options=pacsv.ConvertOptions(
-                    include_columns=list(types), column_types=types, decimal_point=point
-                ),
-            )
-            break
-        except (pa.ArrowInvalid, pa.ArrowKeyError) as error:
-            tried.append(str(error))
-    else:
-        bad = _bad_cell(path, form, {name: names.index(name) for name in used})
-        refuse(*(bad or (tried[0], form.accepted)))
-    if (form.separator, point) != (",", "."):
-        with_commas = " and decimals have commas" if point == "," else ""
-        form_note = f"{path.name}: columns are separated by {form.shown}{with_commas}"
-        notes = (form_note, *notes)
+    table = _read_csv(path, form, {stored[name]: name for name in _columns(groups)})
+    if (form.separator, form.decimal) != (",", "."):
+        notes = (f"{path.name}: {form.shown}", *notes)
     return ColumnTable(
         np.array([table.num_rows]), groups, stored, dict(zip(names, form.header, strict=True)),
         notes, lambda columns, _: iter(table.select(columns).to_batches()),
     )  # fmt: skip
+
+
+def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
+    """Return columns of a CSV as an Arrow table of numbers; the column t may hold dates.
+
+    Args:
+        path: the file.
+        form: its form.
+        used: number of a column, from 0 -> log column.
+
+    Raises:
+        LogError: a row has another number of cells than the header, or a cell is not a number.
+    """
+    import pyarrow as pa
+    import pyarrow.csv as pacsv
+
+    if not form.first:
+        refuse("has a header and no samples", form.accepted)
+    columns = [str(k) for k in range(len(form.header))]
+    rows: list[Any] = []  # with another number of cells
+
+    def refused(row: Any) -> str:
+        rows.append(row)
+        return "error"
+
+    def table(types: Mapping[str, Any], threads: bool) -> Any:
+        return pacsv.read_csv(
+            path,
+            pacsv.ReadOptions(column_names=columns, skip_rows=form.skipped, use_threads=threads),
+            pacsv.ParseOptions(delimiter=form.separator, invalid_row_handler=refused),
+            pacsv.ConvertOptions(
+                include_columns=list(used), column_types=types, decimal_point=form.decimal
+            ),
+        )
+
+    try:
+        found = table({k: pa.float64() for k, name in used.items() if name != "t"}, True)
+        times = [found.schema.field(k).type for k, name in used.items() if name == "t"]
+        if all(map(_is_time, times)):
+            return found
+        error = f"column t holds {times[0]}"
+    except pa.ArrowInvalid as invalid:
+        error = str(invalid)
+    rows.clear()
+    # Only one thread counts rows.
+    with suppress(pa.ArrowInvalid):
+        texts = table(dict.fromkeys(used, pa.string()), False)
+        _require_numbers(texts.to_pydict(), form, used)
+    if rows:
+        sample, cells = rows[0].number - form.skipped - 1, rows[0].actual_columns
+        error = f"sample {sample}: {cells} values for {len(columns)} columns"
+    return refuse(error, form.accepted)
+
+
+def _is_time(kind: Any) -> bool:
+    import pyarrow as pa
+
+    tests = (pa.types.is_integer, pa.types.is_floating, pa.types.is_timestamp)
+    return any(test(kind) for test in tests)
+
+
+def _require_numbers(
+    texts: Mapping[str, Sequence[str]], form: CsvForm, used: Mapping[str, str]
+) -> None:
+    """Refuse the first cell of a CSV that is not a number."""
+    swapped = str.maketrans(",.", ".,") if form.decimal == "," else {}
+    for k, name in used.items():
+        for sample, cell in enumerate(texts[k]):
+            try:
+                float(cell.translate(swapped) or "nan")
+            except ValueError:
+                own = form.header[int(k)]
+                shown = name if own == name else f"{own} ({name})"
+                what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
+                refuse(what, f"{_TIMES}, in {form.accepted}" if name == "t" else form.accepted)
 
 
 def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
@@ -313,39 +345,6 @@ def _with_joints(form: CsvForm, wanted: Wanted) -> list[str]:
     if named:
         joints_of_file(wanted.reading.joints, wanted.joints, [*named.values()])
     return header
-
-
-def _time_type(cells: Sequence[str]) -> Any:
-    """Return the Arrow type of a time column: dates, integers that no double holds, or floats."""
-    import pyarrow as pa
-
-    first = next((cell.strip() for cell in cells), "")
-    if match := _DATE.fullmatch(first):
-        return pa.timestamp("ns", tz="UTC" if match["zone"] else None)
-    return pa.int64() if _LONG.fullmatch(first) else pa.float64()
-
-
-def _bad_cell(path: Path, form: CsvForm, places: Mapping[str, int]) -> tuple[str, str] | None:
-    """Return what is wrong in the first refused row of a CSV, and what is accepted.
-
-    The CSV reader works in blocks on several threads and does not report the row.
-    """
-    looked = dict([*places.items()][:_LOOKED_AT])
-    sample = -1
-    for sample, row in enumerate(form.rows(path)):
-        if len(row) != len(form.header):
-            return form.uneven(sample, len(row)), form.accepted
-        for name, place in looked.items():
-            cell = row[place].strip()
-            number = cell.replace(",", ".") if form.separator != "," else cell
-            try:
-                float(number or "nan")
-            except ValueError:
-                own = form.header[place]
-                shown = name if own == name else f"{own} ({name})"
-                what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
-                return what, _TIMES if name == "t" else form.accepted
-    return ("has a header and no samples", form.accepted) if sample < 0 else None
 
 
 def _parquet(name: str, file: Any, wanted: Wanted) -> ColumnTable:
@@ -383,12 +382,13 @@ def parquet_file(name: str) -> Iterator[Any]:
     """
     import pyarrow.parquet as pq
 
-    with opened(name) as remote:
-        with arrow_reads():  # Arrow reads a path directly
-            source = name if remote is None else remote
-            file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
-        with file:
-            yield file
+    source = open_remote(name) if is_remote(name) else name
+    with arrow_reads():
+        file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
+    try:
+        yield file
+    finally:
+        file.close(force=True)
 
 
 def batches(
@@ -476,22 +476,13 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             refuse(f"the column {name} occurs {count} times", "each column once")
     numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
     numbers = {
-        role: sorted(int(match[2]) for match in numbered if match[1] == role)
-        for role in ROLES[1:]
-        if wanted.beside or role not in BESIDE
+        role: sorted(int(match[2]) for match in numbered if match[1] == role) for role in ROLES[1:]
     }
     measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
     time = "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present:
-            if numbers["i"]:
-                refuse_currents()
-            if any(match[1] == "qr" for match in numbered):
-                refuse(
-                    "a data set has a reference and no torques",
-                    "tau1.. of each joint; logs that fit into memory, without --workers, can take "
-                    "torques from the gains of a controller",
-                )
+        if role == "tau1" and not present and numbers["i"]:
+            refuse_currents()
         if not present:
             missing = [r for r in ("q", "tau") if not numbers[r]]
             pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
@@ -605,8 +596,8 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
     columns = wanted.reading.pairs
     names = {role: columns.get(role, role) for role in ROLES}
-    for role in (*["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
-        del names[role]
+    if not wanted.currents:
+        del names["i"]
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -672,29 +663,28 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
     return StoredArray(path, file.tell(), shape, dtype)
 
 
-def rows_of_npz(path: Path) -> int:
-    """Return the number of rows of an NPZ; 0 if it is compressed or cannot be read."""
-    try:
-        with path.open("rb") as file, zipfile.ZipFile(file) as archive:
-            places = [_place(path, file, entry) for entry in archive.infolist()]
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return 0
-    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
-
-
-def rows_of_parquet(path: Path) -> int:
-    """Return the number of rows of a Parquet file; 0 if it cannot be read."""
+def rows_of(name: str) -> int:
+    """Return the number of rows of a file, about; 0 if only reading it would tell."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        return int(pq.read_metadata(path).num_rows)
-    except (pa.ArrowException, OSError, ValueError):
+        if name.lower().endswith(".parquet"):
+            return int(pq.read_metadata(name).num_rows)
+        with open(name, "rb") as file:
+            if not name.lower().endswith(".npz"):
+                return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
+            with zipfile.ZipFile(file) as archive:
+                places = [_place(Path(name), file, entry) for entry in archive.infolist()]
+    except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
         return 0
+    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
 
 
-#: File ending -> function that counts rows without reading the table; 0 if it cannot.
-COUNTED = {".parquet": rows_of_parquet, ".npz": rows_of_npz}
+def reads_rows(name: str) -> bool:
+    """Whether rows of a file can be read without the others: of Parquet and uncompressed NPZ."""
+    suffix = name[name.rfind(".") :].lower()
+    return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
 
 
 # Motions, or torques, without the other columns of a log.
@@ -709,9 +699,13 @@ def read_columns(
         LogError: the file cannot be read, a column is missing, or a value is not a finite number.
     """
     with located(path), readable("cannot be read", accepted):
-        form = csv_form(Path(path))
-        table = np.array([*form.rows(Path(path))], dtype=float)
-        columns, out = dict(zip(form.header, table.T, strict=True)), {}
+        form = csv_form(Path(path), Reading())
+        header = {str(k): name for k, name in enumerate(form.header)}
+        table = _read_csv(Path(path), form, header)
+        columns = {
+            name: np.asarray(table.column(k), dtype=np.float64) for k, name in header.items()
+        }
+        out = {}
         for role in (*needed, *optional):
             count = sum(re.fullmatch(f"{role}[1-9][0-9]*", name) is not None for name in columns)
             if count or role in needed:
@@ -719,6 +713,7 @@ def read_columns(
                 out[role] = np.column_stack([columns[name] for name in names])
         if len({x.shape for x in out.values()}) > 1:
             refuse(f"columns {listed(form.header)}", f"{accepted}, as many of each")
-        if len(table) < 2 or not np.isfinite(table).all() or np.diff(columns["t"]).min() <= 0:
+        finite = all(np.isfinite(x).all() for x in columns.values())
+        if len(table) < 2 or not finite or np.diff(columns["t"]).min() <= 0:
             refuse("2 samples or more, of finite numbers and increasing time, are needed", accepted)
         return columns["t"], out

@@ -27,7 +27,7 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_together
-from symgen.diagnosis.extend import extended, with_values
+from symgen.diagnosis.extend import extended
 from symgen.diagnosis.measuring_chain import CHAIN
 from symgen.diagnosis.messages import held_at_rest, noisy, on_joints, tie
 from symgen.diagnosis.noise_of_positions import shown_by_instruments
@@ -351,7 +351,7 @@ def conclude(
             *_advice(found, robot, verdict, moving.after, nothing, larger),
         ),
         notes=notes,
-        extended=with_values(model.robot, found),
+        extended=model.robot,
         joints=tuple(j.number for j in robot.movable),
         curves=gaps.curves,
         tried=selection.tried,
@@ -500,7 +500,7 @@ def _found_effects(baseline: Baseline, model: _Extended) -> tuple[FoundEffect, .
             parameters = [replace(p, value=float(x), std=float(s)) for p, (x, s) in pairs]
         else:  # built-in effects without a parameter belong to the extended geometry or gravity
             parameters = [known.get(p.name, p) for p in own if p.name in known or not d.native]
-        declared = score in model.declared or bool(d.reads)
+        declared = score in model.declared
         out.append(_found(robot, score, parameters, declared, constants))
     return tuple(out)
 

@@ -226,7 +226,6 @@ def candidates(
                 if (
                     (drifted and not (given and definition.native in names.FRICTION))
                     or (definition.name, joint.number) in sought
-                    or not _measured(definition, logs, position)
                     or len(searches) < len(definition.nonlinear)
                 ):
                     continue
@@ -249,15 +248,8 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
         return joint.rotor_inertia
     if definition.name == "drive_gain_error" and not joint.actuated:
         return True  # there is no drive
-    known = {(e.name, e.joint) for e in robot.on_logs}
-    known |= {(e.name, j) for e in robot.effects for j in e.joints}
+    known = {(e.name, j) for e in robot.effects for j in e.joints}
     return (definition.name, joint.number) in known
-
-
-def _measured(definition: Definition, logs: Logs, position: int) -> bool:
-    """Whether all logs have the channels that an effect needs beside the motion of a joint."""
-    found = [getattr(s.samples, role) for s in logs for role in definition.reads]
-    return all(x is not None and np.isfinite(x[:, position]).all() for x in found)
 
 
 def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
@@ -279,7 +271,6 @@ def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
 
     def columns(s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
         variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
-        variables |= {role: getattr(s.samples, role) for role in definition.reads}
         inputs: dict[str, list[Any]] = {
             letter: [x[:, j] for j in sees] for letter, x in variables.items()
         }
@@ -312,22 +303,12 @@ def grid(
     """Yield the values of constants that are tried, in the units of the joint."""
     axes = []
     for search in searches.values():
-        if search.scale == "mean temp":
-            axes.append([_mean_temperature(logs, position)])
-            continue
         unit = _unit(search, logs, position, sigma)
         spaced = np.geomspace if search.by_ratio else np.linspace
         values = spaced(search.low, search.high, search.count) * unit
         axes.append([float(v) for v in values])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))
-
-
-def _mean_temperature(logs: Logs, position: int) -> float:
-    """Return the mean temperature of a joint over the logs, rounded to 0.1 deg C."""
-    measured = [s.samples.temp for s in logs]
-    own = np.concatenate([x[:, position] for x in measured if x is not None])
-    return round(float(np.mean(own)), 1)
 
 
 def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.diagnosis.diagnosis import FoundEffect
 from symgen.errors import ParameterError
 from symgen.robot.effect import (
     Definition,
     Effect,
-    LogEffect,
     Search,
     definitions,
     of_file,
@@ -76,21 +74,6 @@ def extended(
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
     return _with_friction(out, joint.number, "offset") if definition.offset else out
-
-
-def with_values(robot: Robot, effects: Sequence[FoundEffect]) -> Robot:
-    """Return the robot with the effects that are subtracted from logs, with six digits each."""
-    known = list(robot.on_logs)
-    for e in effects:
-        d = definitions().get(e.name)
-        if d is None or not d.reads:
-            continue
-        (joint,) = e.joints
-        found = {p.name: p.value for p in e.parameters}
-        names_ = (*d.linear, *d.nonlinear)
-        values = tuple((name, _rounded(found[d.named(name, joint)])) for name in names_)
-        known.append(LogEffect(e.name, joint, values))
-    return replace(robot, on_logs=tuple(known))
 
 
 def with_effect(robot: Robot, text: str) -> Robot:

@@ -89,19 +89,7 @@ def noisy(effect: FoundEffect, robot: Robot) -> str:
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return a line on the effects that no robot file can declare, or nothing."""
     left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
-    known = definitions()
-    beside = dict.fromkeys(
-        e.name for e in diagnosis.effects if e.name in known and known[e.name].reads
-    )
-    out = []
-    if left:
-        out.append(f"robot.toml and its C code cannot contain {', '.join(left)}")
-    if beside:
-        out.append(
-            f"symgen subtracts {', '.join(beside)} from the torques of each log; the C code does "
-            "not contain it"
-        )
-    return tuple(out)
+    return (f"robot.toml and its C code cannot contain {', '.join(left)}",) if left else ()
 
 
 def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:

@@ -12,17 +12,21 @@ import numpy as np
 
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import Log, cut, read_log
+from symgen.data.log import Log, cut, given_roles, read_log
+from symgen.data.long_logs import Source as Source
 from symgen.data.raw import Reading, read_only, refuse
 from symgen.data.signals import Samples
-from symgen.data.units import BEYOND
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
-from symgen.robot.types import Robot
+from symgen.names import PRISMATIC
+from symgen.robot.types import Limits, Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
 _ABOVE = 1.05  # torque over its limit from which it is said
-Source = str | Path | Log
+#: Share of its range, or of its largest speed, that a joint may be beyond its limits; gears and
+#: offsets cause less.
+_BEYOND = 1.0
+_USUALLY = 0.99  # quantile of a speed, without outliers
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
 #: Samples that are held out of each log, at least.
@@ -63,10 +67,10 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     else:
         log = read_log(
             source, sigma=robot.sigma, drive=robot.drive, reading=reading,
-            names=robot.joint_names, limits=robot.limits, columns=robot.log_columns,
+            names=robot.joint_names, columns=robot.log_columns,
         )  # fmt: skip
     with located(log.name):
-        _require_within(log, robot)
+        _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller)
         if log.tau is None:
             what = "has currents and no torques"
@@ -83,22 +87,37 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     return replace(log, tau=read_only(tau), notes=tuple(notes))
 
 
-def _require_within(log: Log, robot: Robot) -> None:
-    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side."""
-    limits = None if robot.limits is None else robot.limits.position
-    for j, (low, high) in enumerate(limits or ()):
+def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
+    """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side.
+
+    An option --unit for speeds says that their limits are wrong.
+    """
+    limits = robot.limits or Limits()
+    side = "a log that [drive] maps into [limits]; see position_side"
+    for j, (low, high) in enumerate(limits.position or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
-        if max(low - least, most - high) > BEYOND * (high - low):
+        if max(low - least, most - high) > _BEYOND * (high - low):
             what = (
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
                 f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
             )
-            drive = "a log that [drive] maps into [limits]; see position_side"
             plain = (
                 "rad or m, or --unit deg for degrees; in rad or m, these limits are wrong: wider "
                 "ones in the robot file"
             )
-            refuse(what, drive if log.mapped else plain)
+            refuse(what, side if log.mapped else plain)
+    if log.qd is None or "qd" in given_roles(reading):
+        return
+    for j, limit in enumerate(limits.velocity or ()):
+        usual = float(np.quantile(np.abs(log.qd[:, j]), _USUALLY))
+        if usual > (1 + _BEYOND) * limit:
+            foreign, si = ("mm/s", "m/s") if robot.sigma[j] == PRISMATIC else ("deg/s", "rad/s")
+            what = (
+                f"qd{j + 1} is up to {usual:.4g} on the joint side, and the limit of "
+                f"{robot.listed([j])} in the robot file is {limit:g}"
+            )
+            plain = f"{si}, or --unit qd={foreign}; or --unit qd={si} if the limit is wrong"
+            refuse(what, side if log.mapped else plain)
 
 
 def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:

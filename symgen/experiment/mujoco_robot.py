@@ -19,8 +19,8 @@ _FINEST = 1e-3  # s: longest step
 class MujocoRobot:
     """A robot file in MuJoCo.
 
-    Contacts, joint limits, equality constraints of meshes and actuators with a control are switched
-    off; actuators of constant force stay. Joints without a name in `joints` stand still at 0.
+    Contacts, joint limits and actuators are switched off. Joints without a name in `joints` stand
+    still at 0.
 
     Args:
         path: of the file.
@@ -56,11 +56,7 @@ class MujocoRobot:
         held = np.setdiff1d(np.arange(m.nv), self._v)
         m.dof_armature[held] = _HOLDING
         off = mujoco.mjtDisableBit
-        m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT
-        for k in range(m.nu):
-            bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
-            if gain.any() or bias[1:].any():
-                gain[:], bias[:] = 0.0, 0.0
+        m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_ACTUATION
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
         self.data = mujoco.MjData(m)
 

@@ -6,8 +6,9 @@ import hashlib
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,9 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
+from symgen.data.long_logs import Source
 from symgen.data.raw import Reading
-from symgen.errors import ParameterError, plain
+from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.values import FloatArray
@@ -31,20 +33,14 @@ from symgen.identification.parameters import (
     with_fixed_links,
 )
 from symgen.identification.physical import (
-    LinkFact,
     LinkParameters,
-    about_centre,
-    beyond_noise,
-    bodies,
-    box_fact,
     link_parameters,
-    mass_fact,
     no_robot_near,
 )
 from symgen.identification.prediction import torque_errors
-from symgen.robot.body import Body, CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import PAYLOAD, SPRING, mjcf_boxes, mjcf_links, updated_mjcf
-from symgen.robot.formats.urdf import updated_urdf, urdf_boxes, urdf_links
+from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
+from symgen.robot.formats.mjcf import SPRING, updated_mjcf
+from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text
 from symgen.robot.toml_io import read_imported, read_robot
@@ -53,7 +49,8 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
-Box = tuple[Sequence[float], Sequence[float]]
+#: Difference of a parameter that is read from the written one, of the largest, that is rounding.
+_READ = 1e-8
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
@@ -82,87 +79,6 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """What is known of the links of a robot file, by the names of links or bodies in it.
-
-    The name payload is that of the robot's payload; its box is in the frame of its joint.
-
-    Attributes:
-        masses: kg.
-        boxes: two opposite corners of a box that contains the link, in the frame of the link or
-            body in the file, m.
-    """
-
-    masses: Mapping[str, float] = field(default_factory=dict)
-    boxes: Mapping[str, Box] = field(default_factory=dict)
-
-    def facts(self, path: Path, robot: Robot) -> Iterator[LinkFact]:
-        """Yield the facts about the links of a robot.
-
-        Raises:
-            RobotError: the file cannot be read.
-            ParameterError: the file has no such link, or a mass or box is not possible.
-        """
-        if not self.masses and not self.boxes:
-            return
-        found = (mjcf_links if path.suffix.lower() == ".xml" else urdf_links)(path)
-        places = {
-            name: {str(number): pose for number, pose in poses.items()}
-            for name, poses in found.items()
-        }
-        if robot.payload is not None:
-            places.setdefault(PAYLOAD, {"L": np.eye(4)})
-        for name in (*self.masses, *self.boxes):
-            if name not in places:
-                raise ParameterError(
-                    f"{path}: link {plain(name)!r} has no mass there; accepted: {', '.join(places)}"
-                )
-        for name, mass in self.masses.items():
-            if not (math.isfinite(mass) and mass > 0):
-                raise ParameterError(f"link {name}: a mass of {mass:g} kg; accepted: above 0")
-            yield mass_fact(f"link {name}", [*places[name]], mass)
-        for name, corners in self.boxes.items():
-            low, high = np.sort(np.array(corners, dtype=float), axis=0)
-            if not (np.isfinite([low, high]).all() and (low < high).all()):
-                raise ParameterError(
-                    f"link {name}: accepted: two opposite corners of a box, finite and apart "
-                    "along every axis"
-                )
-            yield box_fact(f"link {name}", places[name], low, high)
-
-
-class GeometryBoxes(NamedTuple):
-    """Boxes of the links or bodies of a robot file around their geometry.
-
-    Attributes:
-        boxes: by name, as `export` takes them.
-        unread: by name, why one with mass has no box.
-    """
-
-    boxes: dict[str, Box]
-    unread: dict[str, str]
-
-
-def geometry_boxes(source: str | Path) -> GeometryBoxes:
-    """Return a box around the geometry of each link with mass, along the axes of its frame.
-
-    The geometry of links without mass that are fixed to a link is part of it. A URDF is read
-    without MuJoCo: box, cylinder, capsule, sphere, and meshes in STL or OBJ. Where only the
-    collision or only the visual elements of a link can be read, the box is theirs.
-
-    Args:
-        source: path of a URDF or MJCF.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    path = Path(source)
-    found = (mjcf_boxes if path.suffix.lower() == ".xml" else urdf_boxes)(path)
-    boxes = {name: (low.tolist(), high.tolist()) for name, (low, high) in found.boxes.items()}
-    return GeometryBoxes(boxes, found.unread)
-
-
-@dataclass(frozen=True, eq=False)
 class IdentifiedFile:
     """A robot file of another program with identified values.
 
@@ -183,9 +99,7 @@ def identified_file(
     path: str | Path,
     estimate: Estimate,
     robot: Robot | None = None,
-    actuators: bool = False,
     X: FloatArray | None = None,
-    known: Known | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write identified values into the text of the robot's own file.
@@ -198,15 +112,12 @@ def identified_file(
         path: of the file that the robot was read from.
         estimate: identified on that robot.
         robot: that robot, where joints of the file are held still in it.
-        actuators: whether an MJCF gets an actuator for each constant torque.
         X: (p,) base parameters to write; by default those of the estimate.
-        known: masses and boxes of links. X moves for them as far as its noise may have moved it.
         folder: where the text is to be, for relative paths in it; by default where the file is.
 
     Raises:
         RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or cannot hold the values, or what is known of links
-            contradicts the estimate.
+        ParameterError: it is another robot's, or cannot hold the values.
     """
     path = Path(path)
     found = read_imported(path)
@@ -214,40 +125,34 @@ def identified_file(
     ours, theirs = model.base.names, (p.name for p in estimate.parameters)
     if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
-    facts = tuple((known or Known()).facts(path, model.robot))
-    if facts and (wrong := beyond_noise(model, estimate.X, estimate.covariance, facts)):
-        raise ParameterError(f"{path}: {wrong}; accepted: another mass, or a larger box")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
         prior=cad_parameters(path, model) if found.parameters else None,
         nearest=estimate.covariance,
-        facts=facts,
     )
     mjcf = path.suffix.lower() == ".xml"
-    dynamics = _dynamics(model.robot, links, apart=mjcf)
+    dynamics = _dynamics(model.robot, links)
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
-        beside = " with the known masses and boxes" if facts else ""
         notes.append(
-            f"the identified X is not physically possible{beside}: the file contains the nearest "
+            f"the identified X is not physically possible: the file contains the nearest "
             f"possible values, {links.sigmas:.3g} standard deviations away in all"
         )
         if far := no_robot_near(links.sigmas, len(links.X)):
             notes.append(far)
     if mjcf:
-        text, pushed, changes = updated_mjcf(path, dynamics, actuators)
-        notes += changes
-        offsets = {j.joint for j in dynamics.joints if j.stiffness} | pushed
+        text = updated_mjcf(path, dynamics)
         held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
-        held |= {f"OF{k}" for k in offsets} | {*_springs(model.robot).values()}
+        held |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
+        held |= {*_springs(model.robot).values()}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
         text, held = updated_urdf(text, dynamics, str(path)), set()
         if any(joint.armature for joint in dynamics.joints):
             notes.append(
-                "rotor inertia stands in the elements drake:rotor_inertia, which Drake and symgen "
-                "read; other programs ignore it"
+                "rotor inertia stands in <dynamics armature>, which symgen reads; other programs "
+                "ignore it"
             )
         if any(joint.frictionloss for joint in dynamics.joints):
             notes.append(
@@ -255,18 +160,44 @@ def identified_file(
                 "ignore"
             )
     left_out = tuple(_left_out(model, links, held))
+    if mjcf:
+        absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
+        _require_read(text, path, model, {**links.values, **absent})
     text = relocated(text, path, path.parent if folder is None else Path(folder))
     return IdentifiedFile(text, links.values, left_out, tuple(notes))
 
 
-def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
-    """Return what a robot file can hold of the parameters of a robot.
+def _require_read(text: str, path: Path, model: Model, values: Mapping[str, float]) -> None:
+    """Refuse an MJCF of which MuJoCo reads other values than were written.
+
+    Settings of the compiler can change masses and inertias, and springdamper changes damping.
 
     Args:
-        robot: the robot.
-        links: its parameters.
-        apart: whether a payload is no part of its link.
+        text: the file with the values.
+        path: where its relative paths lead from.
+        model: of the robot.
+        values: standard parameters that were written.
+
+    Raises:
+        ParameterError: a base parameter is read with another value.
     """
+    with TemporaryDirectory() as folder:
+        place = Path(folder) / path.name
+        place.write_text(relocated(text, path, place.parent), encoding="utf-8")
+        read = read_parameters(place, model)
+    written = base_values(values, model, str(path))
+    size = float(np.abs(written).max())
+    for name, ours, theirs in zip(model.base.names, written, read, strict=True):
+        if abs(ours - theirs) > _READ * size:
+            raise ParameterError(
+                f"{path}: MuJoCo reads {name} = {theirs:.6g} where {ours:.6g} is written; "
+                "accepted: a file without springdamper, and without settings of <compiler> that "
+                "change masses"
+            )
+
+
+def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
+    """Return what a robot file can hold of the parameters of a robot."""
     springs = _springs(robot)
 
     def value(name: str) -> float:
@@ -274,15 +205,11 @@ def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
 
     joints = []
     for joint in robot.movable:
-        k, offset = joint.number, value(f"OF{joint.number}")
+        k = joint.number
+        losses = value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}")
         stiffness = max(value(springs[k]), 0.0) if k in springs else 0.0
-        rest = -offset / stiffness if stiffness else 0.0
-        joints.append(
-            JointDynamics(
-                k, value(f"{names.ROTOR}{k}"), value(f"FV{k}"), value(f"FS{k}"), stiffness, rest,
-                0.0 if stiffness else offset,
-            )
-        )  # fmt: skip
+        rest = -value(f"OF{k}") / stiffness if stiffness else 0.0
+        joints.append(JointDynamics(k, *losses, stiffness, rest))
     couplings = (
         CouplingDynamics(
             c.first, c.second, float(c.ratio.subs(robot.values())), value(f"IAM{c.second}"),
@@ -290,20 +217,7 @@ def _dynamics(robot: Robot, links: LinkParameters, apart: bool) -> Dynamics:
         )
         for c in robot.couplings
     )  # fmt: skip
-    gears = {}
-    if robot.drive is not None:
-        ratio = np.array(robot.drive.ratio)
-        if np.count_nonzero(ratio - np.diag(np.diag(ratio))) == 0:
-            gears = {j.number: ratio[i, i] for i, j in enumerate(robot.movable)}
-    made = Dynamics(links.bodies, tuple(joints), tuple(couplings), gears)
-    if not apart or robot.payload is None:
-        return made
-    load = about_centre([value(f"{prefix}L") for prefix in names.LINK])
-    return replace(
-        made,
-        bodies=bodies(replace(robot, payload=None), links.values),
-        payload=Body(robot.payload, *load),
-    )
+    return Dynamics(links.bodies, tuple(joints), tuple(couplings))
 
 
 def _springs(robot: Robot) -> dict[int, str]:
@@ -333,9 +247,6 @@ def export(
     source: str | Path,
     robot: str | Path | Robot | None = None,
     *,
-    actuators: bool = False,
-    masses: Mapping[str, float] | None = None,
-    boxes: Mapping[str, Box] | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
     """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
@@ -346,21 +257,15 @@ def export(
             couplings change in the copy.
         robot: the robot that was identified, its path or a library name; by default the robot.toml
             beside the estimate, or else the robot of the file.
-        actuators: whether an MJCF gets an actuator for each constant torque.
-        masses: known masses of links of the file by name, kg.
-        boxes: two opposite corners of a box that contains a link, in its frame in the file, m; for
-            example `geometry_boxes(source).boxes`.
         folder: where the text is to be; paths to meshes are relative to it. By default that of
             `source`.
 
     Raises:
         RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read, is another robot's, or cannot be written, or
-            contradicts what is known of links.
+        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
     """
     found, robot = read_identified(estimate, robot)
-    known = Known(masses or {}, boxes or {})
-    return identified_file(source, found, robot, actuators, known=known, folder=folder)
+    return identified_file(source, found, robot, folder=folder)
 
 
 def export_samples(
@@ -369,9 +274,6 @@ def export_samples(
     count: int,
     robot: str | Path | Robot | None = None,
     *,
-    actuators: bool = False,
-    masses: Mapping[str, float] | None = None,
-    boxes: Mapping[str, Box] | None = None,
     folder: str | Path | None = None,
     seed: int = 0,
 ) -> Iterator[IdentifiedFile]:
@@ -382,7 +284,7 @@ def export_samples(
     For domain randomisation: the files differ by what the logs leave open.
 
     Args:
-        estimate, source, robot, actuators, masses, boxes, folder: as for `export`.
+        estimate, source, robot, folder: as for `export`.
         count: number of files.
         seed: of the draws.
 
@@ -399,10 +301,10 @@ def export_samples(
         )
     values, vectors = np.linalg.eigh(found.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    rng, known = np.random.default_rng(seed), Known(masses or {}, boxes or {})
+    rng = np.random.default_rng(seed)
     for _ in range(count):
         X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, actuators, X, known, folder)
+        yield identified_file(source, found, robot, X, folder)
 
 
 def read_identified(
@@ -433,7 +335,7 @@ def read_identified(
 def require_precise(
     file: IdentifiedFile,
     robot: Robot,
-    logs: Sequence[str | Path],
+    logs: Sequence[Source],
     estimate: Estimate,
     reading: Reading | None = None,
 ) -> None:
@@ -442,7 +344,7 @@ def require_precise(
     Args:
         file: of the robot, with the values of the estimate.
         robot: the robot.
-        logs: paths.
+        logs: paths, or logs.
         estimate: identified on the robot.
         reading: columns, span and masks of the logs.
 

@@ -183,9 +183,6 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
         raise ParameterError(f"{path}: it holds no values of parameters")
     robot = with_fixed_links(model.robot, found.robot, path)
     values = dict(found.parameters)
-    if found.robot.payload is not None and model.robot.payload is None:  # it is part of its link
-        for prefix in names.LINK:
-            values[f"{prefix}{found.robot.payload}"] += values.pop(f"{prefix}L")
     if robot == model.robot:
         return _with_drives(values, model)
     there = derive(robot)
@@ -194,9 +191,10 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
 
 
 def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:
-    """Return the parameters that a model has; those of drives that have no value are 0."""
+    """Return the parameters that a model has; drives and a payload without values are 0."""
+    load = [f"{prefix}L" for prefix in names.LINK]
     for p in model.base.standard:
-        if not (p.inertial and p.prefix in names.LINK):
+        if p.name in load or not (p.inertial and p.prefix in names.LINK):
             values.setdefault(p.name, 0.0)
     known = {*model.base.names, *(p.name for p in model.base.standard)}
     return {name: value for name, value in values.items() if name in known}

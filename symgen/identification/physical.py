@@ -20,9 +20,6 @@ and the free standard parameters y. So the optimum has size one for any precisio
 Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
 their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
 
-A known mass of a link, or a box that contains it, is linear in its parameters and restricts both
-programs.
-
 Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
 
     minimise 1/2 y'P y + c'y   with   E y + f = 0, >= 0, or a positive semidefinite matrix
@@ -139,63 +136,6 @@ def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArra
     J[np.triu_indices(3)] = link[:6]
     J += np.triu(J, 1).T
     return J, np.array(link[6:9], dtype=float), float(link[9])
-
-
-@dataclass(frozen=True, eq=False)
-class LinkFact:
-    """What is known of a body of one link or several: sum of forms @ parameters = or >= floors.
-
-    Attributes:
-        says: the fact, as a text.
-        forms: (k, 10) in XX XY XZ YY YZ ZZ MX MY MZ M of each link, by the suffix of its
-            parameters: the number of its joint, or L for the payload. The first link has a mass.
-        floors: (k,).
-        equal: whether the sides are equal.
-    """
-
-    says: str
-    forms: Mapping[str, FloatArray]
-    floors: FloatArray
-    equal: bool
-
-
-def mass_fact(label: str, links: Sequence[str], mass: float) -> LinkFact:
-    """Return that a body has a mass, kg.
-
-    Args:
-        label: of the body, for messages.
-        links: suffixes of its links, as in `LinkFact`.
-        mass: kg.
-    """
-    form = np.eye(len(names.LINK))[-1:]
-    says = f"{label}: a mass of {mass:g} kg"
-    return LinkFact(says, dict.fromkeys(links, form), np.array([mass]), True)
-
-
-def box_fact(
-    label: str, poses: Mapping[str, FloatArray], low: FloatArray, high: FloatArray
-) -> LinkFact:
-    """Return that a body lies in a box.
-
-        integral of (x - low) (high - x) dm >= 0 along each axis of the box
-
-    For a positive mass it follows that the centre of mass is in the box.
-
-    Args:
-        label: of the body, for messages.
-        poses: the frame (4, 4) of the parameters of each link in that of the box.
-        low, high: corners (3,) in the frame of the box, m.
-    """
-    forms = np.zeros((3, 4, 4))
-    for axis, (Q, a, b) in enumerate(zip(forms, low, high, strict=True)):
-        Q[axis, axis], Q[3, 3] = -1.0, -a * b
-        Q[axis, 3] = Q[3, axis] = (a + b) / 2
-    moved = {
-        link: np.einsum("qab,kab->qk", pose.T @ forms @ pose, _BASIS)
-        for link, pose in poses.items()
-    }
-    corners = " to ".join(f"({', '.join(f'{x:g}' for x in corner)})" for corner in (low, high))
-    return LinkFact(f"{label}: a box from {corners} m", moved, np.zeros(3), False)
 
 
 #: To the accuracy; and to it or to a hundred times it, which decides whether a solution exists.
@@ -349,11 +289,9 @@ class Feasibility:
         ParameterError: X are not finite base parameters of this robot.
     """
 
-    def __init__(
-        self, model: Model, X: Sequence[float] | FloatArray, facts: Sequence[LinkFact] = ()
-    ) -> None:
+    def __init__(self, model: Model, X: Sequence[float] | FloatArray) -> None:
         base, self.robot = model.base, model.robot.name
-        self._model, self.facts = model, tuple(facts)
+        self._model = model
         self.parameters = base.parameters
         self.names = [p.name for p in base.standard]
         prefixes = [p.prefix for p in base.standard]
@@ -385,43 +323,6 @@ class Feasibility:
         self.onto[self.heads] /= self.scale[self.heads, None]
         self.at = np.zeros(n)
         self.at[self.heads] = self.X / self.scale[self.heads]
-        self._equal, self._more = (self._rows(equal) for equal in (True, False))
-
-    def _rows(self, equal: bool) -> tuple[FloatArray, FloatArray]:
-        """Return the facts as rows (k, n) and floors (k,) in x, with rows of length 1."""
-        rows, floors = [np.zeros((0, len(self.names)))], [np.zeros(0)]
-        for fact in self.facts:
-            if fact.equal == equal:
-                own = np.zeros((len(fact.floors), len(self.names)))
-                for link, forms in fact.forms.items():
-                    own[:, self._places(link)] = forms
-                own *= self.scale
-                size = np.linalg.norm(own, axis=1)
-                rows.append(own / size[:, None])
-                floors.append(fact.floors / size)
-        return np.concatenate(rows), np.concatenate(floors)
-
-    def _places(self, link: str) -> NDArray[np.intp]:
-        """Return the places (10,) of the parameters of a link."""
-        first = self.names.index(f"{names.LINK[0]}{link}")
-        return first + np.arange(len(names.LINK))
-
-    def _known(self, onto: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return onto and at of the part of x = onto y + at in which the equal facts hold.
-
-        Raises:
-            ParameterError: they hold nowhere.
-        """
-        from scipy.linalg import null_space
-
-        rows, sides = self._equal
-        if not len(rows):
-            return onto, at
-        moved, missing = rows @ onto, sides - rows @ at
-        step = np.linalg.lstsq(moved, missing, rcond=_CERTAIN)[0]
-        if np.abs(moved @ step - missing).max() > _CERTAIN:
-            raise ParameterError("what is known of the links contradicts X")
-        return onto @ null_space(moved, rcond=_CERTAIN), at + onto @ step
 
     def require(self, prior: Mapping[str, float]) -> None:
         """Refuse a prior without finite standard parameters of this robot."""
@@ -451,10 +352,6 @@ class Feasibility:
         margin, blame = self.margin
         if margin > _CERTAIN:
             return ""
-        if self.facts and not (own := Feasibility(self._model, self.X).fault()):
-            return self._contradiction()
-        if self.facts:
-            return own
         worst = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
         links = [f"link {self.names[self.links[k][0]].removeprefix('XX')}" for k in worst]
         return f"the inertia of {' and '.join(links)} cannot be positive definite"
@@ -466,45 +363,8 @@ class Feasibility:
         X is possible if it is positive. The second value is the share of each link in the binding
         constraints of t: the trace of its dual matrix.
         """
-        try:
-            (t, _), blame = self._widest(*self._known(self.onto, self.at), self.links)
-        except ParameterError:
-            if not self.facts:
-                raise
-            return -np.inf, np.zeros(len(self.links))
+        (t, _), blame = self._widest(self.onto, self.at, self.links)
         return t, blame
-
-    def _contradiction(self) -> str:
-        """Return a text: what is known of the links and cannot be, for an X that is possible."""
-        alone = {fact: Feasibility(self._model, self.X, [fact]) for fact in self.facts}
-        wrong = [fact.says + own._masses() for fact, own in alone.items()
-                 if not own.margin[0] > _CERTAIN]  # fmt: skip
-        if wrong:
-            return f"cannot be: {'; '.join(wrong)}"
-        left = list(self.facts)
-        for fact in self.facts:  # without those that contradict nothing
-            others = [other for other in left if other is not fact]
-            if not Feasibility(self._model, self.X, others).margin[0] > _CERTAIN:
-                left = others
-        return f"cannot be together: {'; '.join(fact.says for fact in left)}"
-
-    def _masses(self) -> str:
-        """Return a text: the masses that X leaves to the link of the only fact, a mass."""
-        (fact,) = self.facts
-        if not fact.equal:
-            return ""
-        M = self._equal[0][0] / np.linalg.norm(self._equal[0][0] / self.scale, np.inf)
-        cones = self._consistent(self.onto, self.at, self.links)
-        ends = []
-        for sign in (1.0, -1.0):
-            slope = sign * M @ self.onto
-            try:
-                y, _ = minimise(np.zeros((len(slope), len(slope))), slope, cones)
-                ends.append(float(M @ (self.onto @ y + self.at)))
-            except ParameterError:  # without end
-                ends.append(sign * -np.inf)
-        low, high = f"at least {max(ends[0], 0.0):.3g} kg", f"at most {ends[1]:.3g} kg"
-        return f" (the torques need {low}{f' and {high}' * bool(np.isfinite(ends[1]))})"
 
     def _widest(
         self, onto: FloatArray, at: FloatArray, links: NDArray[np.intp]
@@ -518,7 +378,6 @@ class Feasibility:
         np.put_along_axis(trace, links, (IDENTITY @ MATRIX)[None], axis=1)
         cones = [
             *self._consistent(wider, at, links),
-            self._within(np.pad(onto, ((0, 0), (0, 1))), at),
             Cone("nonnegative", -trace @ np.pad(onto, ((0, 0), (0, 1))), _LARGEST - trace @ at),
             Cone("nonnegative", -t[None], np.array([_ENOUGH])),
         ]
@@ -541,27 +400,16 @@ class Feasibility:
         body = given & (_least(target[self.links]) > _CERTAIN)
         # Fixed to their values where that leaves room: they lead no base parameter.
         still = given & ~body & ~np.isin(self.links, self.heads).any(axis=1)
-        massive = [self._places(next(iter(fact.forms)))[0] for fact in self.facts]
-        still &= ~np.isin(self.links[:, 0], massive)
         for fixed in (still, still & False):
             held = np.isin(self.free, self.links[fixed])
             onto, links = self.onto[:, ~held], self.links[~fixed]
             at = self.at + self.onto[:, held] @ target[np.array(self.free, dtype=int)[held]]
-            onto, at = self._known(onto, at)
             (margin, y), _ = self._widest(onto, at, links)
             if margin > _CERTAIN:
                 break
         start = self._smallest(target, named, onto, at, links, margin, y)
         centres = np.where(body[~fixed, None], target[links], (onto @ start + at)[links])
-        # What is never negative, drawn to its target; and the facts, which draw to nothing.
-        rows, floors = self._more
-        rows = np.concatenate([np.eye(len(self.names))[self.positive], rows])
-        floors = np.concatenate([np.zeros(len(self.positive)), floors])
-        weights = np.repeat([_FAINTEST, 0.0], [len(self.positive), len(self._more[1])])
-        y = _closest_bodies(
-            onto, at, links, centres, (rows @ onto, rows @ at - floors),
-            rows @ target - floors, weights, start,
-        )  # fmt: skip
+        y = _closest_bodies(onto, at, links, centres, self.positive, target[self.positive], start)
         s: FloatArray = (onto @ y + at) * self.scale
         s[self.positive] = np.maximum(s[self.positive], 0.0)
         s[self.heads] = self.X - self.G[:, self.free] @ s[self.free]
@@ -593,7 +441,7 @@ class Feasibility:
             y, _ = minimise(
                 weighted @ onto,
                 weighted @ (at - target),
-                [*self._consistent(onto, at, links, floors), self._within(onto, at)],
+                self._consistent(onto, at, links, floors),
             )
         except ParameterError:
             return widest
@@ -621,12 +469,8 @@ class Feasibility:
         moved = np.zeros((len(self.names), p))
         moved[self.heads] = L / self.scale[self.heads, None]
         onto = np.hstack([self.onto, moved])
-        rows, sides = self._equal
-        cones = [
-            *self._consistent(onto, self.at, self.links, np.full(len(self.links), _NEAREST)),
-            self._within(onto, self.at, _NEAREST),
-            Cone("zero", rows @ onto, rows @ self.at - sides),
-        ]
+        least = np.full(len(self.links), _NEAREST)
+        cones = self._consistent(onto, self.at, self.links, least)
         candidates = [] if known is None or not self._allows(known) else [known]
         for move in nearest_moves(len(self.free), cones):
             s = (onto @ move + self.at) * self.scale
@@ -642,8 +486,8 @@ class Feasibility:
         return candidates[first], float(distances[first])
 
     def _allows(self, X: FloatArray) -> bool:
-        """Return whether other base parameters are possible with the same facts."""
-        return not Feasibility(self._model, X, self.facts).fault()
+        """Return whether other base parameters are possible."""
+        return not Feasibility(self._model, X).fault()
 
     def _consistent(
         self,
@@ -663,11 +507,6 @@ class Feasibility:
         ]
         return [*out, Cone("nonnegative", onto[self.positive], at[self.positive])]
 
-    def _within(self, onto: FloatArray, at: FloatArray, least: float = 0.0) -> Cone:
-        """Return the cone of the facts that are no equations, of x = onto y + at, with room."""
-        rows, floors = self._more
-        return Cone("nonnegative", rows @ onto, rows @ at - floors - least)
-
 
 def _least(links: FloatArray) -> FloatArray:
     """Return the least eigenvalue of the pseudo-inertia of some links (L, 10)."""
@@ -679,15 +518,13 @@ def _closest_bodies(
     at: FloatArray,
     links: NDArray[np.intp],
     centres: FloatArray,
-    sides: tuple[FloatArray, FloatArray],
+    positive: NDArray[np.intp],
     drawn: FloatArray,
-    weights: FloatArray,
     start: FloatArray,
 ) -> FloatArray:
     """Return y (m,) of the x = onto y + at whose links are closest to some bodies.
 
-        minimise sum_j tr(C_j^-1 P_j) - log det P_j + 1/2 (z - drawn)' W (z - drawn)
-        with z = A y + b >= 0
+        minimise sum_j tr(C_j^-1 P_j) - log det P_j + 1/2 faint |z - drawn|^2,   z >= 0
 
     by Newton's method with an active set of signs (Nocedal and Wright 2006, chapter 16).
 
@@ -695,8 +532,8 @@ def _closest_bodies(
         onto, at: (n, m) and (n,).
         links: (L, 10) places of the links in x.
         centres: (L, 10) the bodies.
-        sides: A (k, m) and b (k,).
-        drawn, weights: (k,) what z is drawn to, by very little, and the diagonal of W.
+        positive: (k,) places of z in x.
+        drawn: (k,) what z is drawn to, by very little.
         start: (m,) where all links are bodies.
     """
     from scipy.linalg import null_space
@@ -704,17 +541,16 @@ def _closest_bodies(
     inverse = np.linalg.inv(np.tensordot(centres, _BASIS, 1))  # (L, 4, 4)
     pull = np.einsum("lab,kba->lk", inverse, _BASIS)
     rows = onto[links]  # (L, 10, m)
-    # A side that y does not change says nothing.
-    used = np.abs(sides[0]).max(axis=1, initial=0.0) > 0
-    signs, floors = (side[used] for side in sides)
-    drawn, weights = drawn[used], weights[used]
+    # A sign that y does not change says nothing.
+    used = np.abs(onto[positive]).max(axis=1, initial=0.0) > 0
+    signs, floors, drawn = onto[positive][used], at[positive][used], drawn[used]
 
     def value(y: FloatArray) -> float:
         P = np.tensordot(rows @ y + at[links], _BASIS, 1)
         sign, log = np.linalg.slogdet(P)
         if (sign <= 0).any() or (np.linalg.eigvalsh(P)[:, 0] <= 0).any():
             return np.inf
-        beside = float(weights @ (signs @ y + floors - drawn) ** 2) / 2
+        beside = _FAINTEST * float(np.sum((signs @ y + floors - drawn) ** 2)) / 2
         return float(np.sum(pull * (rows @ y + at[links])) - log.sum()) + beside
 
     y, now = start, value(start)
@@ -725,8 +561,8 @@ def _closest_bodies(
         slope = pull - np.einsum("lkaa->lk", moved)
         bend = np.einsum("lkab,liba->lki", moved, moved)
         beside = signs @ y + floors - drawn
-        g = np.einsum("lkm,lk->m", rows, slope) + signs.T @ (weights * beside)
-        H = np.einsum("lkm,lki,lin->mn", rows, bend, rows) + (signs.T * weights) @ signs
+        g = np.einsum("lkm,lk->m", rows, slope) + _FAINTEST * signs.T @ beside
+        H = np.einsum("lkm,lki,lin->mn", rows, bend, rows) + _FAINTEST * signs.T @ signs
         # Along the active signs nothing moves, however badly the matrix is conditioned.
         A = signs[active]
         Z = null_space(A) if len(A) else np.eye(len(y))
@@ -736,7 +572,7 @@ def _closest_bodies(
         room = np.where(~active & (falls < 0), -(signs @ y + floors) / np.minimum(falls, -1e-300),
                         np.inf)  # fmt: skip
         length = min(1.0, float(room.min(initial=np.inf)))
-        if length <= _SHORTEST:  # a side in the way
+        if length <= _SHORTEST:  # a sign in the way
             active[int(np.argmin(room))] = True
             continue
         while length > _SHORTEST and not value(y + length * d) <= now + 0.1 * length * float(g @ d):
@@ -794,7 +630,6 @@ def link_parameters(
     *,
     prior: Mapping[str, float] | None = None,
     nearest: FloatArray | None = None,
-    facts: Sequence[LinkFact] = (),
 ) -> LinkParameters:
     """Find physically possible link parameters that give the base parameters X.
 
@@ -809,13 +644,12 @@ def link_parameters(
             thousandth of the weight.
         nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, the function
             replaces an impossible X by the nearest possible one, and `sigmas` is the distance.
-        facts: what is known of single links, from `mass_fact` and `box_fact`.
 
     Raises:
         ParameterError: no link parameters give X (the message has the reason), or X or the prior
             do not belong to this robot.
     """
-    problem = Feasibility(model, X, facts)
+    problem = Feasibility(model, X)
     prior = prior or {}
     problem.require(prior)
     fault = problem.fault()
@@ -828,41 +662,10 @@ def link_parameters(
             )
         known = problem.G @ [prior.get(name, 0.0) for name in problem.names]
         near, sigmas = problem.nearest(np.asarray(nearest, dtype=float), known)
-        problem = Feasibility(model, near, facts)
+        problem = Feasibility(model, near)
     s = problem.closest(prior)
     values = dict(zip(problem.names, map(float, s), strict=True))
     return LinkParameters(values, problem.X, sigmas, bodies(model.robot, values))
-
-
-def beyond_noise(
-    model: Model, X: FloatArray, covariance: FloatArray, facts: Sequence[LinkFact]
-) -> str:
-    """Return a text if facts about links contradict base parameters by more than noise, else "".
-
-    With D the distance to the nearest possible X, and F to the nearest one with the facts, it is
-    noise up to sqrt(F^2 - D^2) of which estimates exceed the truth in 5 % of cases.
-
-    Args:
-        model: whose parameters they are.
-        X: base parameters (p,).
-        covariance: of X, (p, p).
-        facts: about links.
-
-    Raises:
-        ParameterError: the solver finds no solution.
-    """
-    near, _ = nearest_consistent(model, X, covariance)
-    problem = Feasibility(model, near, facts)
-    if not (fault := problem.fault()):
-        return ""
-    _, sigmas = problem.nearest(covariance)
-    noise = _noise(len(X))
-    if sigmas <= noise:
-        return ""
-    return (
-        f"{fault}: the estimate would change by {sigmas:.3g} standard deviations in all (noise "
-        f"alone: up to {noise:.2g})"
-    )
 
 
 def nearest_consistent(

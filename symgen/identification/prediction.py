@@ -116,8 +116,7 @@ def predict(
     samples, band = seen.samples, seen.band
     compared = fit(evaluator, [seen], X)
     torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
-    beside = 0.0 if samples.beside is None else samples.beside
-    measured, torque = seen.tau + beside, torque + beside
+    measured = seen.tau
     if seen.rows.cutoff is not None:
         measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
     kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)

@@ -37,7 +37,7 @@ def explained(name: str) -> str:
     formula = (d.torque or d.formula) + (" - constant" if d.offset else "")
     lines = [
         (head, formula),
-        ("kind", _KINDS[d.kind] + (f", from {', '.join(d.reads)}" if d.reads else "")),
+        ("kind", _KINDS[d.kind]),
         ("coefficients", "; ".join(_coefficient(d, key) for key in d.linear) or "none of its own"),
         ("constants", "; ".join(_constant(key, s) for key, s in d.nonlinear.items()) or "none"),
         ("pattern", d.pattern),
@@ -63,8 +63,6 @@ def _coefficient(d: Definition, key: str) -> str:
 
 
 def _constant(key: str, search: Search) -> str:
-    if search.scale == "mean temp":
-        return f"{key}: the mean temperature of the joint over the logs"
     of = {"speed": " of the joint's RMS speed", "duration": " of the log's duration"}
     part = of.get(search.scale, "")
     return f"{key}: {search.low:g} to {search.high:g}{part}, {search.count} values tried"
@@ -81,9 +79,6 @@ def _declaration(d: Definition) -> str:
         return "[payload] with joint = j, the link that carries it"
     if d.kind == "linear" and not d.torque:
         return "[[effect]] with a name, joints = [j], torque and linear of your own"
-    if d.reads:
-        values = ", ".join((*d.linear, *d.nonlinear))
-        return f'[[effect]] with name = "{d.name}", joints = [j], values = {{ .. }} of {values}'
     if not d.declarable:
         return "not declared there: symgen diagnose measures it"
     constants = ", ".join(f"{key} = {_middle(s):.3g}" for key, s in d.nonlinear.items())

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ class Body:
     """One link in the frame of its joint (modified Denavit-Hartenberg).
 
     Attributes:
-        joint: number of the joint in the file. A payload counts as part of its link.
+        joint: number of the joint in the file. A payload is part of its link.
         mass: kg.
         com: centre of mass (3,), m.
         inertia: inertia matrix (3, 3) about the centre of mass, kg m2. Entry (0, 1) is
@@ -33,7 +32,7 @@ class Body:
 class JointDynamics:
     """Torque of the motor of one joint, beside that of the links.
 
-        tau = armature qdd + frictionloss sign(qd) + damping qd + stiffness (q - springref) + offset
+        tau = armature qdd + frictionloss sign(qd) + damping qd + stiffness (q - springref)
 
     Attributes:
         joint: number of the joint in the file.
@@ -42,7 +41,6 @@ class JointDynamics:
         frictionloss: Coulomb friction, N m or N.
         stiffness: of a spring, N m/rad or N/m.
         springref: position of the joint at which the spring has no torque, rad or m.
-        offset: constant torque, N m or N; 0 where there is a spring.
     """
 
     joint: int
@@ -51,7 +49,6 @@ class JointDynamics:
     frictionloss: float = 0.0
     stiffness: float = 0.0
     springref: float = 0.0
-    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -81,12 +78,8 @@ class Dynamics:
         bodies: the links in the frames of their joints, fixed ones included.
         joints: the torques of movable joints.
         couplings: the drives that move two joints.
-        gears: number of a joint -> motor turns per joint turn, where that is known.
-        payload: the load on the link of a joint, where it is no part of that link.
     """
 
     bodies: tuple[Body, ...]
     joints: tuple[JointDynamics, ...] = ()
     couplings: tuple[CouplingDynamics, ...] = ()
-    gears: Mapping[int, float] = field(default_factory=dict)
-    payload: Body | None = None

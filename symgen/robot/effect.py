@@ -28,8 +28,6 @@ from symgen.robot import expressions
 Named = tuple[tuple[str, sp.Expr], ...]
 #: Variables of the joint on which a library torque may depend.
 OWN = ("q", "qd", "qdd", "taur")
-#: Log columns on which an effect of kind "log" may depend; kernels do not take them.
-BESIDE = ("temp",)
 #: Number of ranges of an effect -> number of values that a search tries for each constant.
 COUNTS = {1: 20, 2: 12}
 #: Prior odds of an effect that a robot file proposes.
@@ -79,12 +77,6 @@ class Definition:
     presumes: str = ""  # friction word that the joint must already have
 
     @property
-    def reads(self) -> tuple[str, ...]:
-        """Log columns other than the motion on which its torque depends."""
-        used = set() if self.own else set(re.findall(r"[A-Za-z]\w*", self.torque))
-        return tuple(role for role in BESIDE if role in used)
-
-    @property
     def declarable(self) -> bool:
         """Whether [[effect]] of a robot file may name it."""
         return self.kind != "log" and bool(self.torque) and not self.native
@@ -93,7 +85,7 @@ class Definition:
         """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": unit("speed", sigma), "duration": "s", "mean temp": "degC"}
+        units = {"speed": unit("speed", sigma), "duration": "s"}
         units |= dict.fromkeys(("play", "range"), unit("position", sigma))
         units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
@@ -207,34 +199,12 @@ def definitions() -> Mapping[str, Definition]:
                 float(high),
                 int(count),
                 scale.get(key, ""),
-                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear", "mean temp"),
+                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear"),
             )
             for key, (low, high, count) in table.pop("nonlinear", {}).items()
         }
         out[name] = Definition(name=name, nonlinear=searches, **table)
     return out
-
-
-@dataclass(frozen=True)
-class LogEffect:
-    """An effect that symgen subtracts from the torque in every log of the robot.
-
-    It depends on a log column, such as temperature, that no kernel takes.
-
-    Attributes:
-        name: name in the library.
-        joint: number of the joint.
-        values: (name in the library, value) of each coefficient, then of each constant.
-    """
-
-    name: str
-    joint: int
-    values: Named
-
-    @property
-    def definition(self) -> Definition:
-        """Its library definition."""
-        return definitions()[self.name]
 
 
 @dataclass(frozen=True)
@@ -328,7 +298,7 @@ def numbered(definition: Definition, joint: int | str) -> str:
     """Return the torque of an effect with the joint number appended to its names."""
     if definition.own:
         return definition.torque
-    own = {*OWN, *BESIDE, *definition.linear, *definition.nonlinear}
+    own = {*OWN, *definition.linear, *definition.nonlinear}
     return re.sub(
         r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
     )

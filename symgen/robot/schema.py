@@ -177,7 +177,6 @@ class EffectTable(_Table):
     torque: str | None = None
     linear: dict[str, Annotated[str, PlainValidator(_unit)]] = {}
     nonlinear: dict[str, Constant] = {}
-    values: dict[str, Scalar] = {}
 
 
 class LimitsTable(_Table):

@@ -22,11 +22,8 @@ from symgen.robot import exact_numbers, expressions
 from symgen.robot.builtin import library, library_text
 from symgen.robot.effect import (
     COUNTS,
-    Definition,
     Effect,
-    LogEffect,
     Sought,
-    definitions,
     from_table,
 )
 from symgen.robot.exact_numbers import written_fraction
@@ -195,7 +192,7 @@ class _Reader:
             with located("robot, key 'gravity'"):
                 gravity = tuple(self.expression(g, self.geometry) for g in file.robot.gravity)
         sigma = {j.number: j.sigma for j in movable}
-        effects, sought, on_logs = self.effects(file, sigma)
+        effects, sought = self.effects(file, sigma)
         payload = None if file.payload is None else file.payload.joint
         if payload is not None and payload > len(joints):
             raise RobotError(f"payload, key 'joint': there is no joint {payload}")
@@ -210,7 +207,6 @@ class _Reader:
             loops=tuple(Loop(*table.cut) for table in file.loop),
             effects=tuple(effects),
             sought=tuple(sought),
-            on_logs=tuple(on_logs),
             drive=self.drive(file, len(movable)),
             frames=_frames(file.frame, len(joints)),
             controller=self.controller(file, len(movable)),
@@ -367,11 +363,10 @@ class _Reader:
 
     def effects(
         self, file: RobotFile, sigma: Mapping[int, int]
-    ) -> tuple[list[Effect], list[Sought], list[LogEffect]]:
-        """Return effects of the model, effects to search, and effects to subtract from logs."""
+    ) -> tuple[list[Effect], list[Sought]]:
+        """Return effects of the model, and effects to search."""
         found: list[Effect] = []
         sought: list[Sought] = []
-        on_logs: list[LogEffect] = []
         for number, table in enumerate(file.effect, 1):
             joints = table.joints
             for j in joints:
@@ -382,13 +377,6 @@ class _Reader:
                     f"effect {number}, key 'joints': each joint once, and at least one"
                 )
             with located(f"effect {number}"):
-                definition = definitions().get(table.name)
-                if definition is not None and definition.reads:
-                    known = self.on_logs(table, definition)
-                    for j in {e.joint for e in on_logs if e.name == table.name} & set(joints):
-                        raise RobotError(f"a second {table.name} on joint {j}")
-                    on_logs += known
-                    continue
                 here, ranges = self.effect(table, sigma)
                 earlier = (*found, *(s.effect for s in sought))
                 others = [e for e in earlier if e.own or here[0].own or e.name == table.name]
@@ -407,14 +395,12 @@ class _Reader:
                         "another name"
                     )
                 sought += wanted
-        return found, sought, on_logs
+        return found, sought
 
     def effect(
         self, table: EffectTable, sigma: Mapping[int, int]
     ) -> tuple[list[Effect], tuple[tuple[str, sp.Expr, sp.Expr], ...]]:
         """Return the effects of a table, with the lower end of each range, and the ranges."""
-        if table.values:
-            raise RobotError("key 'values': accepted: nonlinear, of this effect")
         for name in table.linear:
             if not is_coefficient_name(name):
                 raise RobotError(
@@ -437,25 +423,6 @@ class _Reader:
             for corner in itertools.product(*ends.values())
         ]
         return lowest, ranges
-
-    def on_logs(self, table: EffectTable, definition: Definition) -> list[LogEffect]:
-        """Return the effects of a table that are subtracted from logs."""
-        for key in ("torque", "linear", "nonlinear"):
-            if getattr(table, key):
-                raise RobotError(f"key {key!r}: {table.name} has values alone")
-        wanted = (*definition.linear, *definition.nonlinear)
-        with located("key 'values'"):
-            if set(table.values) != set(wanted):
-                given = ", ".join(map(shortened, table.values)) or "none"
-                raise RobotError(
-                    f"{given}; accepted: a number for each of {', '.join(wanted)}, as symgen "
-                    "diagnose finds them"
-                )
-            values = tuple(
-                (key, self.at_values(self.expression(table.values[key], self.geometry)))
-                for key in wanted
-            )
-        return [LogEffect(table.name, j, values) for j in table.joints]
 
     def ends(
         self, value: int | Decimal | str | tuple[int | Decimal | str, ...]

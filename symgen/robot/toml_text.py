@@ -37,9 +37,6 @@ def robot_toml(robot: Robot) -> str:
             }
         about["nonlinear"] = dict(effect.constants) | ranges or None
         tables.append(("[[effect]]", about))
-    for known in robot.on_logs:
-        about = {"name": known.name, "joints": (known.joint,), "values": dict(known.values)}
-        tables.append(("[[effect]]", about))
     tables += [("[[frame]]", vars(frame)) for frame in robot.frames]
     if robot.limits is not None:
         tables.append(("[limits]", vars(robot.limits) | {"boxes": robot.limits.boxes or None}))

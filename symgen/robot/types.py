@@ -23,7 +23,7 @@ from symgen import names
 from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot import expressions
-from symgen.robot.effect import Effect, LogEffect, Named, Sought, distinct
+from symgen.robot.effect import Effect, Named, Sought, distinct
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 if it is an input of the kernels. No length of a file can have these names.
@@ -291,7 +291,6 @@ class Robot:
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with any has no model.
-        on_logs: effects that symgen subtracts from logs; they are not part of the model.
         frames: frames of links in a file of another format.
         controller: gains of the controller that moved the robot in its logs.
         log_columns: text of --columns for its logs; "" if none.
@@ -308,7 +307,6 @@ class Robot:
     effects: tuple[Effect, ...] = ()
     sought: tuple[Sought, ...] = ()
     drive: Drive | None = None
-    on_logs: tuple[LogEffect, ...] = ()
     frames: tuple[Frame, ...] = ()
     controller: Servo | None = None
     log_columns: str = ""

@@ -2,7 +2,7 @@
 
 Kernels are straight code: fused multiply-add helps, and gcc's and clang's vectorisation of straight
 code does not. Panels are vectors from the start, as wide as the processor has them.
-`tests/benchmarks/bench_evaluator.py --flags` compares these flags with others.
+`tests/benchmarks/bench_kernels.py --flags ROBOT` compares these flags with others.
 """
 
 from __future__ import annotations

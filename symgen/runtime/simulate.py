@@ -4,7 +4,7 @@
 
 LSODA changes between Adams' methods and backward differences where the equations become stiff
 (Petzold 1983), as they do at rest: there the width makes friction a damper of FS/width. So a joint
-that friction holds creeps, by at most the width times the time: 0.01 mrad in a second.
+that friction holds creeps, by about the width times the time: 0.01 mrad in a second.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import FloatArray
-from symgen.distributed import silent
 from symgen.errors import ParameterError
+from symgen.parallel import silent
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 

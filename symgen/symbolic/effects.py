@@ -66,15 +66,14 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
 
     Returns:
         A tape to minus the derivative of the torque by every coefficient. Its inputs are q, qd,
-        qdd and taur of the joint (of all movable joints for an own effect), the other columns
-        that the effect reads, and c, the constants in the order of `nonlinear`.
+        qdd and taur of the joint (of all movable joints for an own effect), and c, the constants
+        in the order of `nonlinear`.
     """
-    letters = (*OWN, *definition.reads)
     numbers = [""] if robot is None else [str(j.number) for j in robot.movable]
     symbol = {
         name: real_symbol(name)
         for name in (
-            *(f"{letter}{number}" for letter in letters for number in numbers),
+            *(f"{letter}{number}" for letter in OWN for number in numbers),
             *definition.linear,
             *definition.nonlinear,
         )
@@ -84,7 +83,7 @@ def definition_tape(definition: Definition, robot: Robot | None = None) -> Tape:
     torque = expressions.parse(definition.torque, known, expressions.EFFECT_FUNCTIONS)
     if robot is not None:
         torque = _smooth(torque, robot)
-    inputs = [(letter, [symbol[f"{letter}{number}"] for number in numbers]) for letter in letters]
+    inputs = [(letter, [symbol[f"{letter}{number}"] for number in numbers]) for letter in OWN]
     inputs.append(("c", [symbol[name] for name in definition.nonlinear]))
     tape = TapeBuilder(known)
     variables = {s for _, group in inputs for s in group}

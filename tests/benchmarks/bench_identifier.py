@@ -28,7 +28,7 @@ from rich.table import Table
 
 import symgen
 from symgen.runtime.build import find_compiler
-from symgen.runtime.flags import chosen_flags
+from symgen.runtime.flags import kernel_flags
 
 RATE, WINDOW, SAMPLES, REPEATS = 1000.0, 100, 6000, 9
 DRIVER = r"""
@@ -144,7 +144,7 @@ def built(checkout: Path, robot: str, model: str, folder: Path) -> Path:
     if "_solution;" in (folder / f"{robot}_least_squares.h").read_text():
         defined.append("-DPIECES=4")
     sources = [f for f in folder.glob("*.c") if not f.name.endswith("_check.c")]
-    flags = [*chosen_flags(compiler).flags.flags, *defined]
+    flags = [*kernel_flags(compiler), *defined]
     subprocess.run(
         [*compiler.command, "-std=c99", "-O2", *flags, *sources, "-lm", "-o", "driver"],
         cwd=folder, check=True,

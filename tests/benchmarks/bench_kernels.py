@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from peers import pointer
+from peers import BUILD, pointer
 from rich.console import Console
 from rich.table import Table
 
@@ -45,7 +45,6 @@ from symgen.codegen.model import Model
 from symgen.codegen.package import library
 from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
-from symgen.runtime.build import _FLAGS
 
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")
 SAMPLES = 1000
@@ -231,7 +230,7 @@ def built(files: Mapping[str, bytes], folder: Path, compiler: str, word: str) ->
             head = OUTPUT.sub(rf"double\1\2[{word} \3]", head)
         (folder / path).write_text(head + brace + body)
     sources = [p.name for p in folder.glob("*.c") if not p.name.endswith("_check.c")]
-    command = [compiler, *_FLAGS, "-march=native", *sources, "-o", "kernels.so", "-lm"]
+    command = [compiler, *BUILD, "-march=native", *sources, "-o", "kernels.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     return ctypes.CDLL(str(folder / "kernels.so"))
 

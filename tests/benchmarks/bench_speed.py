@@ -5,12 +5,10 @@
 Times are ns a sample, medians of repeats that take turns, so that a slow moment of the machine
 meets all alike; figures of two runs do not compare, ratios do. Pinocchio in C++ is compiled here,
 its headers with -march=native; CasADi's C with symgen's compiler and flags. "In cache": outputs
-that stay in the second cache; "to memory": outputs four times as large as the last one, written
-again and again, beside what filling the same memory by streaming stores costs. "Panels in C": a
-program in C calls the functions of a package in a loop, all with the same flags, by instruction
-set; over single calls, and as a share of the width of a panel. "Large trees": kernels as single
-statements and as loops over the joints beside Pinocchio's C++, all with -O2 -march=native, in cache
-and out of it (trees.c says how).
+that stay in the second cache. "Panels in C": a program in C calls the functions of a package in a
+loop, all with the same flags, by instruction set; over single calls, and as a share of the width of
+a panel. "Large tree": kernels of a humanoid of 30 joints beside Pinocchio's C++, all with -O2
+-march=native, in cache and out of it (trees.c says how).
 """
 
 from __future__ import annotations
@@ -19,13 +17,11 @@ import argparse
 import ctypes
 import json
 import os
-import platform
 import random
 import statistics
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -40,11 +36,11 @@ from oracles.large_arms import LARGE
 from oracles.random_arms import to_toml
 from packages import run
 from peers import (
+    BUILD,
     PINOCCHIO,
     base_of,
     begin_cxx,
     casadi_c,
-    figaroh_builder,
     pinocchio_model,
     pinocchio_objects,
     pointer,
@@ -55,9 +51,9 @@ from rich.table import Table
 import symgen
 from symgen.codegen.package import library
 from symgen.codegen.verification import physical_parameters
-from symgen.runtime.build import _FLAGS, find_compiler, native
-from symgen.runtime.flags import PANEL_SETS, FlagSet, chosen_flags, panel_flags
-from symgen.runtime.panels import aligned, cache_bytes
+from symgen.runtime.build import find_compiler, native
+from symgen.runtime.flags import kernel_flags
+from symgen.runtime.panels import aligned
 from symgen.symbolic.tape import Numbers
 
 KERNELS = (
@@ -69,24 +65,20 @@ KERNELS = (
     "forward_dynamics",
 )
 DERIVATIVES = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
-TREES = ("inverse_dynamics", "mass_matrix", "coriolis", "forward_dynamics", *DERIVATIVES)
+TREES = ("inverse_dynamics", "forward_dynamics", "mass_matrix", *DERIVATIVES)
+#: Flags of panels in C, and what the processor must have.
+SETS = {
+    "SSE2": ("", "__SSE2__"),
+    "AVX2": ("-mavx2 -mfma", "__AVX2__"),
+    "AVX-512": ("-mavx512f -mavx512dq -mfma -mprefer-vector-width=512", "__AVX512DQ__"),
+    "native": ("-march=native", ""),
+}
 STATES = 32  # of a large tree, as in trees.c
 TREE_FLAGS = ("-O2", "-march=native", "-fPIC")
 TIMES = Path(__file__).with_name("trees.c")
 FRICTION = ("coulomb", "viscous")
 IN_CACHE = 2**18  # bytes of output
 REPEATS, AT_LEAST = 9, 5e-4
-FILL = """
-#include <stddef.h>
-typedef double v __attribute__((vector_size(BYTES)));
-void fill(size_t n, double *p)
-{
-    const v x = { 1.0 };
-    for (size_t i = 0; i < n; i += BYTES / 8) {
-        STORE
-    }
-}
-"""
 #: The loops of a program in C: single calls, the batch as rows, panels.
 LOOPS = """
 #include "NAME_panels.h"
@@ -170,7 +162,7 @@ def kernel_ways(
     compiler = find_compiler()
     assert compiler is not None
     peer = (
-        casadi_c(model, kernel, folder, compiler, chosen_flags(compiler).flags.flags)
+        casadi_c(model, kernel, folder, compiler, kernel_flags(compiler))
         if len(kernel.outputs) == 1
         else None
     )
@@ -191,8 +183,6 @@ def kernel_ways(
         n = model.robot.n
         q, qd, third = draw.uniform(-1, 1, (3, count, n))
         one = (q[0].copy(), qd[0].copy(), third[0].copy())
-        if name == "torque_regressor" and (build := figaroh_builder(body)) is not None:
-            ways["FIGAROH"] = (lambda: build(q, qd, third), count)
         ways["Pinocchio Python"] = (lambda: PINOCCHIO[name](pin, body, data, *one), 1)
         if not isinstance(cxx, str):
             size = {
@@ -207,37 +197,7 @@ def kernel_ways(
     return ways
 
 
-def memory_ways(
-    evaluator: symgen.Evaluator, name: str, filler: ctypes.CDLL
-) -> tuple[dict[str, tuple[Call, int]], int]:
-    """The batch to memory, and the bare streaming stores of as many bytes."""
-    function = evaluator[name]
-    kernel = function.kernel
-    count = min(4 * cache_bytes(), 2**28) // (8 * kernel.size) // 64 * 64
-    panels = function.panels()
-    assert panels is not None
-    draw = np.random.default_rng(2)
-    inputs = [
-        draw.uniform(-1, 1, len(s) if n == "X" else (count, len(s))) for n, s in kernel.tape.inputs
-    ]
-    room = aligned((count * kernel.size // 8 * 8,))
-    room[:] = 0.0
-    size, place = ctypes.c_size_t(room.size), pointer(room)
-    ways: dict[str, tuple[Call, int]] = {
-        "stores alone": (lambda: filler.fill(size, place), count),
-        "panels": (bound(panels.bind(count, rows=False), inputs), count),
-        "rows": (bound(panels.bind(count), inputs), count),
-        "panels, streaming": (bound(panels.bind(count, rows=False, stream=True), inputs), count),
-        "panels, plain": (
-            bound(panels.bind(count, rows=False, stream=False), inputs),
-            count,
-        ),
-        "single": (bound(function.bind(count), inputs), count),
-    }
-    return ways, 8 * kernel.size
-
-
-def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) -> dict[str, float]:
+def panels_in_c(model: symgen.Model, name: str, flags: list[str], folder: Path) -> dict[str, float]:
     """Return ns a sample of single calls, batch and panels in C, and the width of a panel."""
     compiler, kernel = find_compiler(), model.kernel(name)
     assert compiler is not None
@@ -257,7 +217,7 @@ def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) ->
         text = text.replace(word, stands_for)
     (folder / "loops.c").write_text(text)
     sources = sorted(path.name for path in folder.glob("*.c"))
-    command = [*compiler.command, *_FLAGS, *flags.flags, *sources, "-o", "loops.so", "-lm"]
+    command = [*compiler.command, *BUILD, *flags, *sources, "-o", "loops.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     loops = ctypes.CDLL(str(folder / "loops.so"))
     count = max(16, IN_CACHE // 2 // (8 * kernel.size) // 16 * 16)
@@ -277,19 +237,18 @@ def panels_in_c(model: symgen.Model, name: str, flags: FlagSet, folder: Path) ->
     return measure(ways) | {"width": width}
 
 
-def tree(name: str, kernel: str, loops: str, objects: list[Path], folder: Path) -> dict[str, float]:
+def tree(name: str, kernel: str, objects: list[Path], folder: Path) -> dict[str, float]:
     """Return ns of a call beside Pinocchio's, hot and cold, and the largest difference.
 
     Args:
         name: of a large robot.
         kernel: name of the kernel.
-        loops: whether it is loops over the joints.
         objects: Pinocchio's, compiled.
         folder: where to compile.
     """
     model = symgen.derive(symgen.parse_robot(to_toml(LARGE[name], name, FRICTION)), (kernel,))
     (own,) = model.kernels
-    symgen.write_package(symgen.generate(model, target="c", loops=loops), folder / name)
+    symgen.write_package(symgen.generate(model, target="c"), folder / name)
     n, found = model.robot.n, pinocchio_model(model.robot)
     assert found is not None
     places, at = {"q": "q + i * n", "qd": "qd + i * n", "X": "X"}, 0
@@ -315,102 +274,61 @@ def tree(name: str, kernel: str, loops: str, objects: list[Path], folder: Path) 
     return dict(zip(heads, map(float, arrays[-1]), strict=True))
 
 
-def trees() -> dict[str, dict[str, float]]:
-    """Return the rows of all large trees, and print them."""
+def large_tree() -> dict[str, dict[str, float]]:
+    """Return the rows of the humanoid, and print them."""
     objects = pinocchio_objects(TREES, TREE_FLAGS)
     if isinstance(objects, str):
         raise SystemExit(objects)
-    head = ("robot and kernel", "as", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio")
-    table = Table(*head, "difference", title="large trees", box=None)
-    rows = {}
-    for name in LARGE:
-        for kernel in TREES:
-            for word, loops in (("statements", "never"), ("loops", "always")):
-                with tempfile.TemporaryDirectory() as temporary:
-                    row = tree(name, kernel, loops, objects, Path(temporary))
-                rows[f"{name} {kernel}, {word}"] = row
-                cells = [
-                    cell
-                    for way in ("hot", "cold")
-                    for cell in (f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}")
-                ]
-                table.add_row(f"{name} {kernel}", word, *cells, f"{row['difference']:.0e}")
+    head = ("humanoid", "hot, ns", "over Pinocchio", "cold, ns", "over Pinocchio", "difference")
+    table, rows = Table(*head, box=None), {}
+    for kernel in TREES:
+        with tempfile.TemporaryDirectory() as temporary:
+            row = rows[kernel] = tree("humanoid", kernel, objects, Path(temporary))
+        cells = [kernel]
+        for way in ("hot", "cold"):
+            cells += [f"{row[way]:,.0f}", f"{row[f'Pinocchio {way}'] / row[way]:.2f}"]
+        table.add_row(*cells, f"{row['difference']:.0e}")
     Console(highlight=False, width=120).print(table)
     return rows
 
 
-def on_two_threads(evaluator: symgen.Evaluator, name: str) -> dict[str, float]:
-    """How much more two threads do than one, each on arrays of its own.
-
-    "plain C" is a kernel's loop of single calls, which needs nothing but its core.
-    """
-    function = evaluator[name]
-    kernel, panels = function.kernel, function.panels()
-    assert panels is not None
-    draw = np.random.default_rng(4)
-    small, four = (max(16, k * IN_CACHE // (8 * kernel.size) // 8 * 8) for k in (1, 4))
-    large = min(2 * cache_bytes(), 2**27) // (8 * kernel.size) // 64 * 64
-
-    def drawn(count: int) -> list[np.ndarray]:
-        return [draw.uniform(-1, 1, (count, len(s))) for _, s in kernel.tape.inputs]
-
-    pairs: dict[str, list[Call]] = {
-        "plain C": [bound(function.bind(small), drawn(small)) for _ in range(2)],
-        "panels, 256 kB": [bound(panels.bind(small, rows=False), drawn(small)) for _ in range(2)],
-        "panels, 1 MB": [bound(panels.bind(four, rows=False), drawn(four)) for _ in range(2)],
-        "panels to memory": [bound(panels.bind(large, rows=False), drawn(large)) for _ in range(2)],
-    }
-    return {way: _more(calls) for way, calls in pairs.items()}
-
-
-def _more(calls: list[Call]) -> float:
-    """Return the median of twice the time of one call over that of two at once, in turns.
-
-    For so long that the start of a thread, and a neighbour's turn on a core, are little of it.
-    """
-    count, seconds = 1, 0.0
-    while seconds < 200 * AT_LEAST:
-        count *= 2
-        seconds = _together(calls[:1], count)
-    found = [2 * _together(calls[:1], count) / _together(calls, count) for _ in range(REPEATS)]
-    return statistics.median(found)
-
-
-def _together(calls: list[Call], count: int) -> float:
-    """Return the seconds that threads need for so many of their calls."""
-
-    def work(call: Call) -> None:
-        for _ in range(count):
-            call()
-
-    threads = [threading.Thread(target=work, args=(call,)) for call in calls]
-    begun = time.perf_counter()
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return time.perf_counter() - begun
-
-
-def flag_ratios(chosen: Any) -> dict[str, float]:
-    """Return the time of each raced set over the best one's."""
-    best = min(chosen.ratios.values(), default=1.0)
-    return {name: ratio / best for name, ratio in chosen.ratios.items()}
-
-
-def filler(folder: Path) -> ctypes.CDLL:
-    """Compile the bare streaming stores, as wide as this processor has them."""
+def all_panels_in_c(robot: str, kernels: Iterable[str]) -> dict[str, dict[str, float]]:
+    """Return the rows of panels in C by kernel and set of flags, and print them."""
     compiler = find_compiler()
     assert compiler is not None
-    for size, builtin in ((64, "512"), (32, "256"), (16, "")):
-        store = f"__builtin_ia32_movntpd{builtin}(p + i, x);"
-        if "clang" in compiler.version:
-            store = "__builtin_nontemporal_store(x, (v *)(p + i));"
-        (folder / "fill.c").write_text(FILL.replace("BYTES", str(size)).replace("STORE", store))
-        command = [*compiler.command, *_FLAGS, "-march=native", "fill.c", "-o", "fill.so"]
-        if subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode == 0:
-            return ctypes.CDLL(str(folder / "fill.so"))
-    raise SystemExit("this compiler has no streaming stores: nothing to compare with")
+    defined = {line.split()[1] for line in native(compiler).splitlines() if " " in line}
+    model, rows = symgen.derive(symgen.read_robot(robot), (*kernels, *DERIVATIVES)), {}
+    for kernel in model.kernels:
+        for name, (flags, needed) in SETS.items():
+            if not needed or needed in defined:
+                with tempfile.TemporaryDirectory() as temporary:
+                    row = panels_in_c(model, kernel.name, flags.split(), Path(temporary))
+                rows[f"{kernel.name}, {name}"] = row
+    Console(highlight=False, width=120).print(shares(rows))
+    return rows
+
+
+def in_cache(robot: str, kernels: tuple[str, ...]) -> dict[str, dict[str, float]]:
+    """Return the rows of calls and batches in the cache, and print them."""
+    rows = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        cxx = pinocchio(Path(temporary), PINOCCHIO.keys() & kernels, ("-march=native",))
+        if isinstance(cxx, str):
+            print(f"without Pinocchio in C++: {cxx}", file=sys.stderr)
+        evaluator = symgen.load(symgen.derive(symgen.read_robot(robot), kernels), backend="c")
+        arm = pinocchio_model(evaluator.model.robot)
+        if arm is not None and not isinstance(cxx, str):
+            begin_cxx(cxx, arm[1])
+        for kernel in kernels:
+            folder = Path(temporary) / kernel
+            folder.mkdir()
+            rows[kernel] = measure(kernel_ways(evaluator, kernel, folder, cxx, arm))
+    ways = list(dict.fromkeys(way for row in rows.values() for way in row))
+    table = Table(f"{robot}, ns a sample", *ways, box=None, header_style="bold")
+    for name, row in rows.items():
+        table.add_row(name, *(f"{row[w]:,.1f}" if w in row else "-" for w in ways))
+    Console(highlight=False, width=170).print(table)
+    return rows
 
 
 def pinocchio(folder: Path, kernels: Iterable[str], flags: tuple[str, ...]) -> Any:
@@ -421,16 +339,6 @@ def pinocchio(folder: Path, kernels: Iterable[str], flags: tuple[str, ...]) -> A
     library = folder / "pinocchio.so"
     subprocess.run(["g++", "-shared", *objects, "-o", library], check=True)
     return ctypes.CDLL(str(library))
-
-
-def shown(title: str, figures: dict[str, dict[str, float]], base: str) -> Table:
-    """Return a table of ns, with the ratio to one way."""
-    ways = list(dict.fromkeys(way for row in figures.values() for way in row))
-    table = Table("ns a sample (ratio)", *ways, title=title, box=None, header_style="bold")
-    for name, row in figures.items():
-        cells = [f"{row[w]:,.1f} ({row[w] / row[base]:.2f})" if w in row else "-" for w in ways]
-        table.add_row(name, *cells)
-    return table
 
 
 def shares(figures: dict[str, dict[str, float]]) -> Table:
@@ -445,84 +353,37 @@ def shares(figures: dict[str, dict[str, float]]) -> Table:
 
 
 def main() -> None:
-    """Measure, print the tables and keep the figures."""
+    """Measure, print the tables and keep the figures in the file of an earlier run."""
+    parts = ("in_cache", "panels_in_c", "large_tree")
     parser = argparse.ArgumentParser()
     parser.add_argument("--into", type=Path, default=Path("speed.json"))
-    parser.add_argument("--robots", default="puma560,panda")
-    parser.add_argument("--kernels", default=",".join(KERNELS))
-    parser.add_argument("--only-panels-in-c", action="store_true")
-    parser.add_argument("--only-large-trees", action="store_true")
+    parser.add_argument("--robot", default="panda")
+    parser.add_argument("--only", choices=parts)
     asked = parser.parse_args()
-    large = {} if asked.only_panels_in_c else trees()
-    if asked.only_large_trees:  # in the file of a whole run, if there is one
-        kept = json.loads(asked.into.read_text()) if asked.into.exists() else {}
-        asked.into.write_text(json.dumps(kept | {"large_trees": large}, indent=1) + "\n")
-        return
-    kernels = tuple(asked.kernels.split(","))
     compiler = find_compiler()
     if compiler is None:
         raise SystemExit("no C compiler: nothing to compare")
-    in_c = {}
-    defined = {line.split()[1] for line in native(compiler)[1].splitlines() if " " in line}
-    for robot in asked.robots.split(","):
-        model = symgen.derive(symgen.read_robot(robot), (*kernels, *DERIVATIVES))
-        for kernel in model.kernels:
-            for flags in (s for s in PANEL_SETS if defined.issuperset(s.needs)):
-                with tempfile.TemporaryDirectory() as temporary:
-                    row = panels_in_c(model, kernel.name, flags, Path(temporary))
-                in_c[f"{robot} {kernel.name}, {flags.name}"] = row
-    Console(highlight=False, width=120).print(shares(in_c))
-    if asked.only_panels_in_c:
-        return
-    chosen, wide = chosen_flags(compiler), panel_flags(compiler)
-    cached: dict[str, dict[str, float]] = {}
-    memory: dict[str, dict[str, float]] = {}
-    threads: dict[str, dict[str, float]] = {}
-    with tempfile.TemporaryDirectory() as temporary:
-        cxx = pinocchio(Path(temporary), PINOCCHIO.keys() & kernels, ("-march=native",))
-        if isinstance(cxx, str):
-            print(f"without Pinocchio in C++: {cxx}", file=sys.stderr)
-        began = time.perf_counter()
-        stores = filler(Path(temporary))
-        for robot in asked.robots.split(","):
-            evaluator = symgen.load(symgen.derive(symgen.read_robot(robot), kernels), backend="c")
-            arm = pinocchio_model(evaluator.model.robot)
-            if arm is not None and not isinstance(cxx, str):
-                begin_cxx(cxx, arm[1])
-            for kernel in kernels:
-                folder = Path(temporary) / f"{robot}-{kernel}"
-                folder.mkdir()
-                ways = kernel_ways(evaluator, kernel, folder, cxx, arm)
-                cached[f"{robot} {kernel}"] = measure(ways)
-                if kernel.endswith("regressor"):
-                    far, _ = memory_ways(evaluator, kernel, stores)
-                    memory[f"{robot} {kernel}"] = measure(far)
-                if kernel in ("energy_regressor", "torque_regressor"):
-                    threads[f"{robot} {kernel}"] = on_two_threads(evaluator, kernel)
-    figures = {
-        "schema": "symgen.speed/1",
-        "machine": platform.processor() or platform.machine(),
-        "compiler": compiler.version,
-        "flags": {"single": chosen.flags.name, "over_best": flag_ratios(chosen)},
-        "panel_flags": {"panels": wide.flags.name, "over_best": flag_ratios(wide)},
-        "panels_in_c": in_c,
-        "large_trees": large,
-        "cache": cached,
-        "memory": memory,
-        "two_threads": threads,
+    measures = {
+        "in_cache": lambda: in_cache(asked.robot, KERNELS),
+        "panels_in_c": lambda: all_panels_in_c(asked.robot, KERNELS),
+        "large_tree": large_tree,
     }
-    asked.into.write_text(json.dumps(figures, indent=1) + "\n")
-    console = Console(highlight=False, width=170)
-    console.print(f"{compiler.version}; single calls {chosen.flags.name}, panels {wide.flags.name}")
-    console.print(shown("in cache, over the single call", cached, "single"))
-    console.print(shown("to memory, over streaming stores alone", memory, "stores alone"))
-    console.print("two threads over one:")
-    for name, row in threads.items():
-        console.print(f"  {name}: " + ", ".join(f"{way} {x:.2f}" for way, x in row.items()))
-    console.print(
-        f"medians of {REPEATS} repeats in turn; {time.perf_counter() - began:.0f} s; "
-        f"every figure in {asked.into}"
-    )
+    figures = json.loads(asked.into.read_text()) if asked.into.exists() else {}
+    figures |= {"compiler": compiler.version}
+    for part in parts if asked.only is None else (asked.only,):
+        figures[part] = {
+            name: {way: float(f"{x:.4g}") for way, x in row.items()}
+            for name, row in measures[part]().items()
+        }
+        lines = ",\n".join(
+            f" {json.dumps(key)}: {json.dumps(value)}"
+            if isinstance(value, str)
+            else f" {json.dumps(key)}: {{\n"
+            + ",\n".join(f"  {json.dumps(k)}: {json.dumps(row)}" for k, row in value.items())
+            + "\n }"
+            for key, value in figures.items()
+        )
+        asked.into.write_text(f"{{\n{lines}\n}}\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Peers of symgen, ready to be timed: Pinocchio, CasADi's C, NumPy, FIGAROH."""
+"""Peers of symgen, ready to be timed: Pinocchio and CasADi's C."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import subprocess
 import sys
 import sysconfig
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import casadi
@@ -26,8 +25,10 @@ from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.kernels import Kernel, regrouped
 from symgen.codegen.model import Model
 from symgen.robot.types import LENGTHS
-from symgen.runtime.build import _FLAGS, Compiler
+from symgen.runtime.build import Compiler
 
+#: How shared libraries of C are compiled, as symgen compiles its own.
+BUILD = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
 LOOPS = Path(__file__).with_name("pinocchio")
 #: Kernels with a counterpart in Pinocchio, and what its Python binding calls it.
 PINOCCHIO = {
@@ -71,17 +72,6 @@ def pinocchio_model(robot: symgen.Robot) -> tuple[Any, Any] | None:
         model.appendBodyToJoint(number, pin.Inertia.Random(), pin.SE3.Identity())
     model.gravity.linear = np.array([float(g.subs(values)) for g in robot.gravity])
     return pin, model
-
-
-def figaroh_builder(model: Any) -> Callable[..., Any] | None:
-    """FIGAROH's rows of torque for (N, n) each of q, qd, qdd; None where it is not installed."""
-    try:
-        from figaroh.tools.regressor import RegressorBuilder
-    except ImportError:
-        return None
-    robot = SimpleNamespace(model=model, data=model.createData())
-    builder = RegressorBuilder(robot)
-    return lambda q, qd, qdd: builder.build_basic_regressor(q, qd, qdd, {"act_idxv": ()})
 
 
 def pinocchio_objects(kernels: Iterable[str], flags: tuple[str, ...]) -> list[Path] | str:
@@ -203,7 +193,7 @@ def casadi_c(
     loop = re.sub(r"\[W\]", f"[{peer.sz_w() + 1}]", loop)
     source = folder / "peer.c"
     source.write_text(source.read_text() + loop)
-    command = [*compiler.command, *_FLAGS, *flags, "peer.c", "-o", "peer.so", "-lm"]
+    command = [*compiler.command, *BUILD, *flags, "peer.c", "-o", "peer.so", "-lm"]
     subprocess.run(command, cwd=folder, check=True, capture_output=True)
     return ctypes.CDLL(str(folder / "peer.so"))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import io
-import json
 import re
 import shutil
 import subprocess
@@ -43,7 +42,7 @@ _RUN = [
     if p not in (*_TUTORIALS, _GALLERY)
     and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
 ]
-_SLOW_EXAMPLES = {"hidden_spring", "motion_and_load"}
+_SLOW_EXAMPLES = {"hidden_spring", "motion_and_load", "paper_1988"}
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
 #: A script of the tests with what follows it, as pages name it.
 _SCRIPT = re.compile(r"(?:python|pytest)[^`\n]*? (?P<script>tests/[\w/]+\.py)(?P<options>[^`\n]*)")
@@ -224,13 +223,10 @@ def test_every_page_is_in_the_table_of_contents() -> None:
         assert page.name in told or page.stem.replace("_", "-") == "threat-model", page
 
 
-def test_pictures_are_what_their_scripts_draw(tmp_path: Path) -> None:
-    """Those of tutorials and examples need what these make: their own tests compare them."""
-    drawn = {p.stem for p in _PICTURES.glob("*.svg")}
+def test_tutorials_and_examples_have_pictures() -> None:
+    """Their own tests compare them with what their scripts draw."""
     made = {p.stem.replace("-", "_") for p in (*_TUTORIALS, *EXAMPLES)}
-    assert made <= drawn
-    for name in sorted(drawn - made):
-        _same_picture(name, tmp_path)
+    assert made == {p.stem for p in _PICTURES.glob("*.svg")}
 
 
 def test_the_gallery_shows_small_pictures_that_its_script_takes() -> None:
@@ -281,13 +277,6 @@ def test_pages_docstrings_and_templates_have_no_misspelled_word() -> None:
         cwd=PROJECT, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_the_threat_model_has_the_figures_of_every_study_of_mutants() -> None:
-    figures = json.loads((PROJECT / "tests/robustness/mutation_figures.json").read_text("utf-8"))
-    page = (DOCS / "threat_model.md").read_text("utf-8")
-    for group, found in figures.items():
-        assert f"{found['survived']} of {found['tried']}" in page, group
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)

@@ -107,8 +107,8 @@ CSV_CASES = {
     "t repeats": (line(7, "0.06,1,2,2,1"), ["column t", "sample 7", "0.06 s", "increasing"]),
     "t goes back": (line(7, "0.01,1,2,2,1"), ["column t", "sample 7", "0.06 s"]),
     "quoted newline": (GOOD.replace("t,", '"a\nb",', 1), ["no column t"]),
-    "not utf-8": (GOOD.replace("q2", "q\xb2").encode("latin-1"), ["not a text file"]),
-    "binary": (bytes(range(256)) * 4, ["not a text file"]),
+    "not utf-8": (GOOD.replace("q2", "q\xb2").encode("latin-1"), ["utf-8"]),
+    "binary": (bytes(range(256)) * 4, ["utf-8"]),
 }
 
 
@@ -146,36 +146,29 @@ DEG = 180 / np.pi
 #: Text of a file, options, and what the one line names: the column of the file, and what to type.
 UNSURE = {
     "decimal commas between commas": (
-        moving().replace(".", ","), {}, ["sample 1", "decimals had commas", "--separator ';'"],
+        moving().replace(".", ","), {}, ["sample 1", "8 values for 4 columns", "--separator ';'"],
     ),
     "two decimal marks": (
-        moving().replace(",", ";").replace("0.14", "0,14"), {}, ["0,14", "one decimal mark"],
+        moving().replace(",", ";").replace("0.14", "0,14"), {}, ["'0.01'", "--decimal"],
     ),
-    "two separators": ("t;q1,tau1\n" + "0;1,2\n" * 20, {}, ["commas or semicolons", "--separator"]),
-    "degrees by header alone": (
-        moving("t,q1 [deg],x,tau1"), {}, ["'q1 [deg]'", "--unit q=deg", "--unit q=rad"],
+    "positions in degrees": (
+        moving(q=DEG / 2, qd=0.5), {}, ["q1", "57.3", "--unit q=deg,qd=rad/s"],
     ),
-    "degrees by slope alone": (
-        moving(q=DEG / 2, qd=0.5), {}, ["column 'q1' may be in deg", "57.3 times", "--unit q=deg"],
+    "speeds in degrees": (
+        moving(qd=DEG), {}, ["qd1", "57.3", "--unit q=rad,qd=deg/s"],
     ),
-    "speeds in degrees by slope alone": (
-        moving(qd=DEG), {}, ["column 'qd1' may be in deg/s", "--unit qd=deg/s"],
-    ),
-    "degrees by range alone": (moving("t,q1,x,tau1", q=60.0), {}, ["'q1'", "--unit q=deg"]),
+    "degrees, and no speeds": (moving("t,q1,x,tau1", q=60.0), {}, ["column q1", "--unit deg"]),
     "headers against the slope": (
-        moving("t,q1 [deg],qd1 [rad/s],tau1"), {}, ["'q1 [deg]'", "'qd1 [rad/s]'", "--unit q=deg"],
+        moving("t,q1 [deg],qd1 [rad/s],tau1"), {}, ["q1 [deg]", "qd1 [rad/s]", "--unit q="],
     ),
-    "an unknown unit": (moving("t,q1 [grad],qd1,tau1"), {}, ["'grad'", "rad, deg", "--unit q=rad"]),
+    "an unknown unit": (moving("t,q1 [grad],qd1,tau1"), {}, ["'grad'", "deg", "--unit q=rad"]),
     "a unit of something else": (
         moving("t,q1,qd1,tau1 [deg]"), {}, ["'tau1 [deg]'", "torque", "--unit tau=Nm"],
     ),
-    "torques by header alone": (
-        moving("t,q1,qd1,tau1_mNm"), {}, ["'tau1_mNm'", "--unit tau=mNm", "--unit tau=Nm"],
-    ),
     "time against its rate": (
-        moving("time_ms,q1,qd1,tau1"), {}, ["'time_ms' (t)", "100 Hz in s", "--time-unit s"],
+        moving("time_ms,q1,qd1,tau1"), {}, ["'time_ms' (t)", "ms", "--time-unit s"],
     ),
-    "a unit of no column": (moving(), {"unit": {"temp": "K"}}, ["--unit temp", "q, qd, tau"]),
+    "a unit of no column": (moving(), {"unit": {"qs": "deg"}}, ["--unit qs", "q, qd, tau"]),
     "no such unit": (moving(), {"unit": {"q": "miles"}}, ["--unit q=miles", "rad, deg"]),
     "a unit that the option makes wrong": (
         moving(), {"unit": {"q": "deg", "qd": "rad/s"}}, ["looks like", "--unit q"],
@@ -213,6 +206,8 @@ def test_a_rate_that_no_recorder_has_names_the_option(csv_of, factor, unit):
         ({"unit": {"": "mm"}}, "--unit mm"),
         ({"time_unit": "min"}, "--time-unit min"),
         ({"separator": "::"}, "--separator '::'"),
+        ({"decimal": "'"}, "--decimal"),
+        ({"decimal": ",", "separator": ","}, "--decimal ','"),
     ],
 )
 def test_an_option_that_means_nothing_is_refused(option, says):
@@ -421,3 +416,15 @@ def test_limits_that_the_motion_leaves_are_named_and_not_the_unit_alone(tmp_path
         assert "wider limits" in err or "wider ones" in err
         assert "robot file" in err
     assert "shoulder (1)" in err
+
+
+def test_speeds_far_beyond_their_limit_are_refused_until_an_option_says_their_unit(csv_of):
+    robot = symgen.parse_robot(
+        '[robot]\nname = "p"\n[[joint]]\nfriction = ["viscous"]\n[limits]\nvelocity = [3.0]\n'
+    )
+    degrees = csv_of(moving(q=DEG / 4, qd=DEG / 4))
+    with pytest.raises(LogError, match=r"qd1 .* 3; accepted: .*--unit qd=deg/s.*--unit qd=rad/s"):
+        symgen.identify(robot, degrees)
+    for unit in ({"": "deg"}, {"qd": "rad/s"}):
+        with pytest.raises(LogError, match=r"missing\.csv"):  # the next log: this one is read
+            symgen.identify(robot, [degrees, "missing.csv"], reading=Reading(unit=unit))

@@ -131,7 +131,7 @@ REFUSED = {
         {}, "no column for finger", "symgen import FILE --fix finger --into robot.toml",
     ),
     "two times": ({"extra": ("stamp",)}, {}, "stamp and time are times", '--columns "t=stamp"'),
-    "degrees": ({}, {"q": "{name}_position_deg"}, "'hip_position_deg'", "--unit q=deg"),
+    "degrees": ({}, {"q": "{name}_position_deg"}, "_position_deg", "--unit q="),
     "milliseconds": ({}, {"t": "time_ms"}, "'time_ms' (t)", "--time-unit s"),
     "what was asked": ({}, {"tau": "{name}_effort_cmd"}, "no column tau1", "--columns"),
     "two roles in a name": ({}, {"tau": "{name}_velocity_effort"}, "no column tau1", "--columns"),

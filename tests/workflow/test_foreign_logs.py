@@ -84,13 +84,14 @@ CASES = {
         {"qd1": "qd1 [rpm]", "qd2": "qd2 [rpm]"}, times("qd", 30 / np.pi), {},
         ["qd1 [rpm], qd2 [rpm]"],
     ),
-    "degrees by speeds and limits": ({}, times("q", DEG), {}, ["q1, q2"]),
+    "torques in mNm": (
+        {"tau1": "tau1 [mNm]", "tau2": "tau2_mNm"}, times("tau", 1e3), {}, ["tau1 [mNm], tau2_mNm"],
+    ),
 }  # fmt: skip
-LIMITED = replace(robot(), limits=symgen.Limits(position=((-2.0, 2.0),) * 2, torque=(20.0, 20.0)))
 
 
 def read(path: Path, **options: str) -> symgen.Log:
-    return read_log(path, sigma=(0, 0), limits=LIMITED.limits, reading=Reading(**options))
+    return read_log(path, sigma=(0, 0), reading=Reading(**options))
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -103,12 +104,6 @@ def test_a_log_of_a_recorder_is_the_log_in_si(tmp_path, case):
         np.testing.assert_allclose(getattr(found, key), getattr(same, key), rtol=1e-11, atol=1e-11)
     assert [columns for columns, _, _ in found.converted] == channels
     assert same.converted == ()
-
-
-def test_temperatures_are_in_celsius(tmp_path):
-    warm = 20 + COLUMNS["t"]
-    columns = SI | {"temp2 [°C]": [f"{x:.12g}" for x in warm]}
-    np.testing.assert_allclose(read(written(tmp_path / "log.csv", columns)).temp[:, 1], warm)
 
 
 def test_a_file_of_excel_is_read(tmp_path):
@@ -130,15 +125,35 @@ def test_a_time_with_another_name_keeps_the_unit_of_its_header(tmp_path):
     np.testing.assert_allclose(found.q[:, 0], COLUMNS["q1"], rtol=1e-11)
 
 
-def test_torques_in_millinewtons_need_limits_or_the_option(tmp_path):
-    names = {"tau1": "tau1 [mNm]", "tau2": "tau2 [mNm]"}
-    path = written(tmp_path / "log.csv", renamed(names, **times("tau", 1e3)))
+@pytest.mark.parametrize(
+    ("names", "values", "options"),
+    [
+        ({}, times("tau", 1e3), {"unit": {"tau": "mNm"}}),
+        ({"tau1": "tau1 [Nm]"}, times("tau", 1e3), {"unit": {"tau": "mNm"}}),
+        ({}, times("q", DEG) | times("qd", DEG), {"unit": {"": "deg"}}),
+        ({}, times("qd", 30 / np.pi), {"unit": {"qd1": "rpm", "qd2": "rpm"}}),
+        ({}, {"t": 1e3 * COLUMNS["t"]}, {"time_unit": "ms"}),
+        ({"t": "t_ms"}, {}, {"time_unit": "s"}),
+    ],
+)
+def test_an_option_says_the_unit_whatever_the_header_says(tmp_path, names, values, options):
+    found = read(written(tmp_path / "log.csv", renamed(names, **values)), **options)
     same = read(written(tmp_path / "si.csv", SI))
-    np.testing.assert_allclose(read(path).tau, same.tau, rtol=1e-11)
-    with pytest.raises(LogError, match=r"'tau1 \[mNm\]'.*--unit tau=mNm"):
-        read_log(path, sigma=(0, 0))
-    found = read_log(path, sigma=(0, 0), reading=Reading(unit={"tau": "mNm"}))
-    np.testing.assert_allclose(found.tau, same.tau, rtol=1e-11)
+    for key in ("t", "q", "qd", "tau"):
+        np.testing.assert_allclose(getattr(found, key), getattr(same, key), rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("separator", [";", "\t", ","])
+def test_an_option_says_the_decimal_mark(tmp_path, separator):
+    columns = {k: [str(round(float(x))) for x in v] for k, v in SI.items() if k != "t"}
+    columns = {"t": SI["t"]} | columns | {"tau1": [*columns["tau1"][:-1], "0.5"]}
+    path = written(tmp_path / "log.csv", columns, separator=separator, comma=True)
+    found = read(path, decimal=",")
+    np.testing.assert_array_equal(found.t, COLUMNS["t"].round(12))
+    assert found.tau[-1, 0] == 0.5
+    assert read(path).tau[-1, 0] == 0.5
+    with pytest.raises(LogError, match=r"column t, sample 1: '0,01'.*--decimal ','"):
+        read(path, decimal=".")
 
 
 def test_the_column_in_si_is_preferred(tmp_path):
@@ -153,23 +168,10 @@ def test_the_column_in_si_is_preferred(tmp_path):
     assert found.converted == ()
 
 
-def test_limits_that_nothing_keeps_and_outliers_are_no_units(tmp_path):
-    spoiled = COLUMNS["qd1"].copy()
-    spoiled[[200, 700]] = 900.0
-    path = written(tmp_path / "log.csv", renamed({}, qd1=spoiled))
-    low = symgen.Limits(position=((-2.0, 2.0),) * 2, velocity=(0.01, 0.01))
-    log = read_log(path, sigma=(0, 0), limits=low)
-    assert log.converted == ()
-    assert log.qd.max() == 900.0
-    one = symgen.Limits(position=((-2.0, 2.0),), velocity=(3.0,), torque=(20.0,))
-    with pytest.raises(LogError, match="the log has 2 joints, the robot has 1"):
-        read_log(path, sigma=(0,), limits=one)
-
-
 def test_a_joint_that_turns_far_is_read_with_the_option(tmp_path):
     turns = {"q1": 60.0 * COLUMNS["t"], "qd1": np.full(1500, 60.0)}
     path = written(tmp_path / "log.csv", renamed({}, **turns))
-    with pytest.raises(LogError, match=r"'q1' and column 'qd1' may be in deg.*--unit q=rad"):
+    with pytest.raises(LogError, match=r"column q1 .*--unit deg, or --unit rad"):
         read_log(path, sigma=(0, 0))
     log = read_log(path, sigma=(0, 0), reading=Reading(unit={"": "rad"}))
     assert np.ptp(log.q[:, 0]) == pytest.approx(60 * 14.99)
@@ -232,7 +234,8 @@ def test_a_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
     assert same.repairs == ()
 
 
-def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
+def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path, monkeypatch):
+    monkeypatch.setattr("symgen.data.long_logs.LIMIT", 4000)
     columns = motion(5000, 1)
     values = {k: x * DEG if k in DEGREES else x for k, x in columns.items()}
     values["t"] = NANOSECONDS[0] + 10_000_000 * np.arange(5000)

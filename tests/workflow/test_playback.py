@@ -114,16 +114,6 @@ def test_a_robot_without_values_has_none_before() -> None:
     assert use.horizons[-1].position_error < 1e-3
 
 
-def test_what_was_not_simulated_is_not_good_for_simulation() -> None:
-    effect = '[[effect]]\nname = "temperature_friction"\njoints = [2]\n'
-    effect += "values = { FST = -0.012, FVT = -0.008, T0 = 31.5 }\n"
-    t, q, qd, tau = motion(3)
-    warm = symgen.make_log("log", t, q, tau, qd, temp=np.full_like(q, 31.5))
-    use = symgen.identify(symgen.parse_robot(ROBOT + effect, "robot"), warm).uses[2]
-    assert use.horizons == ()
-    assert not use.ok
-
-
 def test_torques_above_the_limits_of_the_file_are_said(tmp_path) -> None:
     robot = symgen.parse_robot(ROBOT + "[limits]\ntorque = [1000.0, 0.5]\n", "robot")
     t, q, qd, tau = motion(3)

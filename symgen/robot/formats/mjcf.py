@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
@@ -23,24 +22,17 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, plain, told_by
-from symgen.robot import dh, expressions
+from symgen.robot import expressions
 from symgen.robot.body import Body, CouplingDynamics, Dynamics, FloatArray, JointDynamics
 from symgen.robot.dh import turned_by
 from symgen.robot.effect import definitions, of_library
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.geometry import mesh, primitive
 from symgen.robot.formats.urdf import (
     CAVEAT,
-    LinkBoxes,
-    LinkFrames,
-    Placed,
     inertial_edit,
     joint_name,
-    link_boxes,
-    links_with_mass,
-    moved,
     require_finite_joints,
     written_bodies,
 )
@@ -52,8 +44,6 @@ _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 _ON_JOINTS = 1  # largest number of a transmission of MuJoCo that acts on a joint itself
 SPRING = "gravity_spring"
-#: Name of the body that is the robot's payload.
-PAYLOAD = "payload"
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
 _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
@@ -63,8 +53,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
 
     armature becomes IA, damping becomes FV, and frictionloss becomes FS. A spring of a joint
     becomes the effect gravity_spring, with an offset where it is at rest elsewhere than at 0. A
-    fixed tendon between two joints becomes a coupling. A body without joint and with the name
-    payload becomes the payload of the link that carries it.
+    fixed tendon between two joints becomes a coupling. Actuators are not read.
 
     Args:
         text: the file's text.
@@ -83,30 +72,23 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
     values = [*found.parameters, *tree.coupled(chain)]
-    offsets = {name: -pusher.force for name, pusher in tree.pushers.items()}
+    offsets = {}
     for name, (stiffness, rest) in tree.springs.items():
         joint = robot.joint(chain.number[name])
         spring = of_library(definitions()[SPRING], joint.number, joint.sigma, {}, {})
         robot = replace(robot, effects=(*robot.effects, spring))
         values.append((spring.linear[0][0], stiffness))
         if rest:
-            offsets[name] = offsets.get(name, 0.0) - stiffness * rest
-    pushed = {chain.number[name]: torque for name, torque in offsets.items()}
+            offsets[joint.number] = -stiffness * rest
     joints = []
     for joint in robot.joints:
-        if joint.number in pushed:
+        if joint.number in offsets:
             joint = replace(joint, friction=(*joint.friction, "offset"))
         key = "r" if joint.slides else "theta"
         zero = angle(context().mpf(tree.zeros.get(joint.name, 0.0)))
         joints.append(replace(joint, **{key: getattr(joint, key) - zero}))
-    values += [(f"OF{number}", torque) for number, torque in pushed.items()]
+    values += [(f"OF{number}", torque) for number, torque in offsets.items()]
     robot = replace(robot, joints=tuple(joints))
-    if tree.payload is not None:
-        load, carried = tree.payload
-        carrier = chain.carrier[carried]
-        robot = replace(robot, payload=chain.number[carrier])
-        standard = chain.standard(load, carried, carrier)
-        values += [(f"{key}L", v) for key, v in zip(names.LINK, standard, strict=True)]
     notes, assumed = (
         (*found.notes, *tree.notes),
         (*found.assumed, *_without_motor(robot, tree.model)),
@@ -127,38 +109,26 @@ def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
         )
 
 
-class Updated(NamedTuple):
-    """Text of an MJCF, the joints whose offset it holds, and what else changes in it."""
-
-    text: str
-    held: set[int]
-    notes: list[str]
-
-
-def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> Updated:
+def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
     """Return an MJCF with identified values.
 
     Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes; a coupling becomes a fixed tendon. `gravcomp` becomes 0
-    where it would carry weight that the motors carry in the logs.
+    which override those of default classes; a coupling becomes a fixed tendon.
 
     Args:
         path: path of the MJCF. All other bytes of it stay the same.
         dynamics: of the imported robot. Links and joints that it does not name keep their values.
-        actuators: whether a constant torque is added by an actuator of its own, without control.
-            One that the file has is set in any case.
 
     Raises:
         RobotError: the file cannot be read.
         ParameterError: a body or joint has no name or is in an included file, a body has several
-            joints, or a setting of the compiler changes masses.
+            joints, or MuJoCo carries the weight of a body.
     """
     text, _ = read_text(path, _ACCEPTED)
-    content, edits, held = text.encode("utf-8"), list[Edit](), set[int]()
-    notes = list[str]()
+    content, edits = text.encode("utf-8"), list[Edit]()
     with located(path):
         tree = _Tree(path, text)
-        tree.require_masses_as_written()
+        tree.require_weight_on_motors()
         chain = Chain(tree.urdf)
         places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
         found = written_bodies(chain, dynamics.bodies)
@@ -167,41 +137,14 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> Upd
             at = _named(places, "body", link)
             body = replace(body, com=np.asarray(body.com) + tree.shift[link])
             edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
-        if dynamics.payload is not None:
-            carrier = joint_name(chain, dynamics.payload.joint)
-            link = chain.host(carrier) if tree.payload is None else tree.payload[1]
-            load = moved(dynamics.payload, dh.inverse(chain.link[link]) @ chain.frame[carrier])
-            load = replace(load, com=np.asarray(load.com) + tree.shift[link])
-            if tree.payload is None:
-                lines_of_load = [f'<body name="{PAYLOAD}">', f"  {_inertial(load)}", "</body>"]
-                edits.append(inserted(content, _named(places, "body", link), lines_of_load))
-            else:
-                at = _named(places, "body", PAYLOAD)
-                edits.append(inertial_edit(content, at, [_inertial(tree.in_payload(load))]))
-        for name in tree.compensated:
-            at = _named(places, "body", name)
-            edits.append(with_attributes(content, at, {"gravcomp": "0"}))
-            notes.append(
-                f"gravcomp of the body {plain(name)!r} is 0 now: MuJoCo would carry weight that "
-                "the motors carry in the logs"
-            )
         joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
-        lines = {"tendon": list[str](), "actuator": list[str]()}
+        tendons = list[str]()
         for own in dynamics.joints:
             name = joint_name(chain, own.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
             own_spring = bool(own.stiffness) or name in tree.springs
-            edits.append(with_attributes(content, at, _attributes(own, at, angle, own_spring)))
-            pusher = tree.pushers.get(name)
-            if pusher is not None:
-                at = _named(_by_name(tree.root, "actuator"), "actuator", pusher.name)
-                force = f"{-own.offset / pusher.gear!r} 0 0"
-                edits.append(with_attributes(content, at, {"biasprm": force}))
-            elif own.offset and actuators:
-                lines["actuator"].append(_constant(name, -own.offset))
-            if pusher is not None or actuators:
-                held.add(own.joint)
+            edits.append(with_attributes(content, at, _attributes(own, angle, own_spring)))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
@@ -209,11 +152,10 @@ def updated_mjcf(path: Path, dynamics: Dynamics, actuators: bool = False) -> Upd
                 at = _named(_by_name(tree.root, "tendon"), "tendon", name)
                 edits.append(with_attributes(content, at, _losses(pair)))
             else:
-                lines["tendon"] += _tendon(one, two, pair)
-        for section, new in lines.items():
-            if new:
-                edits.append(_in_section(content, tree.root, section, new))
-    return Updated(edited(text, edits), held, notes)
+                tendons += _tendon(one, two, pair)
+        if tendons:
+            edits.append(_in_section(content, tree.root, "tendon", tendons))
+    return edited(text, edits)
 
 
 def _inertial(body: Body) -> str:
@@ -221,37 +163,6 @@ def _inertial(body: Body) -> str:
     values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
     centre = " ".join(repr(float(v)) for v in body.com)
     return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
-
-
-def mjcf_links(path: Path) -> LinkFrames:
-    """Return the frames of the joints of each body with mass.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, _ACCEPTED)
-    with located(path):
-        tree = _Tree(path, text)
-        found = links_with_mass(Chain(tree.urdf))
-    for link, poses in found.items():
-        for pose in poses.values():
-            pose[:3, 3] += tree.shift[link]
-    return found
-
-
-def mjcf_boxes(path: Path) -> LinkBoxes:
-    """Return the boxes of the bodies with mass, from their geoms as MuJoCo compiles them.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, _ACCEPTED)
-    with located(path):
-        tree = _Tree(path, text)
-        found = link_boxes(Chain(tree.urdf), tree.shapes())
-    for link, ends in found.boxes.items():
-        ends += tree.shift[link]
-    return found
 
 
 def _by_name(root: Element, section: str) -> dict[str | None, Element]:
@@ -275,12 +186,11 @@ def _named(places: Mapping[str | None, Element], what: str, name: str) -> Elemen
     return found
 
 
-def _attributes(own: JointDynamics, joint: Element, angle: float, spring: bool) -> dict[str, str]:
+def _attributes(own: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
     """Return the attributes of a <joint> in a file that writes a radian as `angle`.
 
     Args:
         own: its values.
-        joint: the element.
         angle: size of a radian in the file.
         spring: whether the joint has a spring, or had one in the file.
     """
@@ -293,10 +203,7 @@ def _attributes(own: JointDynamics, joint: Element, angle: float, spring: bool) 
         values["stiffness"] = own.stiffness
     if own.stiffness:
         values["springref"] = own.springref * angle
-    out = {key: repr(float(value)) for key, value in values.items()}
-    if "springdamper" in joint.attributes:  # it would replace stiffness and damping
-        out["springdamper"] = "0 0"
-    return out
+    return {key: repr(float(value)) for key, value in values.items()}
 
 
 def _losses(pair: CouplingDynamics) -> dict[str, str]:
@@ -312,14 +219,6 @@ def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
         f'  <joint joint={quoteattr(two)} coef="{float(pair.ratio)!r}"/>',
         "</fixed>",
     ]
-
-
-def _constant(name: str, torque: float) -> str:
-    """Return an actuator that exerts a constant torque on a joint, whatever its control is."""
-    return (
-        f'<general name={quoteattr(name + "_offset")} joint={quoteattr(name)} gainprm="0" '
-        f'biastype="affine" biasprm="{torque!r} 0 0"/>'
-    )
 
 
 def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
@@ -340,14 +239,6 @@ class _Tendon(NamedTuple):
     frictionloss: float
 
 
-class _Pusher(NamedTuple):
-    """An actuator that exerts a constant force on a joint, N m or N, whatever its control is."""
-
-    name: str
-    gear: float
-    force: float
-
-
 class _Tree:
     """A compiled MJCF as links and joints.
 
@@ -358,8 +249,6 @@ class _Tree:
         shift: origin of each link frame in its body frame, (3,) m.
         springs: stiffness, and position without torque, of the joints that have one.
         tendons: fixed tendon between two joints, by their names.
-        pushers: actuator of constant force on a joint, by its name.
-        payload: the load, in the frame of the link that carries it, and that link.
         mimics: joints that follow others: the leader, factor and offset, as in a URDF.
         zeros: positions of joints in the pose of the file (ref), rad or m.
         notes: what symgen ignores.
@@ -371,7 +260,6 @@ class _Tree:
         self.mimics = self._mimics()
         self.zeros: dict[str, float] = {}
         self.shift: dict[str, FloatArray] = {}
-        self.payload: tuple[Inertial, str] | None = None
         self.springs: dict[str, tuple[float, float]] = {}
         self._links: dict[str, Inertial | None] = {}
         self._joints: dict[str, UrdfJoint] = {}
@@ -379,7 +267,7 @@ class _Tree:
         self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
         for b in range(m.nbody):
             self._add(b)
-        self.tendons, self.pushers = self._tendons(), self._pushers()
+        self.tendons = self._tendons()
         if m.neq > len(self.mimics):
             count = m.neq - len(self.mimics)
             self.notes.append(f"{count} equality constraints of the file are not read")
@@ -403,9 +291,6 @@ class _Tree:
             return
         parent = self._body_names[m.body_parentid[b]]
         R = _matrix(m.body_quat[b])
-        if self._is_payload(b):
-            self.payload = self._in_parent(b), parent
-            return
         at = np.array(m.body_pos[b]) - self.shift[parent]
         first, count = int(m.body_jntadr[b]), int(m.body_jntnum[b])
         floats = (
@@ -430,30 +315,8 @@ class _Tree:
             )
             self._joints[joint.name] = joint
         self.shift[name] = previous
-        body = self._inertial(b, np.eye(3), -previous)
+        body = self._inertial(b)
         self._links[name] = body if body.mass else None
-
-    def _is_payload(self, b: int) -> bool:
-        """Whether a body is a load: one of that name with mass, fixed to a link that moves."""
-        m, at = self.model, b
-        while at and not m.body_jntnum[at]:
-            at = int(m.body_parentid[at])
-        moves = at != b and at != 0 and m.jnt_type[m.body_jntadr[at]] != 0
-        alone = b not in m.body_parentid
-        return bool(self._body_names[b] == PAYLOAD and m.body_mass[b] > 0 and moves and alone)
-
-    def _in_parent(self, b: int) -> Inertial:
-        """Return the inertia of a body in the link frame of its parent."""
-        parent = self._body_names[self.model.body_parentid[b]]
-        origin = np.array(self.model.body_pos[b]) - self.shift[parent]
-        return self._inertial(b, _matrix(self.model.body_quat[b]), origin)
-
-    def in_payload(self, load: Body) -> Body:
-        """Return a load that is in the body frame of its parent in the frame of its own body."""
-        b = self._body_names.index(PAYLOAD)
-        R = _matrix(self.model.body_quat[b])
-        com = R.T @ (np.asarray(load.com) - self.model.body_pos[b])
-        return replace(load, com=com, inertia=R.T @ load.inertia @ R)
 
     def _mimics(self) -> dict[str, tuple[str, sp.Rational, sp.Rational]]:
         """Return the joints that an equality makes a linear function of another of their type.
@@ -499,27 +362,6 @@ class _Tree:
             damping, friction, float(m.dof_armature[dof]), self.mimics.get(name),
         )  # fmt: skip
 
-    def shapes(self) -> dict[str, list[Placed]]:
-        """Return the geoms of each body, in its link frame; planes and height fields bound none."""
-        import mujoco
-
-        m, out = self.model, dict[str, list[Placed]]()
-        for g in range(m.ngeom):
-            kind = mujoco.mjtGeom(int(m.geom_type[g])).name.removeprefix("mjGEOM_").lower()
-            if kind in ("plane", "hfield"):
-                continue
-            link = self._body_names[m.geom_bodyid[g]]
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = _matrix(m.geom_quat[g]), m.geom_pos[g]
-            if kind in ("mesh", "sdf"):
-                first, count = (int(a[m.geom_dataid[g]]) for a in (m.mesh_vertadr, m.mesh_vertnum))
-                shape = mesh(np.array(m.mesh_vert[first : first + count], dtype=float))
-            else:
-                shape = primitive(kind, m.geom_size[g])
-            pose[:3, 3] -= self.shift.get(link, 0.0)
-            out.setdefault(link, []).append((shape, pose))
-        return out
-
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:
         """Return the fixed tendons between two joints, the first with a coefficient of 1."""
         import mujoco
@@ -540,20 +382,6 @@ class _Tree:
                 out[one, two] = _Tendon(m.tendon(k).name, ratio, *losses)
         return out
 
-    def _pushers(self) -> dict[str, _Pusher]:
-        """Return the actuators of constant force, by the name of their joint."""
-        import mujoco
-
-        m, out = self.model, dict[str, _Pusher]()
-        for k in range(m.nu):
-            on_joint = m.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
-            affine = m.actuator_biastype[k] == mujoco.mjtBias.mjBIAS_AFFINE
-            bias, gain = m.actuator_biasprm[k], m.actuator_gainprm[k]
-            if on_joint and affine and bias[0] and not (bias[1:3].any() or gain[:3].any()):
-                name, gear = m.joint(int(m.actuator_trnid[k][0])).name, m.actuator_gear[k][0]
-                out[name] = _Pusher(m.actuator(k).name, float(gear), float(bias[0] * gear))
-        return {name: pusher for name, pusher in out.items() if name not in self.mimics}
-
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
         return tuple(
@@ -569,57 +397,35 @@ class _Tree:
             yield f"FVM{number}", tendon.damping
             yield f"FSM{number}", tendon.frictionloss
 
-    @property
-    def compensated(self) -> list[str]:
-        """Bodies whose weight MuJoCo carries in part beside the actuators."""
+    def require_weight_on_motors(self) -> None:
+        """Refuse bodies whose weight MuJoCo carries beside the actuators.
+
+        Raises:
+            ParameterError: there is one.
+        """
         m = self.model
-        if m.njnt and m.jnt_actgravcomp.all():
-            return []
-        return [self._body_names[b] for b in np.flatnonzero(m.body_gravcomp)]
-
-    @cached_property
-    def _compiler(self) -> Any:
-        """The settings of the compiler in the file."""
-        import mujoco
-
-        return mujoco.MjSpec.from_file(str(self._path)).compiler
+        if m.body_gravcomp.any() and not m.jnt_actgravcomp.all():
+            name = self._body_names[int(np.flatnonzero(m.body_gravcomp)[0])]
+            raise ParameterError(
+                f"gravcomp of the body {plain(name)!r} carries weight that the motors carry in the "
+                "logs; accepted: a file without it, or with actuatorgravcomp on all joints"
+            )
 
     @property
     def degrees(self) -> float:
         """What the file writes for a radian."""
-        return float(np.degrees(1.0)) if self._compiler.degree else 1.0
-
-    def require_masses_as_written(self) -> None:
-        """Refuse settings of the compiler that change the masses and inertias of <inertial>.
-
-        Raises:
-            ParameterError: there is such a setting.
-        """
         import mujoco
 
-        compiler = self._compiler
-        forced = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-        changing = {
-            'inertiafromgeom="true"': forced,
-            'balanceinertia="true"': bool(compiler.balanceinertia),
-            "boundmass": compiler.boundmass > 0,
-            "boundinertia": compiler.boundinertia > 0,
-            "settotalmass": compiler.settotalmass > 0,
-        }
-        found = [setting for setting, there in changing.items() if there]
-        if found:
-            raise ParameterError(
-                f"<compiler {found[0]}> changes the masses that would be written; accepted: a file "
-                "without this setting"
-            )
+        compiler = mujoco.MjSpec.from_file(str(self._path)).compiler
+        return float(np.degrees(1.0)) if compiler.degree else 1.0
 
-    def _inertial(self, b: int, turn: FloatArray, origin: FloatArray) -> Inertial:
-        """Return the inertia of a body in a frame where its own has this turn and origin."""
+    def _inertial(self, b: int) -> Inertial:
+        """Return the inertia of a body in its link frame."""
         m = self.model
-        R = turn @ _matrix(m.body_iquat[b])
+        R = _matrix(m.body_iquat[b])
         tensor = R @ np.diag(m.body_inertia[b]) @ R.T
         values = tuple(_exact(tensor[i, k]) for i in range(3) for k in range(i, 3))
-        centre = origin + turn @ np.array(m.body_ipos[b])
+        centre = np.array(m.body_ipos[b]) - self.shift[self._body_names[b]]
         return Inertial(_triple(centre), ORIGIN, _exact(m.body_mass[b]), values)
 
 

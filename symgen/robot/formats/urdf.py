@@ -5,19 +5,17 @@ z along the joint axis, and x along the common normal to the next axis. The URDF
 constant in it. Fixed joints come after all others and keep the frames of the URDF.
 
 Numbers stay exact decimals. The format is https://wiki.ros.org/urdf/XML; symgen ignores geometry
-for collision and display, and plugins. Of transmissions it reads Drake's rotor_inertia and
-gear_ratio (https://drake.mit.edu/doxygen_cxx/group__multibody__parsing.html).
+for collision and display, transmissions and plugins. The attribute armature of <dynamics>, the
+inertia of the rotor on the joint side, is symgen's own.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import astuple, replace
 from decimal import Decimal
-from pathlib import Path
-from typing import NamedTuple, TypeVar
-from xml.sax.saxutils import escape
+from typing import TypeVar
 
 import numpy as np
 import sympy as sp
@@ -25,12 +23,11 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, FloatArray, JointDynamics
+from symgen.robot.body import Body, Dynamics, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.geometry import Shape, mesh, primitive, read_mesh
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
-from symgen.robot.imported import Imported, read_text
+from symgen.robot.imported import Imported
 from symgen.robot.types import MAX_JOINTS
 
 Value = TypeVar("Value")
@@ -45,17 +42,10 @@ CAVEAT = (
     "<!-- written by symgen: base parameters do not determine link parameters; this is one link of "
     "one robot that has them -->"
 )
-#: Drake's elements of an actuator: inertia of the rotor, kg m2, and motor turns per joint turn.
-ROTOR, GEAR = "drake:rotor_inertia", "drake:gear_ratio"
 #: Part of the largest entry of an inertia below which another one is only rounding.
 _ROUNDING = 1e-12
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MAX_TITLE = 200
-#: By link: the frames (4, 4) of its joint, and of fixed joints on it whose links have no mass, in
-#: the frame of the link, by their numbers.
-LinkFrames = dict[str, dict[int, FloatArray]]
-#: A shape, and its frame (4, 4).
-Placed = tuple[Shape, FloatArray]
 
 
 def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
@@ -77,9 +67,9 @@ def import_urdf(text: str, where: str = "robot.urdf") -> Imported:
 def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> str:
     """Write identified values into a copy of a URDF.
 
-    Links go into <inertial>, friction goes into <dynamics>, and rotor inertia goes into the
-    transmission of the joint, in Drake's elements. A fixed link without <inertial> gets none; its
-    body is added to the link that carries it. A URDF holds no springs, offsets and couplings.
+    Links go into <inertial>, friction and rotor inertia go into <dynamics>. A fixed link without
+    <inertial> gets none; its body is added to the link that carries it. A URDF holds no springs,
+    offsets and couplings.
 
     Args:
         text: text of the URDF. All other bytes of it stay the same.
@@ -100,117 +90,7 @@ def updated_urdf(text: str, dynamics: Dynamics, where: str = "robot.urdf") -> st
         return edited(text, edits)
 
 
-def urdf_links(path: Path) -> LinkFrames:
-    """Return the frames of the joints of each link with mass.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, "accepted: a .urdf")
-    with located(str(path)):
-        return links_with_mass(Chain(_tree(parse_xml(text))))
-
-
-def links_with_mass(chain: Chain) -> LinkFrames:
-    """Return the frames of the joints of each link with mass, its own joint first."""
-    out: LinkFrames = {}
-    for number, name in enumerate(chain.order, 1):
-        link = chain.host(name)
-        if link != chain.urdf.root and chain.urdf.links[link] is not None:
-            out.setdefault(link, {})[number] = chain.pose(name).astype(float)
-    return out
-
-
-class LinkBoxes(NamedTuple):
-    """Boxes of links with mass, from their geometry in the file.
-
-    Attributes:
-        boxes: the lowest and the highest corner (2, 3) by link, in the frame of the link, m.
-        unread: by link, why it has no box.
-    """
-
-    boxes: dict[str, FloatArray]
-    unread: dict[str, str]
-
-
-def urdf_boxes(path: Path) -> LinkBoxes:
-    """Return the boxes of the links with mass.
-
-    A link counts as read if all its collision or all its visual elements are.
-
-    Raises:
-        RobotError: the file cannot be read.
-    """
-    text, _ = read_text(path, "accepted: a .urdf")
-    with located(str(path)):
-        root = parse_xml(text)
-        return link_boxes(
-            Chain(_tree(root)),
-            {e.attributes["name"]: _shapes(e, path.parent) for e in root.all("link")},
-        )
-
-
-def link_boxes(chain: Chain, shapes: Mapping[str, Iterable[Placed] | str]) -> LinkBoxes:
-    """Return the boxes of the links with mass, with those of links without mass fixed to them.
-
-    Args:
-        chain: chain of the file.
-        shapes: by link, its shapes with their frames (4, 4) in that of the link; or why they
-            cannot be read.
-    """
-    out = LinkBoxes({}, {})
-    for host, numbers in links_with_mass(chain).items():
-        ends = []
-        for number in numbers:
-            link = chain.urdf.joints[chain.order[number - 1]].child
-            pose = (dh.inverse(chain.link[host]) @ chain.link[link]).astype(float)
-            found = shapes.get(link, ())
-            if isinstance(found, str):
-                out.unread[host] = found
-                break
-            ends += [shape.ends(pose @ own) for shape, own in found]
-        else:
-            box = np.stack([np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1))]) if ends else None
-            if box is None:
-                out.unread[host] = "no geometry"
-            elif not (box[0] < box[1]).all():
-                out.unread[host] = "its geometry is flat"
-            else:
-                out.boxes[host] = box
-    return out
-
-
 # Elements.
-
-
-def _shapes(link: Element, folder: Path) -> list[Placed] | str:
-    """Return the shapes of a link, or why neither collision nor visual elements can be read."""
-    out, wrong = list[Placed](), ""
-    for kind in ("collision", "visual"):
-        try:
-            out += [_placed(element, folder) for element in link.all(kind)]
-        except RobotError as error:
-            wrong = wrong or str(error)
-    return out if out or not wrong else wrong
-
-
-def _placed(element: Element, folder: Path) -> Placed:
-    """Return the shape of a collision or visual element, and its frame in the link."""
-    geometry = element.first("geometry")
-    kinds = () if geometry is None else geometry.children
-    if not kinds:
-        raise RobotError(f"<{element.tag}> has no geometry")
-    given, (xyz, rpy) = kinds[0], _origin(element)
-    pose = dh.pose(dh.turn(*map(float, rpy)), np.array(xyz)).astype(float)
-    if given.tag == "mesh":
-        scale = np.array(_triple(given, "scale", (sp.S.One,) * 3), dtype=float)
-        return mesh(scale * read_mesh(given.attributes.get("filename", ""), folder)), pose
-    if given.tag == "box":
-        return primitive("box", np.array(_triple(given, "size"), dtype=float) / 2), pose
-    if given.tag not in ("sphere", "cylinder", "capsule"):
-        raise RobotError(f"<{shortened(given.tag)}>; accepted: box, cylinder, sphere, mesh")
-    length = 0.0 if given.tag == "sphere" else float(_number(given, "length"))
-    return primitive(given.tag, (float(_number(given, "radius")), length / 2, 0.0)), pose
 
 
 def _tree(root: Element) -> Urdf:
@@ -231,10 +111,6 @@ def _tree(root: Element) -> Urdf:
     if not links:
         raise RobotError("there is no <link>; accepted: at least two and a joint")
     joints = _named("joint", root, _joint)
-    for name, motor in _actuators(root).items():
-        if name in joints:
-            with located(f"transmission of joint {shortened(name)!r}"):
-                joints[name] = replace(joints[name], armature=_reflected(motor))
     if len(joints) > MAX_JOINTS:
         raise RobotError(f"{len(joints)} joints; accepted: at most {MAX_JOINTS}")
     base = _root(links, joints)
@@ -247,15 +123,6 @@ def _tree(root: Element) -> Urdf:
             with located(f"joint {shortened(joint.name)!r}"):
                 raise RobotError(f"type 'floating' on a moving link; accepted: {', '.join(KINDS)}")
     return Urdf(root.attributes.get("name", ""), base, links, joints)
-
-
-def _reflected(motor: Element) -> float:
-    """Return the rotor inertia of an actuator on the joint side: rotor_inertia gear_ratio^2."""
-    rotor, gear = motor.first(ROTOR), motor.first(GEAR)
-    if rotor is None:
-        return 0.0
-    ratio = 1.0 if gear is None else float(_number(gear, "value"))
-    return float(_number(rotor, "value")) * ratio**2
 
 
 def _named(tag: str, root: Element, read: Callable[[Element], Value]) -> dict[str, Value]:
@@ -340,7 +207,8 @@ def _joint(element: Element) -> UrdfJoint:
         for key in (*limit, "velocity", "effort"):
             if key in given.attributes:
                 limit[key] = float(_number(given, key))
-    dynamics, loss = element.first("dynamics"), dict.fromkeys(("damping", "friction"), 0.0)
+    dynamics = element.first("dynamics")
+    loss = dict.fromkeys(("damping", "friction", "armature"), 0.0)
     if dynamics is not None:
         loss = {key: float(_number(dynamics, key, "0")) for key in loss}
     return UrdfJoint(
@@ -499,66 +367,17 @@ def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics
     """Yield what sets the friction and the rotor inertia of joints."""
     require_finite_joints(chain, dynamics.joints)
     joints = {e.attributes["name"]: e for e in root.all("joint")}
-    actuators, lines, drakes = _actuators(root), list[str](), False
     for own in dynamics.joints:
         name = joint_name(chain, own.joint)
         values = {"damping": repr(own.damping), "friction": repr(own.frictionloss)}
+        if own.armature or chain.urdf.joints[name].armature:
+            values["armature"] = repr(own.armature)
         given = joints[name].first("dynamics")
         if given is None:
             words = " ".join(f'{key}="{value}"' for key, value in values.items())
             yield inserted(content, joints[name], [f"<dynamics {words}/>"])
         else:
             yield with_attributes(content, given, values)
-        motor = actuators.get(name)
-        if not own.armature and (motor is None or motor.first(ROTOR) is None):
-            continue
-        drakes = True
-        ratio = float(dynamics.gears.get(own.joint, 1.0))
-        rotor = {ROTOR: own.armature / ratio**2, GEAR: ratio}
-        if motor is None:
-            lines += _transmission(name, rotor)
-            continue
-        old = {tag: motor.first(tag) for tag in rotor}
-        yield from (
-            with_attributes(content, element, {"value": repr(rotor[tag])})
-            for tag, element in old.items()
-            if element is not None
-        )
-        new = [_valued(tag, rotor[tag]) for tag, element in old.items() if element is None]
-        if new:
-            yield inserted(content, motor, new)
-    if drakes and "xmlns:drake" not in root.attributes:
-        yield with_attributes(content, root, {"xmlns:drake": "http://drake.mit.edu"})
-    if lines:
-        yield inserted(content, root, lines)
-
-
-def _valued(tag: str, value: float) -> str:
-    return f'<{tag} value="{value!r}"/>'
-
-
-def _actuators(root: Element) -> dict[str, Element]:
-    """Return the actuator of each joint that has a simple transmission in the file."""
-    out = {}
-    for transmission in root.all("transmission"):
-        joints, motors = transmission.all("joint"), transmission.all("actuator")
-        if len(joints) == len(motors) == 1 and "name" in joints[0].attributes:
-            out[joints[0].attributes["name"]] = motors[0]
-    return out
-
-
-def _transmission(name: str, rotor: Mapping[str, float]) -> list[str]:
-    """Return a transmission that gives a joint its rotor inertia in Drake."""
-    written = escape(name, {'"': "&quot;"})
-    return [
-        f'<transmission name="{written}_transmission">',
-        "  <type>transmission_interface/SimpleTransmission</type>",
-        f'  <joint name="{written}"/>',
-        f'  <actuator name="{written}_motor">',
-        *(f"    {_valued(tag, value)}" for tag, value in rotor.items()),
-        "  </actuator>",
-        "</transmission>",
-    ]
 
 
 def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
