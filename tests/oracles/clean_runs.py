@@ -360,9 +360,7 @@ def instruments_of(
     }
 
 
-def recorded(
-    rng: np.random.Generator, motion: Motion, tau: np.ndarray, how: dict[str, Any]
-) -> Log:
+def recorded(rng: np.random.Generator, motion: Motion, tau: np.ndarray, how: dict[str, Any]) -> Log:
     step = float(motion.t[1])
     q = np.round(motion.q / how["encoder"]) * how["encoder"]
     qd = motion.qd + how["tachometer"] * _rms(motion.qd) * rng.normal(size=q.shape)

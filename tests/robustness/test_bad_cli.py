@@ -105,8 +105,9 @@ def test_a_model_without_kernels_is_no_package():
 @pytest.mark.parametrize(
     "arguments",
     [["nonsense"], ["--nonsense"], ["generate"], ["identify"], ["robots", "extra"],
-     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"], ["study", "planar2r", "--runs", "0"],
-     ["study", "planar2r", "--runs", "many"], ["generate", "planar2r", "emps"], ["generate", "nothing"],
+     ["identify", "planar2r"], ["identify", "planar2r", "log.csv"],
+     ["study", "planar2r", "--runs", "0"], ["study", "planar2r", "--runs", "many"],
+     ["generate", "planar2r", "emps"], ["generate", "nothing"],
      ["generate", ""], ["generate", "a" * 5000],
      ["generate", "planar2r", "--target", "rust", "--into", "x"],
      ["generate", "planar2r", "--dtype", "half", "--into", "x"],

@@ -20,9 +20,7 @@ def test_the_paper_s_example_prints_its_four_energy_columns():
     assert model.closed_form("energy_regressor") == (DL1, DL2, DL3, DL4)
 
 
-@pytest.mark.parametrize(
-    "robot", ["planar2r", pytest.param("scara", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("robot", ["planar2r", pytest.param("scara", marks=pytest.mark.slow)])
 def test_closed_forms_have_the_values_of_the_kernel(robot):
     model = symgen.derive(robot, ("torque_regressor", "mass_matrix"))
     for kernel in model.kernels:

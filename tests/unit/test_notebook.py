@@ -11,10 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import PROJECT
-from support_diagnose import whole_gap
 
 import symgen
-from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
 from symgen.report.store import read_result, result_page
 
 
@@ -105,53 +103,6 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
     assert text.count("{") == text.count("}")
     assert text.count("&") == len(model.base.parameters)
     assert "L_{1}^{2} M_{2} + ZZ_{1}" in text
-
-
-def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
-    from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-
-    spring = FoundEffect(
-        "gravity_spring", (2,), (FoundParameter("K2", 12.1, 0.4, "N m/rad"),), "-K2*(q2 - c)",
-        1e-9, 0.8,
-    )  # fmt: skip
-    found = Diagnosis(
-        robot="arm", verdict="explained", cutoff_hz=8.0, before=whole_gap((0.31, 0.31)),
-        after=whole_gap((0.04, 0.04)), floor=whole_gap((0.03, 0.03)), where=(),
-        effects=(spring,), rejected=(),
-        advice=(), notes=(), extended=model.robot, joints=(1, 2),
-    )  # fmt: skip
-    assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"
-    panel = found._repr_html_()
-    assert "Explained" in panel
-    head, row = Cells(panel).rows
-    assert dict(zip(head, row, strict=True)) == {
-        **{"effect": "gravity_spring", "joint": "2", "parameter": "K2", "value": "12.1"},
-        **{"std": "0.400", "unit": "N m/rad", "closes": "80.0 %", "probability": "1.00"},
-        "torque": "-K2*(q2 - c)",
-    }
-
-
-def test_an_estimate_shows_its_verdict_and_values() -> None:
-    parameters = (
-        ParameterEstimate("ZZ1R", "ZZ1 + M2", 1.25, 0.01, "kg m2"),
-        ParameterEstimate("MX2", "MX2", -0.5, 0.02, "kg m"),
-    )
-    fit = Residual(0.02)
-    estimate = Estimate(
-        robot="arm", joints=(Joint(1, "N m"),), model="momentum",
-        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
-        cutoff_hz=8.0, window_s=0.2, verdict="doubtful", reasons=("too short",),
-        correlation=np.eye(2),
-    )  # fmt: skip
-    assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"
-    panel = estimate._repr_html_()
-    assert "Doubtful" in panel
-    assert "too short" in panel
-    head, *rows = Cells(panel).rows
-    assert head[0] == "joint"
-    assert rows == [["all joints", "", "", "2.00 %", "2.00 %"]]
-    with pytest.raises(symgen.ParameterError, match="no figure 'such'; accepted: Precision"):
-        estimate.plot("such")
 
 
 def kept(kind: str):

@@ -280,9 +280,7 @@ BOTH = {
 PHYSICS = {"sprung": ("gravity_spring", (2,)), "no_coulomb": ("coulomb_friction", (2,))}
 
 
-@pytest.mark.parametrize(
-    "what", sampled(BOTH, 0, always=["late and a spring", "cut and friction"])
-)
+@pytest.mark.parametrize("what", sampled(BOTH, 0, always=["late and a spring", "cut and friction"]))
 def test_a_fault_does_not_hide_what_the_robot_file_lacks(what: str) -> None:
     case, spoil, effect, lasting = BOTH[what]
     log = stored(case)
