@@ -135,14 +135,14 @@ def run(
     seconds = float(rng.uniform(10, 20) if top > 0.3 else rng.uniform(20, 30))
     home = rng.uniform(-0.8, 0.8, arm.n)
     motions = [
-        _motion(rng, kind, top, reach, home, length, step)
+        motion_of(rng, kind, top, reach, home, length, step)
         for length, step in (
             (seconds, 1 / rate),
             (seconds / 2, 1 / rate),
             (seconds / 2, 1 / CLEAN_RATE),
         )
     ]
-    machine = _machine(rng, arm, motions[0])
+    machine = machine_of(rng, arm, motions[0])
     wanted = rng.random() < 0.4 if effects is None else effects
     missing = _missing(rng, machine, motions[0]) if wanted else ()
     torques = [machine.torque(motion, missing) for motion in motions]
@@ -150,8 +150,8 @@ def run(
         apart = np.random.default_rng([seed, 2027])  # what else is drawn stays
         smooth = _smooth(apart, motions[0], misfit * _rms(torques[0]))
         torques = [tau + smooth(m) for tau, m in zip(torques, motions, strict=True)]
-    instruments = _instruments(rng, speeds, torque_noise)
-    logs = [_recorded(rng, m, tau, instruments) for m, tau in zip(motions, torques, strict=True)]
+    instruments = instruments_of(rng, speeds, torque_noise)
+    logs = [recorded(rng, m, tau, instruments) for m, tau in zip(motions, torques, strict=True)]
     faults: list[tuple[Fault, ...]] = [(), ()]
     if rng.random() < faulty:
         for k in (0, 1):
@@ -180,7 +180,7 @@ def run(
 # Motions.
 
 
-def _motion(
+def motion_of(
     rng: np.random.Generator,
     kind: str,
     top: float,
@@ -270,7 +270,7 @@ def _rms(x: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.mean(x**2, axis=0)))
 
 
-def _machine(rng: np.random.Generator, arm: Arm, motion: Motion) -> _Machine:
+def machine_of(rng: np.random.Generator, arm: Arm, motion: Motion) -> _Machine:
     """Bodies that become lighter and smaller outwards; friction of 5 to 30 % of the torque."""
     n = arm.n
     mass = 12 * 0.65 ** np.arange(n) * rng.uniform(0.7, 1.3, n)
@@ -347,7 +347,7 @@ def _law(
 # Instruments.
 
 
-def _instruments(
+def instruments_of(
     rng: np.random.Generator, speeds: bool | None, noise: tuple[float, float]
 ) -> dict[str, Any]:
     """Encoders' step [rad], tachometers' and torques' noise (shares of RMS), its colour [Hz]."""
@@ -360,9 +360,7 @@ def _instruments(
     }
 
 
-def _recorded(
-    rng: np.random.Generator, motion: Motion, tau: np.ndarray, how: dict[str, Any]
-) -> Log:
+def recorded(rng: np.random.Generator, motion: Motion, tau: np.ndarray, how: dict[str, Any]) -> Log:
     step = float(motion.t[1])
     q = np.round(motion.q / how["encoder"]) * how["encoder"]
     qd = motion.qd + how["tachometer"] * _rms(motion.qd) * rng.normal(size=q.shape)

@@ -26,13 +26,13 @@ def run(seed: int, arm_name: str, seconds: float = 40.0, dwell: float = 1.5) -> 
     top, home = float(rng.uniform(0.3, 1.0)), rng.uniform(-0.8, 0.8, arm.n)
     reach = rng.uniform(0.5, 1.8, arm.n)
     moves = [_moves(rng, seconds * k, 1 / rate, top, dwell, reach, home) for k in (1.0, 0.5)]
-    clean = clean_runs._motion(rng, "fourier", top, reach, home, 20.0, 1 / clean_runs.CLEAN_RATE)
-    machine = clean_runs._machine(rng, arm, clean)
-    instruments = clean_runs._instruments(rng, True, (0.005, 0.02))
+    clean = clean_runs.motion_of(rng, "fourier", top, reach, home, 20.0, 1 / clean_runs.CLEAN_RATE)
+    machine = clean_runs.machine_of(rng, arm, clean)
+    instruments = clean_runs.instruments_of(rng, True, (0.005, 0.02))
     logs = []
     for motion, share in moves:
         tau = machine.torque(motion) + np.where(motion.qd == 0, machine.coulomb * share, 0.0)
-        logs.append(clean_runs._recorded(rng, motion, tau, instruments))
+        logs.append(clean_runs.recorded(rng, motion, tau, instruments))
     friction = ("coulomb", "viscous", "offset") if machine.offset.any() else ("coulomb", "viscous")
     toml = to_toml(arm, arm_name, friction)
     resting = float(np.mean(moves[0][0].qd == 0))

@@ -19,26 +19,14 @@ try:
 except ImportError as missing:
     pytest.skip(f"needs Pinocchio and MuJoCo: {missing}", allow_module_level=True)
 
-from oracles.hidden.cases import PAIRS, Case, case, cases, write
-from oracles.hidden.catalogue import EFFECTS, joints_of
+from oracles.hidden.cases import Case, case
 from oracles.hidden.engines import MujocoEngine, PinocchioEngine
 from oracles.hidden.machines import MACHINES, Machine
-from oracles.hidden.motion import reference, turning_points
 from oracles.hidden.simulate import Run, inverse, simulate
-from oracles.hidden.sizes import SMALL, place, rms, scene, share
-from support import sampled
+from oracles.hidden.sizes import SMALL, place, rms
 
 pytestmark = pytest.mark.slow
 ROBOTS = tuple(MACHINES)
-# Rows of the library of effects; "unnamed" is there twice.
-ROWS = {
-    "coulomb_friction", "viscous_friction", "torque_offset", "asymmetric_coulomb_friction",
-    "asymmetric_viscous_friction", "stribeck_friction", "nonlinear_viscous_friction",
-    "load_dependent_friction", "position_dependent_friction", "rotor_inertia", "gravity_spring",
-    "torque_ripple", "coupled_transmission", "cable_torque", "payload", "base_tilt",
-    "geometry_error", "joint_elasticity", "saturation", "drive_gain_error", "time_delay",
-    "velocity_sensor_error", "thermal_drift", "backlash", "external_contact",
-}  # fmt: skip
 MEASURING = ("saturation", "drive_gain_error", "time_delay", "velocity_sensor_error")
 
 
@@ -129,22 +117,6 @@ def test_two_masses_come_near_the_first_order_in_the_compliance() -> None:
     assert np.all(rms(rigid[:100]) < 0.05 * rms(run.tau))
 
 
-def test_reversals_are_remembered_as_they_lie_in_the_motion() -> None:
-    _, run = _run("arm6r")
-    motion = run.motion
-    # The simulator learns of a reversal one step after it.
-    found = turning_points(motion.q, motion.qd)[:-1]
-    assert np.mean(found == motion.turn[1:]) > 0.99
-    assert (motion.turn[-1] < 1e3).any()
-
-
-@pytest.mark.parametrize("effect", sampled(EFFECTS, 6))
-def test_effects_are_as_large_as_asked_along_the_reference(effect: str) -> None:
-    robot = ROBOTS[sorted(EFFECTS).index(effect) % 4]
-    small = share(place(effect, robot, "small", 1), scene(robot, seed=1))
-    assert small.max() == pytest.approx(SMALL, rel=0.02)
-
-
 @pytest.mark.parametrize("effect", ["gravity_spring", "stribeck_friction"])
 def test_an_effect_of_one_joint_is_seen_on_that_joint_alone_and_as_large_as_asked(
     effect: str,
@@ -204,54 +176,3 @@ def test_instruments_have_their_noise(clean: Case) -> None:
         assert level == pytest.approx(np.hypot(0.01, 0.003) * np.ones(2), rel=0.05)
     assert np.all((clean.floor > 0.0015) & (clean.floor < 0.006))
     assert np.all(clean.missed < 1e-9)
-
-
-def test_the_same_seed_gives_the_same_bytes_and_another_one_another_motion(clean: Case) -> None:
-    simulate.cache_clear()
-    again = case.__wrapped__("planar2r", None, "moderate", 1)
-    for kind in ("train", "validation"):
-        for key, values in getattr(again, kind).items():
-            assert values.tobytes() == getattr(clean, kind)[key].tobytes()
-    machine = MACHINES["planar2r"]
-    motions = [reference(machine, k, s).q for k in ("train", "validation") for s in (1, 2)]
-    for i, motion in enumerate(motions):
-        for other in motions[:i]:
-            assert np.abs(np.corrcoef(motion[:, 0], other[:, 0])[0, 1]) < 0.9
-    assert np.ptp(motions[0], axis=0).min() > 1.0
-
-
-def test_misfit_is_on_every_joint_and_no_effect() -> None:
-    off = case("planar2r", None, "moderate", 1, "pinocchio", 0.01)
-    shares = rms(off.hidden["train"]) / rms(off.true["train"]["tau"])
-    assert shares == pytest.approx([0.01, 0.01], rel=0.1)
-    assert off.truth == ()
-
-
-def test_files_carry_the_logs(clean: Case, tmp_path: Path) -> None:
-    folder = write(clean, tmp_path / "case")
-    text = (folder / "train.csv").read_text("utf-8")
-    assert text.splitlines()[0] == "t,q1,q2,qd1,qd2,tau1,tau2"
-    table = np.loadtxt(folder / "train.csv", delimiter=",", skiprows=1)
-    expected = np.column_stack([clean.train[key] for key in ("t", "q", "qd", "tau")])
-    np.testing.assert_allclose(table, expected, rtol=1e-9, atol=1e-12)
-    write(clean, tmp_path / "case", speeds=False)
-    assert (folder / "validation.csv").read_text("utf-8").startswith("t,q1,q2,tau1,tau2\n")
-    assert tomllib.loads((folder / "robot.toml").read_text("utf-8"))["robot"]["name"] == "planar2r"
-    values = tomllib.loads((folder / "parameters.toml").read_text("utf-8"))["parameters"]
-    assert values == clean.parameters
-
-
-def test_the_set_covers_every_row_of_the_library_and_fifty_clean_controls() -> None:
-    found = cases()
-    assert set(EFFECTS) == ROWS | {"unnamed_bump", "unnamed_product"}
-    assert len({spec.id for spec in found}) == len(found)
-    for effect in EFFECTS:
-        sizes = {spec.size for spec in found if spec.effect == effect}
-        assert sizes == {"small", "moderate"}
-    assert {spec.effect for spec in found if isinstance(spec.effect, tuple)} == set(PAIRS)
-    clean = [spec.misfit for spec in found if spec.effect is None]
-    assert len(clean) >= 50
-    assert set(clean) == {0.0, 0.01}
-    assert {spec.engine for spec in found} == {"pinocchio", "mujoco"}
-    for robot, machine in MACHINES.items():
-        assert all(joints_of(name, machine) for name in EFFECTS), robot

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from symgen.estimation.covariance import bartlett, scores
-from symgen.estimation.summary import Summary, merge_summaries, summaries, triangle
+from symgen.estimation.summary import merge_summaries, summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
 
 
@@ -59,14 +59,6 @@ def test_a_summary_knows_the_residual_of_any_parameters_and_what_it_is_of() -> N
         X = np.array([0.3, -2.0, 5.0])
         assert s.rss(X) == pytest.approx(float(np.sum((e.y - e.W @ X) ** 2)), rel=1e-12)
         assert s.square == pytest.approx(float(e.y @ e.y), rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("rows", "correlation", "lag"),
-    [(1000, 1, 8), (1000, 10, 80), (1000, 0, 1), (100, 10, 25), (103, 4, 25), (3, 1, 1), (8, 1, 2)],
-)
-def test_scores_are_summed_over_eight_times_what_overlaps(rows, correlation, lag) -> None:
-    assert Summary(np.zeros((0, 2)), rows, correlation).lag == lag
 
 
 def test_summaries_of_chunks_merge_to_that_of_the_whole() -> None:

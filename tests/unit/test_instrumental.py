@@ -16,7 +16,6 @@ from symgen.estimation.estimators import (
     Wls,
     bias_of_least_squares,
     durbin_wu_hausman,
-    in_words,
 )
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity
@@ -78,11 +77,6 @@ def test_logs_are_weighed_by_their_own_residual_in_three_passes() -> None:
 def test_one_log_has_the_weight_of_least_squares() -> None:
     e = replace(_log(4), weight=4.0)
     assert InstrumentalVariables().solve(_system(e)).weights == (2.0,)
-
-
-def test_instruments_must_be_there_for_every_log() -> None:
-    with pytest.raises(symgen.IdentificationError, match="needs instruments"):
-        InstrumentalVariables().solve(_system(_log(5), replace(_log(6), Z=None)))
 
 
 def test_instruments_that_depend_or_see_nothing_do_not_determine() -> None:
@@ -161,33 +155,6 @@ def test_logs_count_in_a_test_by_their_weights() -> None:
 
 
 # What is said of least squares.
-
-_WORDS = {
-    0.5: "no bias of plain least squares is seen: at most 4 std of it, for MX2 "
-    "(F(2, 40) = 3.25, p = 0.5)",
-    0.01: "no bias of plain least squares is seen: at most 4 std of it, for MX2 "
-    "(F(2, 40) = 3.25, p = 0.01)",
-    0.0099: "plain least squares is biased: at most 4 std of it, for MX2 "
-    "(F(2, 40) = 3.25, p = 0.0099)",
-}
-
-
-@pytest.mark.parametrize("p_value", _WORDS)
-def test_a_test_in_words(p_value: float) -> None:
-    test = Endogeneity("all", 3.25, (2, 40.2), p_value)
-    X, std = np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.25, 0.0])
-    # one moves by 1 of its std, one by 4, one without any by much
-    assert in_words(test, NAMES, X, std, np.array([1.5, 1.0, 9.0])) == _WORDS[p_value]
-
-
-@pytest.mark.parametrize(
-    ("moved", "words"), [(0.4, "though by less than matters"), (0.6, "biased:")]
-)
-def test_a_bias_below_half_a_deviation_is_none_that_matters(moved: float, words: str) -> None:
-    test = Endogeneity("all", 50.0, (2, 400.0), 1e-9)
-    said = in_words(test, NAMES, TRUE, np.ones(3), TRUE + np.array([0.0, -moved, 0.1]))
-    assert words in said
-    assert f"at most {moved:.2g} std of it, for MX2" in said
 
 
 class TestBias:

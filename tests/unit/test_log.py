@@ -108,23 +108,6 @@ def test_a_column_that_another_takes_the_name_of_is_ignored(tmp_path):
     assert log.ignored == ("q1 (of the file)",)
 
 
-def test_a_map_of_columns_is_a_text():
-    text = ", ".join(f"{ours} = {theirs}" for ours, theirs in NAMES.items())
-    assert Reading(columns=text).pairs == NAMES
-
-
-def test_the_order_of_columns_does_not_matter_beyond_nine_joints(tmp_path):
-    columns = {f"tau{j}": T + j for j in range(11, 0, -1)}
-    columns |= {f"q{j}": np.sin(T) + j for j in range(11, 0, -1)} | {"t": T}
-    for path in (
-        write_csv(tmp_path / "a.csv", columns),
-        write_parquet(tmp_path / "a.parquet", columns),
-    ):
-        log = read_log(path, 11)
-        np.testing.assert_array_equal(log.tau, T[:, None] + np.arange(1, 12))
-        np.testing.assert_array_equal(log.q, np.sin(T)[:, None] + np.arange(1, 12))
-
-
 def test_blanks_in_the_header_a_byte_order_mark_and_blank_lines_are_tolerated(tmp_path):
     plain = write_csv(tmp_path / "a.csv", table(), bom=True)
     text = plain.read_text(encoding="utf-8")
@@ -144,29 +127,11 @@ def test_npz_takes_any_float_or_integer_type(tmp_path, dtype):
     np.testing.assert_array_equal(log.tau[:, 0], np.arange(20.0))
 
 
-def test_integers_in_csv_and_parquet_become_floats(tmp_path):
-    columns = {"t": np.arange(20), "q1": np.arange(20), "tau1": np.arange(20, dtype=np.int16)}
-    write_csv(tmp_path / "a.csv", columns)
-    write_parquet(tmp_path / "a.parquet", columns)
-    for name in ("a.csv", "a.parquet"):
-        assert read_log(tmp_path / name).tau.dtype == np.float64
-
-
 def test_a_single_joint_may_come_as_vectors():
     log = make_log("one", T, Q[:, 0], TAU[:, 0], QD[:, 0], n=1)
     assert log.q.shape == log.tau.shape == (N, 1)
     assert log.qd is not None
     assert log.qd.shape == (N, 1)
-
-
-def test_arrays_that_lie_in_columns_and_are_read_only_come_to_lie_in_rows():
-    given = [np.asfortranarray(np.column_stack([x[:, 0]] * 2)) for x in (Q, TAU, QD)]
-    for array in given:
-        array.setflags(write=False)
-    log = make_log("columns", T, *given)
-    for array, found in zip(given, (log.q, log.tau, log.qd), strict=True):
-        assert found.flags.c_contiguous
-        np.testing.assert_array_equal(found, array)
 
 
 def test_arrays_are_contiguous_read_only_copies():
@@ -196,15 +161,6 @@ def test_a_prismatic_joint_is_never_taken_for_degrees(span, ratio, j):
     sigma = [0, 0]
     sigma[j] = 1
     assert make_log("metres", T, q, TAU, qd, sigma=sigma).q.shape == (N, JOINTS)
-
-
-def test_a_joint_at_rest_is_not_taken_for_degrees_however_its_noise_compares():
-    rng = np.random.default_rng(1)
-    noise = rng.normal(size=(400, 1))
-    t = np.arange(400) * 1e-3
-    slope = np.gradient(noise, t, axis=0)
-    qd = rng.permutation(slope) * np.pi / 180
-    assert make_log("rest", t, noise, noise, qd).qd is not None
 
 
 def test_real_logs_are_read_whole():

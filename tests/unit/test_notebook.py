@@ -11,10 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import PROJECT
-from support_diagnose import whole_gap
 
 import symgen
-from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
 from symgen.report.store import read_result, result_page
 
 
@@ -75,6 +73,7 @@ def test_results_are_one_short_line() -> None:
     for folder, said in (
         ("prediction-2", "<Prediction of planar2r along "),
         ("payload-1", "<Payload of planar2r on joint 2: mass 2.005 kg>"),
+        ("study-1", "<Study of planar2r: "),
     ):
         text = repr(read_result(read / folder))
         assert text.startswith(said), text
@@ -106,53 +105,6 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
     assert "L_{1}^{2} M_{2} + ZZ_{1}" in text
 
 
-def test_a_diagnosis_shows_its_verdict_and_effects(model) -> None:
-    from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-
-    spring = FoundEffect(
-        "gravity_spring", (2,), (FoundParameter("K2", 12.1, 0.4, "N m/rad"),), "-K2*(q2 - c)",
-        1e-9, 0.8,
-    )  # fmt: skip
-    found = Diagnosis(
-        robot="arm", verdict="explained", cutoff_hz=8.0, before=whole_gap((0.31, 0.31)),
-        after=whole_gap((0.04, 0.04)), floor=whole_gap((0.03, 0.03)), where=(),
-        effects=(spring,), rejected=(),
-        advice=(), notes=(), extended=model.robot, joints=(1, 2),
-    )  # fmt: skip
-    assert repr(found) == "<Diagnosis of arm: explained, torque error 31 % to 4 %>"
-    panel = found._repr_html_()
-    assert "Explained" in panel
-    head, row = Cells(panel).rows
-    assert dict(zip(head, row, strict=True)) == {
-        **{"effect": "gravity_spring", "joint": "2", "parameter": "K2", "value": "12.1"},
-        **{"std": "0.400", "unit": "N m/rad", "closes": "80.0 %", "probability": "1.00"},
-        "torque": "-K2*(q2 - c)",
-    }
-
-
-def test_an_estimate_shows_its_verdict_and_values() -> None:
-    parameters = (
-        ParameterEstimate("ZZ1R", "ZZ1 + M2", 1.25, 0.01, "kg m2"),
-        ParameterEstimate("MX2", "MX2", -0.5, 0.02, "kg m"),
-    )
-    fit = Residual(0.02)
-    estimate = Estimate(
-        robot="arm", joints=(Joint(1, "N m"),), model="momentum",
-        method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
-        cutoff_hz=8.0, window_s=0.2, verdict="doubtful", reasons=("too short",),
-        correlation=np.eye(2),
-    )  # fmt: skip
-    assert repr(estimate) == "<Estimate of arm: 2 parameters by momentum and wls, doubtful>"
-    panel = estimate._repr_html_()
-    assert "Doubtful" in panel
-    assert "too short" in panel
-    head, *rows = Cells(panel).rows
-    assert head[0] == "joint"
-    assert rows == [["all joints", "", "", "2.00 %", "2.00 %"]]
-    with pytest.raises(symgen.ParameterError, match="no figure 'such'; accepted: Precision"):
-        estimate.plot("such")
-
-
 def kept(kind: str):
     return read_result(Path(__file__).parents[1] / "reference" / "schemas" / kind)
 
@@ -178,7 +130,7 @@ def test_a_result_draws_the_figures_of_its_page(kind, first, other) -> None:
 
 
 def test_a_panel_holds_what_the_page_says_first_and_its_rules_stay_inside() -> None:
-    for kind in ("estimate-2", "diagnosis-1", "prediction-2", "payload-1"):
+    for kind in ("estimate-2", "diagnosis-1", "prediction-2", "payload-1", "study-1"):
         result = kept(kind)
         panel, page = result._repr_html_(), result_page(result)
         table = panel[panel.index("<table") : panel.index("</table>")]

@@ -15,7 +15,6 @@ from symgen.estimation.predictive_score import (
     TEMPERATURE,
     PredictiveScore,
     motion_folds,
-    repeats_motion,
 )
 
 K, N, P = 240, 2, 5
@@ -142,41 +141,3 @@ def test_folds_are_blocks_of_time_of_like_size_that_do_not_touch() -> None:
     inside = np.diff(fold)[(fold[:-1] >= 0) & (fold[1:] >= 0)]
     between = len(logs[0].kept) - 1
     assert np.count_nonzero(inside) <= (fold[between] >= 0)  # where two logs meet
-
-
-def test_folds_of_one_place_are_one_fold() -> None:
-    """A state that comes again, a period later, is in the fold that it was in."""
-    log = moved(3)
-    fold, t = motion_folds([log]), log.compared_t
-    first = np.searchsorted(t, t[0] + 10)
-    pairs = fold[: len(fold) - first], fold[first:]
-    both = (pairs[0] >= 0) & (pairs[1] >= 0)
-    assert np.mean(pairs[0][both] == pairs[1][both]) > 0.8
-
-
-def test_a_motion_is_known_again_and_another_is_not() -> None:
-    assert repeats_motion([moved(1)], [moved(1, start=3.3)])
-    assert not repeats_motion([moved(1)], [moved(2)])
-    assert repeats_motion([moved(1), moved(2)], [moved(2, start=1.0)])
-
-
-def test_half_the_rows_weigh_half() -> None:
-    whole, C, (_, _, _, weight, fold) = scored(0)
-    twice = (np.repeat(x, 2, axis=0) for x in (whole.W, whole.residual, weight))
-    score = whole
-    double = PredictiveScore(*twice, whole.sigma, np.repeat(fold, 2), whole.misfit)
-    assert score.alone.score == pytest.approx(0.5 * double.alone.score, rel=1e-9)
-    gain = score.beside({0: C}).score - score.alone.score
-    both = double.beside({0: np.repeat(C, 2, axis=0)}).score - double.alone.score
-    assert gain == pytest.approx(0.5 * both, rel=1e-6)
-    assert score.beside({0: C}).torque[1] == 0
-    found = score.beside({0: C})
-    size = np.sqrt(np.sum((weight[:, :1] * C @ found.coefficients[:, None])[fold >= 0] ** 2)
-                   / np.sum(weight[fold >= 0, 0] ** 2))  # fmt: skip
-    assert found.torque[0] == pytest.approx(size, rel=1e-6)
-
-
-def test_a_size_that_is_expected_draws_a_coefficient_to_zero() -> None:
-    score, C, _ = scored(0)
-    free, drawn = score.beside({0: C}), score.beside({0: C}, 1e-3)
-    assert np.linalg.norm(drawn.torque) < 0.1 * np.linalg.norm(free.torque)

@@ -1,7 +1,6 @@
 """Integrals, derivatives and filters are exact where they claim it, and none shifts a signal."""
 
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,14 +13,11 @@ from symgen.data.log import make_log, read_log
 from symgen.data.signals import (
     Samples,
     differentiate,
-    end_of_cubic,
     lowpass,
     lowpass_and_slopes,
     prepare,
-    white_noise,
 )
 from symgen.errors import LogError
-from symgen.estimation.band import comparison_band
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 
 DATA = Path(os.environ.get("SYMGEN_DATA", Path(__file__).parents[3] / "shared" / "data"))
@@ -67,29 +63,6 @@ def test_the_integral_is_exact_up_to_degree_five(c, step, count):
     np.testing.assert_allclose(got[:, 1], t**2 / 2, rtol=0, atol=1e-12 * (1 + t[-1] ** 2))
 
 
-def errors(function, exact, counts=(50, 100, 200)):
-    found = []
-    for count in counts:
-        t = np.linspace(0.0, 3.0, count + 1)
-        found.append(np.abs(function(np.sin(2 * t), t[1]) - exact(t)).max())
-    return np.log2(np.array(found[:-1]) / np.array(found[1:]))
-
-
-def test_the_integral_is_of_order_six_and_the_derivative_of_order_five():
-    assert errors(cumulative_integral, lambda t: (1 - np.cos(2 * t)) / 2).min() > 5.5
-    assert errors(differentiate, lambda t: 2 * np.cos(2 * t)).min() > 4.7
-
-
-def test_the_integral_of_power_on_a_coarse_log_beats_the_trapezoid_by_far():
-    t = np.arange(100) * 0.06
-    power, energy = np.sin(TURN * t) ** 2, t / 2 - np.sin(2 * TURN * t) / (4 * TURN)
-    late = slice(50, None)
-    found = np.abs(cumulative_integral(power, 0.06) - energy)[late].max()
-    steps = (power[1:] + power[:-1]) * 0.03
-    trapezoid = np.abs(np.concatenate([[0], np.cumsum(steps)]) - energy)[late].max()
-    assert found < 2e-4 < trapezoid / 8
-
-
 @given(st.lists(coefficient, min_size=6, max_size=6), st.integers(6, 60))
 @EXAMPLES
 def test_the_derivative_is_exact_up_to_degree_five(c, count):
@@ -97,14 +70,6 @@ def test_the_derivative_is_exact_up_to_degree_five(c, count):
     exact = sum(k * a * t ** (k - 1) for k, a in enumerate(c) if k)
     got = differentiate(sum(a * t**k for k, a in enumerate(c)), 1 / count)
     np.testing.assert_allclose(got, exact, rtol=0, atol=1e-8)
-
-
-@pytest.mark.parametrize("count", [2, 3, 4, 5, 6])
-def test_short_signals_are_integrated_and_differentiated_too(count):
-    t = np.arange(count) * 0.5
-    np.testing.assert_allclose(differentiate(3 * t, 0.5), 3.0)
-    np.testing.assert_allclose(cumulative_integral(3 * t, 0.5), 1.5 * t**2, atol=1e-14)
-    assert lowpass(t, 0.5, 0.3).shape == (count,)
 
 
 # --- filter --------------------------------------------------------------------------------------
@@ -141,21 +106,6 @@ def test_the_filter_keeps_cubics_up_to_their_ends(c):
     np.testing.assert_allclose(lowpass(x, 1e-3, 20.0), x, rtol=0, atol=2e-5)
 
 
-def test_the_end_of_noisy_samples_is_that_of_the_cubic_nearest_to_them():
-    x = np.random.default_rng(4).normal(size=11)
-    nearest = np.polynomial.Polynomial.fit(np.arange(11), x, 3)
-    expected = nearest(0.0), nearest.deriv(2)(0.0)
-    np.testing.assert_allclose(end_of_cubic(11) @ x, expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize("share", [0.1, 0.7])
-def test_white_noise_is_known_from_its_part_above_a_narrow_or_wide_band(share: float) -> None:
-    drawn, step = np.random.default_rng(5).normal(size=(40_000, 1)), 1e-3
-    band = share * 0.5 / step
-    high = drawn - lowpass(drawn, step, band)
-    assert white_noise(high, step, band) == pytest.approx([1.0], rel=0.25)
-
-
 def test_a_log_cut_out_of_a_motion_keeps_its_velocity_at_both_ends():
     t = np.arange(2000) * 1e-3
     for phase in np.linspace(0, TURN, 12):
@@ -187,25 +137,6 @@ def test_the_cutoff_is_five_to_twelve_times_the_motion_with_an_encoder_or_withou
     clean, counted = motion_bandwidth(q, step), motion_bandwidth(encoder(q), step)
     assert 4.9 * highest <= counted <= 12.0 * highest
     assert counted == pytest.approx(clean, rel=0.02)
-
-
-def test_neither_scale_nor_offset_nor_a_joint_that_trembles_moves_the_cutoff():
-    rng = np.random.default_rng(3)
-    t = np.arange(6000) * 1e-3
-    q = encoder(sines(t, 2.0)[0])
-    cutoff = motion_bandwidth(q, 1e-3)
-    assert motion_bandwidth(1e-3 * q + 7.0, 1e-3) == pytest.approx(cutoff)
-    still = 1e-5 * np.sin(TURN * 60 * t) + 1e-6 * rng.normal(size=len(t))
-    for column in (still, np.full(len(t), 0.3)):
-        assert motion_bandwidth(np.column_stack([q, column]), 1e-3) == pytest.approx(cutoff)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 10, 40])
-def test_the_cutoff_lies_in_the_band_for_short_and_motionless_signals(count):
-    rng = np.random.default_rng(count)
-    for q in (np.zeros((count, 2)), np.linspace(0, 1, count), rng.normal(size=(count, 2))):
-        assert 0.0 < motion_bandwidth(q, 0.01) <= 40.0
-    assert motion_bandwidth(np.zeros(count), 0.01) == pytest.approx(0.8 * 50.0)
 
 
 @pytest.mark.parametrize(
@@ -243,15 +174,6 @@ def test_a_uniform_log_with_velocities_passes_untouched():
     assert samples.cutoff_hz is None
     assert samples.step == pytest.approx(0.01)
     assert "unfiltered" in prepare(log, 10.0).notes[0]
-
-
-def test_a_step_that_varies_by_half_a_percent_is_left_alone_and_one_by_two_is_not():
-    for spread, notes in ((0.005, 0), (0.02, 1)):
-        steps = np.full(299, 0.01)
-        steps[::2] *= 1 + spread
-        t = np.concatenate([[0.0], np.cumsum(steps)])
-        q, qd = sines(t, 1.0)
-        assert len(prepare(make_log("arm", t, q, q, qd)).notes) == notes
 
 
 @given(st.integers(0, 10**6))
@@ -311,27 +233,6 @@ def test_noise_free_positions_are_differentiated_without_a_filter():
     np.testing.assert_allclose(samples.qd[:, 2:], [[0.0, 0.3]] * len(t), rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("count", [30, 100])
-@pytest.mark.parametrize("highest", [0.3, 0.6, 1.0, 1.5, 2.0, 2.5])
-def test_a_coarse_log_is_not_distorted(highest, count):
-    t = np.arange(count) * 0.06
-    q, qd = sines(t, highest)
-    noise = encoder(q) - q
-    samples = prepare(make_log("arm", t, encoder(q), q))
-    assert_sound(samples)
-    # What the sampling itself and the noise cost; the rest would be distortion by the filter.
-    unfiltered = rms(differentiate(q + noise, 0.06) - qd)
-    assert rms(samples.qd - qd) < 1.5 * unfiltered + 5e-4 * rms(qd)
-
-
-@pytest.mark.parametrize("count", [10, 11, 15])
-def test_the_shortest_logs_and_joints_at_rest_are_prepared(count):
-    t = np.arange(count) * 0.01
-    for q in (np.zeros(count), t, np.sin(9 * t), encoder(np.sin(9 * t))):
-        assert_sound(prepare(make_log("short", t, q, q)))
-        assert_sound(prepare(make_log("short", t, q, q), 1.0))
-
-
 @pytest.mark.parametrize("count", [40, 3000])
 def test_a_signal_of_any_shape_is_filtered_entry_by_entry(count):
     x = np.cumsum(np.random.default_rng(count).normal(size=(count, 2, 3)), axis=0)
@@ -339,20 +240,6 @@ def test_a_signal_of_any_shape_is_filtered_entry_by_entry(count):
         for i, j in np.ndindex(2, 3):
             alone = lowpass_and_slopes(np.ascontiguousarray(x[:, i, j]), 0.01, 5.0, 2)[k]
             np.testing.assert_allclose(whole[:, i, j], alone, atol=1e-9 * np.abs(alone).max())
-
-
-@pytest.mark.parametrize("samples", [40, 600, 30_000])
-def test_slopes_that_come_with_the_filter_are_those_of_the_filtered_signal(samples: int) -> None:
-    step, w = 0.001, 2 * np.pi * np.array([0.7, 1.3])
-    angle = np.arange(samples)[:, None] * step * w
-    x = 1.5 + np.sin(angle)
-    smooth, slope, bend = lowpass_and_slopes(x, step, 15.0, 2)
-    np.testing.assert_allclose(smooth, lowpass(x, step, 15.0), atol=1e-13)
-    np.testing.assert_allclose(slope, differentiate(smooth, step), atol=1e-9)
-    np.testing.assert_allclose(bend, differentiate(slope, step), atol=1e-6)
-    inner = slice(3000, -3000)
-    assert np.abs(slope - w * np.cos(angle))[inner].max(initial=0) < 1e-7
-    assert np.abs(bend + w**2 * np.sin(angle))[inner].max(initial=0) < 1e-6
 
 
 def test_windows_take_the_integral_of_the_whole_log() -> None:
@@ -369,20 +256,6 @@ def test_windows_take_the_integral_of_the_whole_log() -> None:
         ends = slice(int(last[0]), int(last[-1]) + 1, hop)
         found = 0.1 * window_integrals(length, ends, slice(0, 400), y)
         np.testing.assert_allclose(found, expected, atol=1e-12)
-
-
-def test_pieces_of_a_log_have_its_comparison_band() -> None:
-    rng, step = np.random.default_rng(0), 0.004
-    t = step * np.arange(100_000)
-    w, phase = TURN * rng.uniform(0.3, 1.6, (4, 3)), rng.uniform(0, TURN, (4, 3))
-    q = np.sin(t[:, None, None] * w + phase).sum(axis=1)
-    whole = Samples("whole", t, q, q, q, step, None, ())
-    own = comparison_band([whole])
-    assert own == pytest.approx(2 * w.max() / TURN, abs=0.2)
-    cut = [whole.cut(slice(first, first + 1500)) for first in range(0, 96_000, 8_000)]
-    assert comparison_band(cut) > 1.3 * own
-    faded = comparison_band([replace(s, piece=True) for s in cut])
-    assert faded == pytest.approx(own, abs=2 / (1500 * step))  # the resolution of a piece
 
 
 def _late(at: int, by: float, of: float = 1e-3, count: int = 2000) -> np.ndarray:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from oracles import clean_runs
-from workflow.trust_study import identified
+from simulated_runs import identified
 
 CHOSEN_ON, MISFIT = 95_000, 0.05
 

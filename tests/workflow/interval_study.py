@@ -29,8 +29,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from oracles import clean_runs
+from simulated_runs import evaluator, identified
 from support import figures_text
-from trust_study import evaluator, identified
 
 GOALS = {"noise": 0.95, "misfit": 0.90, "effects": 0.90}
 MISFIT = 0.01

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import BROWSER, HOSTILE, Page, visit
+from browser import Page
 from oracles.planar2r import harmonic_motion, torque_regressor
 from support import messages
 
 import symgen
 from symgen.estimation.values import Residual
 from symgen.identification.estimate import Consistency, Estimate, Joint, ParameterEstimate
-from symgen.identification.prediction import read_prediction
 from symgen.report.store import result_files, result_page
 
 X = np.array([1.7, 0.15, 0.3, 0.02])
@@ -143,25 +140,6 @@ def test_other_robots_and_nothing_in_common_are_refused() -> None:
         symgen.compare(a, small(("B", "B", 1.0, 0.1)))
 
 
-def test_common_logs_and_other_robot_files_are_said() -> None:
-    def of(log: str, robot: str) -> Estimate:
-        return small(("A", "A", 1.0, 0.1), provenance=(
-            ("robot, sha256 of its canonical robot.toml", robot),
-            (f"train {log}.csv, sha256 of samples", log),
-            ("validation v.csv, sha256 of samples", "v"),
-        ))  # fmt: skip
-
-    assert len(symgen.compare(of("x", "r"), of("y", "r")).notes) == 1
-    assert symgen.compare(of("x", "r"), of("y", "r")).verdict == "agree"
-    found = symgen.compare(of("x", "r"), of("x", "s"))
-    assert found.verdict == "unknown"
-    assert "this shows no agreement" in found.summary
-    notes = found.notes
-    assert "assumes that the two used independent data" in notes[0]
-    assert "not independent: both used x.csv" in notes[1]
-    assert "their robot files differ" in notes[2]
-
-
 def test_a_part_of_one_log_is_not_called_independent_of_the_whole() -> None:
     def of(digest: str) -> Estimate:
         log = ("train x.csv, sha256 of samples", digest)
@@ -261,12 +239,6 @@ def test_damaged_curves_are_refused_in_a_line(refused, folders, tmp_path, conten
     refused("report", tmp_path, words=("curves.npz", "damaged", "accepted"))
 
 
-def test_a_list_of_numbers_takes_one_line(folders) -> None:
-    text = (folders[0] / "estimate.json").read_text()
-    assert len(text.splitlines()) < 250
-    assert re.search(r'"correlation": \[\n  \[[-0-9.e]+, [-0-9.e]+, ', text)
-
-
 # The command
 
 
@@ -364,32 +336,7 @@ def test_a_prior_stands_beside_the_estimate(logs, folders, tmp_path, run) -> Non
     assert "prior, sha256 of its means and std" in content["provenance"]
 
 
-def test_the_table_of_pandas_holds_the_parameters(estimates) -> None:
-    frame = estimates[0].to_dataframe()
-    columns = ["name", "expression", "value", "std", "relative_std_percent", "unit"]
-    assert list(frame.columns) == columns
-    rows = json.loads(json.dumps(estimates[0].to_json()["parameters"]))
-    assert frame.to_dict("records") == [{key: row[key] for key in columns} for row in rows]
-
-
-def test_missing_pandas_is_said_in_a_line(estimates, monkeypatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(symgen.SymgenError, match=r"^pandas is missing: pip install pandas$"):
-        estimates[0].to_dataframe()
-
-
 # Pages
-
-
-def _drawn(html: str, figures: int, folder: Path, folded: int = 0) -> None:
-    """Require some figures, of which the last ones are drawn once their section is opened."""
-    seen = visit(html, folder)
-    names = re.findall(r'<div[^>]* id="(figure\d+)"', seen.dom)
-    assert len(names) == figures
-    for name in names[: figures - folded]:
-        assert 'class="main-svg"' in seen.dom.split(f'id="{name}"', 1)[1][:2000], name
-    assert seen.console == ()
-    assert seen.requests == ()
 
 
 def test_the_page_of_a_comparison_says_what_moved() -> None:
@@ -402,19 +349,3 @@ def test_the_page_of_a_comparison_says_what_moved() -> None:
         assert words in page.text, words
     assert sum(attrs.get("class") == "flagged" for _, attrs in page.tags) == 1
     assert len(page.figures) == 2
-
-
-@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
-def test_browser_draws_a_comparison_in_silence(tmp_path) -> None:
-    a = small((HOSTILE, HOSTILE, 1.0, 0.1, HOSTILE), ("B", "B", 2.0, 0.1), robot=HOSTILE)
-    b = replace(a, parameters=(replace(a.parameters[0], value=2.0), a.parameters[1]))
-    html = result_page(replace(symgen.compare(a, b), names=(HOSTILE, HOSTILE)))
-    _drawn(html, 2, tmp_path)
-
-
-@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
-def test_browser_draws_a_prediction_in_silence(folders, logs, tmp_path) -> None:
-    prediction = symgen.predict("planar2r", logs[1], folders[0] / "estimate.json")
-    for name, content in result_files(prediction).items():
-        (tmp_path / name).write_bytes(content)
-    _drawn(result_page(read_prediction(tmp_path)), 2, tmp_path, folded=1)

@@ -146,14 +146,6 @@ def test_momentum_on_line_agrees_with_the_batch(tmp_path) -> None:
         assert np.abs(found / true - 1).max() < (0.05 if noise else 1e-6)
 
 
-def test_momentum_on_line_from_a_log() -> None:
-    log = _motion(0.002, 8.0)
-    settings = {"model": "momentum", "window": 0.1}
-    batch = symgen.identify("planar2r", log, method="ols", **settings).X
-    recursive = symgen.identify("planar2r", log, method="recursive", **settings).X
-    assert np.abs(recursive / batch - 1).max() < 1e-6
-
-
 def test_what_an_identifier_cannot_do_is_said() -> None:
     evaluator = symgen.load("planar2r")
     with pytest.raises(symgen.IdentificationError, match="accepted: energy, momentum"):
@@ -167,27 +159,6 @@ def test_what_an_identifier_cannot_do_is_said() -> None:
         symgen.Identifier(symgen.load("planar2r", backend="casadi"))
     with pytest.raises(symgen.IdentificationError, match="energy and momentum"):
         symgen.identify("planar2r", _motion(0.01, 8.0), model="torque", method="recursive")
-
-
-def test_trapezoidal_power_would_bias_a_coarse_log() -> None:
-    # What the spline is for: with the trapezoid the same log misses 1e-4 by far.
-    samples = symgen.prepare(_motion(0.0622, 8.0))
-    evaluator = symgen.load("planar2r")
-    h = evaluator.energy_regressor(samples.q, samples.qd)
-    f = np.sum(samples.qd * samples.tau, axis=1)
-    work = np.concatenate([[0.0], np.cumsum((f[1:] + f[:-1]) / 2) * samples.step])
-    wrong = np.linalg.lstsq(h[5:] - h[:-5], work[5:] - work[:-5], rcond=None)[0]
-    assert np.abs(wrong / X - 1).max() > 1e-3
-
-
-def test_friction_is_told_apart() -> None:
-    text = symgen.robot_toml(symgen.read_robot("planar2r")).replace(
-        "friction = []", 'friction = ["viscous"]'
-    )
-    estimate = symgen.identify(symgen.parse_robot(text), _motion(0.005, 8.0, friction=0.3))
-    value = {p.name: p.value for p in estimate.parameters}
-    assert abs(value["FV1"] - 0.3) < 1e-4
-    assert abs(value["FV2"] - 0.3) < 1e-4
 
 
 def test_standard_deviations_cover_the_truth() -> None:

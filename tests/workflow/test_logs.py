@@ -18,7 +18,6 @@ from symgen.estimation.estimators import solve
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.system import LinearSystem
 from symgen.faults.logs import open_samples
-from symgen.symbolic.base_parameters import BaseParameters
 
 ARM = """
 [robot]
@@ -102,11 +101,6 @@ def identified(robot, logs, mask=(), **options):
     return symgen.identify(robot, logs[0], validation=logs[1], reading=reading, **options)
 
 
-def test_the_order_of_the_true_values_is_that_of_the_model(robot):
-    base: BaseParameters = symgen.derive(robot).base
-    assert base.names == TRUE_NAMES
-
-
 @pytest.mark.parametrize("model", ["momentum", "torque"])
 def test_without_its_rests_a_log_with_stiction_gives_the_parameters(robot, resting, model):
     bound = 1e-3 if model == "momentum" else 5e-3
@@ -142,18 +136,6 @@ def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cu
     assert found.repairs[0].samples == np.sum(at)
 
 
-def test_the_limits_of_the_robot_are_those_of_saturation(cut_off):
-    limited = symgen.parse_robot(ARM + "[limits]\ntorque = [14.0]\n")
-    reading = symgen.Reading(mask=("saturation",))
-    known, _ = open_samples(cut_off[0], limited, reading)
-    stuck, _ = open_samples(cut_off[0], symgen.parse_robot(ARM), reading)
-    assert "at a limit of [limits]" in known.notes[-1]
-    at = np.abs(cut_off[0].tau) >= 0.999 * 14
-    np.testing.assert_array_equal(known.mask.joint, at)
-    assert not (stuck.mask.joint & ~at).any()
-    assert stuck.mask.joint.sum() > 0.9 * at.sum()
-
-
 @pytest.mark.parametrize("model", ["energy", "momentum", "torque"])
 def test_a_mask_leaves_out_equations_and_changes_none(robot, resting, cut_off, model):
     rows_of = EquationModel(model, 0.2)
@@ -184,14 +166,6 @@ def test_a_mask_leaves_out_equations_and_changes_none(robot, resting, cut_off, m
         bad = plain.t[masked.mask.joint[:, 0]]
         near = [np.any((bad > t - 0.2 - 1e-9) & (bad < t + 1e-9)) for t in left.t]
         assert not any(near)
-
-
-def test_the_recursive_method_takes_the_same_windows(robot, cut_off):
-    options = {"model": "energy", "mask": ("saturation",)}
-    batch = identified(robot, cut_off, method="ols", **options)
-    recursive = identified(robot, cut_off, method="recursive", **options)
-    np.testing.assert_allclose(recursive.X, batch.X, rtol=1e-4)
-    assert error(recursive) < 1e-3
 
 
 def test_time_that_a_mask_leaves_out_is_not_forgotten(robot, cut_off):
@@ -264,30 +238,6 @@ def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     np.testing.assert_allclose(weighed.convergence.values[-1], weighed.X, rtol=1e-9)
     # three logs of one length take half as long again as two
     assert twice.convergence.t[-1] == pytest.approx(1.5 * weighed.convergence.t[-1], rel=1e-9)
-
-
-def test_wls_takes_the_weights_beside_its_own(robot):
-    a, b, c = noisy(4, 0.2), noisy(5, 1.0), noisy(6, 0.2)
-    options = {"validation": c, "model": "momentum"}
-    alone = symgen.identify(robot, a, **options)
-    leaning = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=[1, 1e-9]), **options)
-    np.testing.assert_allclose(leaning.X, alone.X, rtol=1e-6)
-    # By hand: the weights of the last pass are sqrt(w) over the deviation of the residual.
-    weights = [1.0, 0.25]
-    rows_of = EquationModel("momentum", 0.2)
-    evaluator = symgen.load(symgen.derive(robot, rows_of.all_kernels))
-    given = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=weights), **options)
-    rows = [
-        rows_of.equations(evaluator, filter_log(open_samples(log, robot)[0], given.band))[0]
-        for log in (a, b)
-    ]
-    X = TRUE
-    for _ in range(20):
-        scale = [np.sqrt(w) / np.std(e.y - e.W @ X) for w, e in zip(weights, rows, strict=True)]
-        W = np.concatenate([s * e.W for s, e in zip(scale, rows, strict=True)])
-        y = np.concatenate([s * e.y for s, e in zip(scale, rows, strict=True)])
-        X = np.linalg.lstsq(W, y, rcond=None)[0]
-    np.testing.assert_allclose(given.X, X, rtol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -489,9 +439,3 @@ def test_options_that_no_log_can_be_read_with_are_one_line(
     assert len(lines) == 1
     assert word in lines[0]
     assert not (tmp_path / "out").exists()
-
-
-def test_weights_that_are_no_numbers_are_one_line(run, arm, tmp_path):
-    code, lines = run("identify", arm, "log.csv", "--weights", "1,x", "--into", tmp_path / "o")
-    assert code == 2
-    assert "--weights 1,x: accepted: numbers" in lines[-1]

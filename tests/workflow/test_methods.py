@@ -11,18 +11,17 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from oracles import planar2r
-from support import data_folder, sampled
+from support import sampled
 
 import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import ESTIMATORS, bias_of_least_squares
+from symgen.estimation.estimators import ESTIMATORS
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.system import Equations, LinearSystem, window_equations
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import ALL_METHODS, equate
-from symgen.report.store import result_page
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -103,17 +102,6 @@ def test_iv_with_encoders_as_instruments_takes_the_bias_of_the_tachometer_away(
     assert np.all(np.abs(bias[large]) < 0.2 * np.abs(before[large]))
 
 
-def test_least_squares_says_that_it_is_biased_where_its_intervals_do_not_hold_it(evaluator) -> None:
-    noisy = _with_instruments(evaluator, _log(1, 0.05, 0.01), "energy")
-    plain = ESTIMATORS["wls"].solve(noisy)
-    told, bias = bias_of_least_squares(noisy, plain)
-    assert "biased by noise in the speeds" in bias
-    assert told.comparison[0].method == "iv"
-    assert np.abs(told.comparison[0].X / X - 1).max() < 0.5 * np.abs(told.X / X - 1).max()
-    clean = _with_instruments(evaluator, _log(1, 1e-4, 0.01), "energy")
-    assert bias_of_least_squares(clean, ESTIMATORS["wls"].solve(clean))[1] == ""
-
-
 @pytest.mark.parametrize(
     "model", sampled(["auto", "energy", "momentum", "torque"], 1, always=["auto"])
 )
@@ -126,22 +114,6 @@ def test_speeds_are_derived_where_tachometers_are_worse_than_encoders(model: str
     clean = symgen.identify("planar2r", _log(1, 1e-4, 0.01), model=model, window=0.1)
     assert clean.verdict == "trusted", clean.reasons
     assert not any("biased" in r for use in clean.uses for r in use.reasons)
-
-
-def test_iv_takes_the_commanded_motion_where_speeds_are_derived() -> None:
-    t, q, qd, tau = _motion()
-    draw = np.random.default_rng(5)
-    log = symgen.make_log("encoders", t, q + 2e-4 * draw.normal(size=q.shape), tau)
-    with pytest.raises(symgen.IdentificationError, match="or the commanded motion"):
-        symgen.identify("planar2r", log, method="iv")
-    commanded = symgen.make_log("commanded", t, q, tau, qd)
-    estimate = symgen.identify("planar2r", log, method="iv", fit=symgen.Fit(commanded=commanded))
-    assert np.abs(estimate.X / X - 1).max() < 0.02
-    short = symgen.make_log("short", t[:900], q[:900], tau[:900], qd[:900])
-    with pytest.raises(symgen.LogError, match="spans"):
-        symgen.identify("planar2r", log, method="iv", fit=symgen.Fit(commanded=short))
-    with pytest.raises(symgen.IdentificationError, match="one for each log, with method iv"):
-        symgen.identify("planar2r", log, fit=symgen.Fit(commanded=commanded))
 
 
 def test_huber_bears_torque_spikes() -> None:
@@ -212,30 +184,6 @@ def test_forgetting_is_least_squares_with_weights_that_fade() -> None:
     assert np.all(apart < 0.25 * np.array([p.std for p in found.parameters]))
 
 
-@pytest.mark.parametrize("model", ["energy", "momentum"])
-@pytest.mark.parametrize("window", [0.1, 0.4])
-def test_forgetting_is_a_time_whatever_the_equations(model: str, window: float) -> None:
-    """Windows of 0.1 s end at every sample, those of 0.4 s at every fourth; momentum has two each.
-
-    Of two logs, the first is older by the second.
-    """
-    logs = [_log(3, 1e-4, 0.02), _log(4, 1e-4, 0.02)]
-    options = {"model": model, "method": "recursive", "cutoff": 20.0, "window": window}
-    found = symgen.identify(
-        "planar2r", logs, validation=_log(), fit=symgen.Fit(forgetting=0.999), **options
-    )
-    equation_model, rows = EquationModel(model, window), []
-    evaluator = symgen.load(symgen.derive("planar2r", equation_model.all_kernels))
-    assert found.band is not None
-    for log, later in zip(logs, (20.0 - window, 0.0), strict=True):
-        for e in equation_model.equations(evaluator, filter_log(symgen.prepare(log), found.band)):
-            fading = 0.999 ** ((later + e.t[-1] - e.t) / STEP / 2)
-            rows.append(fading[:, None] * np.column_stack([e.W, e.y]))
-    whole = np.concatenate(rows)
-    expected = np.linalg.lstsq(whole[:, :-1], whole[:, -1], rcond=None)[0]
-    np.testing.assert_allclose(found.X, expected, rtol=1e-9)
-
-
 def test_the_command_line_takes_method_and_prior(tmp_path) -> None:
     log = _log(7, 1e-4, 0.05)
     rows = np.column_stack([log.t, log.q, log.qd, log.tau])
@@ -262,25 +210,6 @@ def test_the_command_line_takes_method_and_prior(tmp_path) -> None:
     assert "accepted: wls, ols, huber, tls, iv, consistent" in done.stderr
     with pytest.raises(symgen.IdentificationError, match="takes no prior; accepted: wls, cons"):
         symgen.identify("planar2r", log, method="tls", fit=symgen.Fit(tmp_path / "cad.toml"))
-
-
-def test_an_estimate_by_iv_tells_both_estimates_and_the_test() -> None:
-    estimate = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv")
-    assert estimate.method == "iv"
-    content = estimate.to_json()
-    assert content["endogeneity"][0]["columns"] == "all"
-    assert content["endogeneity"][0]["df"][0] == 4
-    assert content["comparison"][0]["method"] == "wls"
-    assert [p["name"] for p in content["comparison"][0]["parameters"]][:2] == ["ZZ1R", "ZZ2"]
-
-
-def test_the_page_shows_both_estimates_and_what_std_excludes() -> None:
-    estimate = symgen.identify("planar2r", _log(7, 1e-2, 0.05), method="iv")
-    html = result_page(estimate)
-    assert "Values beside other methods" in html
-    assert "by wls" in html
-    assert "Durbin-Wu-Hausman" in html
-    assert "Standard deviations exclude: bias" in html
 
 
 def test_what_no_robot_can_have_is_not_exported_as_consistent() -> None:
@@ -315,16 +244,6 @@ def test_a_prior_holds_what_a_poor_motion_does_not_show(tmp_path) -> None:
     assert np.abs(tied.X / mean - 1).max() < 1e-3
 
 
-def test_models_that_see_something_else_are_said_where_the_model_misses_something() -> None:
-    folder = data_folder() / "emps"  # its friction is not quite the model's
-    apart = symgen.identify(
-        folder / "robot.toml", folder / "train.csv", validation=folder / "test.csv"
-    )
-    assert any("gives other values than the" in r for use in apart.uses for r in use.reasons), (
-        apart.uses
-    )
-
-
 @dataclass(frozen=True)
 class Halved:
     """An estimator of the user's: half of weighted least squares."""
@@ -353,13 +272,3 @@ def test_an_estimator_of_the_user_keeps_its_name_and_what_it_excludes(own, tmp_p
     symgen.write(estimate, tmp_path)
     content = json.loads((tmp_path / "estimate.json").read_text())
     assert (content["method"], content["std_excludes"]) == (own.name, own.excludes)
-
-
-def test_an_estimate_with_a_model_that_has_no_solution_is_read_again(tmp_path) -> None:
-    """Windows longer than the log leave the models of energy and momentum without equations."""
-    estimate = symgen.identify("planar2r", _log(1, 1e-4, 1e-3), window=30.0)
-    assert estimate.model == "torque"
-    symgen.write(estimate, tmp_path)
-    content = json.loads((tmp_path / "estimate.json").read_text())
-    assert [m["torque_residual"] is None for m in content["models"]] == [False, True, True]
-    assert symgen.read_estimate(tmp_path).to_json() == content

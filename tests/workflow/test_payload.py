@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from dataclasses import replace
 from functools import cache
 
@@ -13,7 +12,7 @@ import pytest
 from browser import Page
 
 import symgen
-from symgen.identification.payload import LABELS, LoadEstimate, read_payload
+from symgen.identification.payload import LABELS, read_payload
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
 
@@ -163,105 +162,12 @@ def _pseudo(values: np.ndarray) -> np.ndarray:
     return np.trace(J) / 2 * np.eye(3) - J
 
 
-def test_what_std_leaves_out_is_said(robot, parameters, tmp_path) -> None:
-    estimate = json.loads(parameters.read_text())
-    values = [f"{p['name']} = {p['value']!r}" for p in estimate["parameters"]]
-    (tmp_path / "p.toml").write_text("\n".join(["[parameters]", *values]))
-    log = recorded(23, True)
-    known = symgen.payload(robot, log, parameters=parameters)
-    bare = symgen.payload(robot, log, parameters=tmp_path / "p.toml", cutoff=known.band.cutoff_hz)
-    assert any("errors of the given parameters" in note for note in bare.notes)
-    assert not any("errors of the given" in note or "doubtful" in note for note in known.notes)
-    assert bare.mass.std < known.mass.std
-    estimate["verdict"] = "doubtful"
-    (tmp_path / "doubtful.json").write_text(json.dumps(estimate))
-    found = symgen.payload(robot, log, parameters=tmp_path / "doubtful.json")
-    assert any("doubtful" in note for note in found.notes)
-
-
 def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) -> None:
     before = symgen.payload(robot, recorded(22, True), parameters=parameters)
     monkeypatch.setitem(globals(), "FS", 1.3 * FS)
     found = symgen.payload(robot, recorded(22, True), parameters=parameters)
     assert abs(found.mass.value / MASS - 1) < 0.015
     assert found.residual.after < 1.05 * before.residual.after
-
-
-def test_intervals_hold_the_truth(robot, parameters, tmp_path) -> None:
-    """A sample by default; `test_intervals_over_300_runs` counts."""
-    inside, _ = _coverage(robot, parameters, tmp_path, 12, "against parameters")
-    assert inside.mean() > 0.85
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("way", ["against parameters", "beside logs without it"])
-def test_intervals_over_300_runs(robot, parameters, tmp_path, way) -> None:
-    runs = int(os.environ.get("SYMGEN_RUNS", "300"))
-    inside, mass = _coverage(robot, parameters, tmp_path, runs, way)
-    shares = inside.mean(axis=0)
-    print(way, dict(zip(LABELS, np.round(100 * shares, 1), strict=True)), "%")
-    print("worst error of the mass:", f"{100 * np.abs(mass / MASS - 1).max():.2f} %")
-    assert (np.abs(mass / MASS - 1) < 0.015).all()
-    assert 0.92 <= shares.mean() <= 0.98
-    # Each of the ten within 92 to 98 %, beside what chance does to counts of so many runs.
-    beside = [1.96 * math.sqrt(p * (1 - p) / runs) for p in (0.92, 0.98)]
-    assert (shares > 0.92 - beside[0]).all(), shares
-    assert (shares < 0.98 + beside[1]).all(), shares
-
-
-def _coverage(robot, parameters, folder, runs: int, way: str):
-    """Of every run whether intervals hold the truth, (runs, 10), and the mass.
-
-    Given parameters err in every run as their covariance says: about the truth, which an estimate
-    without noise in its logs has.
-    """
-    estimate = json.loads(parameters.read_text())
-    std = np.array([p["std"] for p in estimate["parameters"]])
-    factor = np.linalg.cholesky(np.array(estimate["correlation"]) * np.outer(std, std))
-    truth = _truth(robot)
-    inside, mass = [], []
-    for k in range(runs):
-        known: dict[str, object] = {"without": [recorded(5000 + k, False, k % 7)]}
-        if way == "against parameters":
-            drawn = truth + factor @ np.random.default_rng(9000 + k).standard_normal(len(std))
-            for p, x in zip(estimate["parameters"], drawn, strict=True):
-                p["value"] = float(x)
-            (folder / "drawn.json").write_text(json.dumps(estimate))
-            known = {"parameters": folder / "drawn.json"}
-        found = symgen.payload(robot, recorded(1000 + k, True, k % 7), **known)
-        values, deviation = quantities(found)
-        inside.append(np.abs(values - TRUE) <= 1.96 * deviation)
-        mass.append(values[0])
-    return np.array(inside), np.array(mass)
-
-
-def _truth(robot) -> np.ndarray:
-    """The arm's base parameters: least squares of Pinocchio's torques in random states."""
-    from oracles.pinocchio_arm import PinocchioArm
-    from oracles.transforms import Arm
-
-    model = symgen.derive(robot, ("torque_regressor",))
-    arm = PinocchioArm(Arm.from_table(TABLE), LINKS)
-    q, qd, qdd = np.random.default_rng(7).uniform(-2, 2, (3, 400, N))
-    tau = np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
-    tau += FS * np.sign(qd) + FV * qd
-    W = symgen.load(model)["torque_regressor"](q, qd, qdd)
-    return np.linalg.lstsq(W.reshape(400 * N, -1), tau.ravel(), rcond=None)[0]
-
-
-@pytest.mark.parametrize("k", range(10))
-def test_what_depends_on_a_hidden_parameter_is_not_known(k: int) -> None:
-    true = standard(MASS, COM, INERTIA)
-    found = LoadEstimate(true, np.eye(10), np.eye(10)[:, [k]])
-
-    def read(s: np.ndarray) -> np.ndarray:
-        (xx, xy, xz, yy, yz, zz), com = s[:6], s[6:9] / s[9]
-        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        inertia = about - s[9] * (com @ com * np.eye(3) - np.outer(com, com))
-        return np.array([s[9], *com, *inertia[np.triu_indices(3)]])
-
-    moved = np.abs(read(true + 0.01 * np.eye(10)[k]) - read(true)) > 1e-12
-    assert found.known() == tuple(~moved)
 
 
 def test_what_the_motion_does_not_show_has_no_value() -> None:

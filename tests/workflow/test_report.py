@@ -29,8 +29,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.report import html as pages
-from symgen.report.content.parts import Content, Section, Table
 from symgen.report.plots import curves as plots
 from symgen.report.plots import parameters as parameter_plots
 from symgen.report.plots import residuals as residual_plots
@@ -150,12 +148,6 @@ def test_the_page_says_uses_models_band_and_repairs() -> None:
         assert words in text, words
 
 
-def test_trusted_says_so_without_reasons() -> None:
-    text = Page(result_page(synthetic(verdict="trusted"))).text
-    assert "Trusted" in text
-    assert "Not good" not in text
-
-
 def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
     page = Page(html)
     assert html.count("* plotly.js v") == 1
@@ -167,14 +159,6 @@ def test_page_is_self_contained_and_holds_plotly_once(html: str) -> None:
 
 def test_same_estimate_gives_the_same_page(html: str) -> None:
     assert result_page(synthetic()) == html
-
-
-def test_every_axis_has_a_title_with_a_unit(html: str) -> None:
-    for figure in Page(html).figures:
-        axes = [v for k, v in figure["layout"].items() if k.startswith("yaxis")]
-        assert all(axis["title"]["text"] for axis in axes)
-        below = [v for k, v in figure["layout"].items() if k.startswith("xaxis")]
-        assert any(axis.get("title", {}).get("text") for axis in below)
 
 
 def test_hostile_names_add_no_element(html: str) -> None:
@@ -212,24 +196,6 @@ def test_sparse_estimate_has_a_page() -> None:
     assert len(page.figures) == 1  # values of one method alone say nothing beside their table
 
 
-def test_page_without_figure_leaves_plotly_out() -> None:
-    table = Table(("a", "b"), (("1", "<2>"),))
-    html = pages.page(Content("T", ("lead",), (Section("H", ("text",), table),)))
-    assert len(html) < 10_000
-    assert "&lt;2&gt;" in html
-
-
-def test_first_seen_is_the_validation_log_and_each_choice_shows_one_log() -> None:
-    figure = plots.measured_and_predicted(synthetic(), "torque")
-    assert figure is not None
-    assert [bool(curve.visible) for curve in figure.data] == [False] * 12 + [True] * 6
-    assert figure.layout.plot_bgcolor == plots.VALIDATION_GROUND
-    buttons = figure.layout.updatemenus[0].buttons
-    assert [sum(button.args[0]["visible"]) for button in buttons] == [6, 6, 6]
-    assert "check.csv (validation)" in buttons[2].label
-    assert plots.measured_and_predicted(synthetic(), "momentum") is None
-
-
 def test_thinning_keeps_peaks_and_ends_and_breaks_at_pauses() -> None:
     t = np.linspace(0.0, 99.999, 100_000)
     y = np.sin(t)
@@ -242,25 +208,6 @@ def test_thinning_keeps_peaks_and_ends_and_breaks_at_pauses() -> None:
     xs, ys = plots.thin(t, np.sin(t))
     assert np.flatnonzero(np.isnan(ys)).size == 1
     assert np.all(np.diff(xs) >= 0)
-
-
-def test_spectrum_has_the_amplitude_density_of_white_noise() -> None:
-    t = np.arange(0.0, 60.0, 0.01)
-    noise = np.random.default_rng(0).normal(scale=0.5, size=(len(t), 1))
-    trace = Trace("a", "train", "energy", t, noise, np.zeros_like(noise))
-    estimate = replace(synthetic(), traces=(trace,), cutoff_hz=None)
-    figure = residual_plots.residual_spectrum(estimate, "energy")
-    assert figure is not None
-    # one-sided density of white noise: sigma sqrt(2 dt)
-    level = np.median(np.asarray(figure.data[0].y))
-    assert level == pytest.approx(0.5 * np.sqrt(2 * 0.01), rel=0.1)
-
-
-def test_a_spectrum_is_drawn_from_16_rows_on() -> None:
-    for rows in (15, 16):
-        t, left = 0.01 * np.arange(rows), np.ones((rows, 1))
-        short = replace(synthetic(), traces=(Trace("a", "train", "energy", t, left, 0 * left),))
-        assert (residual_plots.residual_spectrum(short, "energy") is not None) == (rows == 16)
 
 
 def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
@@ -290,29 +237,6 @@ def test_values_stand_over_the_estimate_and_a_free_parameter_has_no_prior() -> N
         prior.error_y.array, 2 * np.array([0.3 / 1.7, 0.5, 0.5 / 3.25, 1800 / 24691.356])
     )
     assert np.allclose(other.y, 0.99)
-
-
-def test_line_grid_draws_level_and_names_each_series_once() -> None:
-    t = np.linspace(0, 1, 50)
-    panels = [
-        plots.Panel("q", t, {"joint 1": t, "joint 2": -t}, "q, rad"),
-        plots.Panel("qd", t, {"joint 1": t, "joint 2": -t}, "qd, rad/s"),
-        plots.Panel("ZZ1R", t, {"estimate": t}, "kg m2", level=1.0, band=(t - 1, t + 1)),
-    ]
-    figure = plots.line_grid(panels, title="demo", columns=2)
-    assert [c.name for c in figure.data if c.showlegend] == [
-        *("joint 1", "joint 2", "estimate", "true value")
-    ]
-
-
-@pytest.mark.parametrize("columns", [1, 3])
-def test_panels_side_by_side_keep_their_width_on_a_narrow_page(columns: int) -> None:
-    t = np.linspace(0, 1, 50)
-    panels = [plots.Panel(f"q{k}", t, {"measured": t}, "q, rad") for k in range(3)]
-    section = Section("H", figure=lambda: plots.line_grid(panels, title="demo", columns=columns))
-    html = pages.page(Content("T", (), (section,)))
-    (width,) = re.findall(r'class="plot grid".*min-width: (\d+)px', html)
-    assert 200 <= int(width) / columns <= 320  # a phone shows a panel whole
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
@@ -383,15 +307,6 @@ def test_nothing_is_clipped_on_a_wide_screen_a_narrow_one_and_a_phone(tmp_path: 
     html = result_page(estimate, symgen.read_robot("panda"))
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
     assert sheets(html, tmp_path) <= 2
-
-
-@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
-def test_what_is_clipped_is_seen(tmp_path: Path) -> None:
-    wide = Table(("a", "b"), (("x" * 200, "y" * 90),))
-    html = pages.page(Content("T", (), (Section("H", (), wide),)))
-    found = clipped(html, tmp_path)
-    assert found[1400]
-    assert found[800]
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

@@ -16,10 +16,10 @@ try:
 except ImportError as missing:
     pytest.skip(f"needs Pinocchio: {missing}", allow_module_level=True)
 
+import simulated_runs
 from oracles import clean_runs, engineer, resting
 from oracles.planar2r import harmonic_motion
 from support import sampled
-from workflow import trust_study
 
 import symgen
 from symgen.estimation.band import Band, Rests
@@ -37,11 +37,11 @@ def drawn(arm: str) -> clean_runs.Run:
 
 @cache
 def estimated(arm: str, model: str = "auto") -> dict:
-    return trust_study.identified(drawn(arm), model=model)
+    return simulated_runs.identified(drawn(arm), model=model)
 
 
 def true_error(run: clean_runs.Run, estimate: dict) -> float:
-    truth = trust_study.Truth(run, estimate["band"]["comparison_hz"])
+    truth = simulated_runs.Truth(run, estimate["band"]["comparison_hz"])
     return truth.error(np.array([p["value"] for p in estimate["parameters"]]))
 
 
@@ -50,9 +50,9 @@ def test_rests_do_not_become_gravity(arm: str) -> None:
     run, estimate = drawn(arm), estimated(arm)
     log = run.train
     even = engineer.even(log.t, log.q, log.qd, log.tau)
-    kernel = trust_study.evaluator(run.robot_toml)["torque_regressor"]
+    kernel = simulated_runs.evaluator(run.robot_toml)["torque_regressor"]
     band = estimate["band"]["comparison_hz"]
-    truth = trust_study.Truth(run, band)
+    truth = simulated_runs.Truth(run, band)
     plain = min(
         truth.error(engineer.least_squares(*engineer.equations(kernel, even, hz, band)))
         for hz in (3.0, 5.0, 10.0)
@@ -71,7 +71,7 @@ def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> No
     run, estimate = drawn("arm4r"), estimated("arm4r")
     X = np.array([p["value"] for p in estimate["parameters"]])
     log, band = run.validation, estimate["band"]
-    kernel = trust_study.evaluator(run.robot_toml)["torque_regressor"]
+    kernel = simulated_runs.evaluator(run.robot_toml)["torque_regressor"]
     even = engineer.even(log.t, log.q, log.qd, log.tau)
     W, y = engineer.equations(
         kernel, even, band["cutoff_hz"], band["comparison_hz"], band["velocity"] == "derived"
@@ -141,32 +141,3 @@ def test_weights_travel_with_the_band() -> None:
     for weight in (0.0, 1.5):
         with pytest.raises(symgen.ParameterError, match="rests"):
             from_json(Band, content | {"rests": {"slow": [0.1], "weight": [weight]}}, file)
-
-
-@pytest.mark.slow
-def test_moves_between_points_of_many_arms(capsys: pytest.CaptureFixture[str]) -> None:
-    """Twenty draws over all arms: printed, what plain least squares gives at its best beside."""
-    rows = []
-    for seed in range(100, 120):
-        arm = sorted(clean_runs.ARMS)[seed % len(clean_runs.ARMS)]
-        run = resting.run(seed, arm)
-        estimate = trust_study.identified(run)
-        band = estimate["band"]["comparison_hz"]
-        truth, log = trust_study.Truth(run, band), run.train
-        even = engineer.even(log.t, log.q, log.qd, log.tau)
-        kernel = trust_study.evaluator(run.robot_toml)["torque_regressor"]
-        plain = min(
-            truth.error(engineer.least_squares(*engineer.equations(kernel, even, hz, band)))
-            for hz in (3.0, 5.0, 10.0)
-        )
-        rows.append((true_error(run, estimate), plain))
-        with capsys.disabled():
-            said = 100 * estimate["torque_residual"]["validation"]["relative"]
-            own, other = (100 * x for x in rows[-1])
-            print(
-                f"{seed} {arm}, {100 * run.drawn['resting']:.0f} % at rest: "
-                f"{estimate['verdict']}, says {said:.3g} %, is {own:.3g} %, plain {other:.3g} %"
-            )
-    own, plain = np.array(rows).T
-    assert np.median(own / plain) < 0.2
-    assert np.mean(own < plain) >= 0.9

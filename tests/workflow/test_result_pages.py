@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -146,9 +145,3 @@ def test_a_page_opens_offline_fits_a_phone_and_prints_on_two_sheets(kind, plan, 
     assert (seen.console, seen.requests) == ((), ())
     assert clipped(html, tmp_path) == {1400: [], 800: [], 390: []}
     assert sheets(html, tmp_path) <= 2
-
-
-@pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
-def test_sheets_are_counted(tmp_path: Path) -> None:
-    three = "<p style='break-after: page'>a</p>" * 2 + "<p>b</p>"
-    assert sheets(three, tmp_path) == 3

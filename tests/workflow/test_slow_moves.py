@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from oracles import clean_runs, engineer
 from oracles.random_arms import to_toml
-from workflow.trust_study import Truth, evaluator, identified
+from simulated_runs import Truth, evaluator, identified
 
 FILTER = 1.0  # Hz, of the engineer
 
@@ -21,7 +21,7 @@ def slow(seed: int) -> clean_runs.Run:
     arm, rate = clean_runs.ARMS["planar2r"], 200.0
     home, top = rng.uniform(-0.8, 0.8, arm.n), float(rng.uniform(0.2, 0.4))
     motions = [
-        clean_runs._motion(rng, "fourier", top, rng.uniform(0.5, 1.8, arm.n), home, *span)
+        clean_runs.motion_of(rng, "fourier", top, rng.uniform(0.5, 1.8, arm.n), home, *span)
         for span in ((25.0, 1 / rate), (12.5, 1 / rate), (12.5, 1 / clean_runs.CLEAN_RATE))
     ]
     slower = min(1.0, rng.uniform(0.05, 0.3) / np.abs(motions[0].qd).max())
@@ -29,12 +29,12 @@ def slow(seed: int) -> clean_runs.Run:
         clean_runs.Motion(m.t, home + slower * (m.q - home), slower * m.qd, slower * m.qdd)
         for m in motions
     ]
-    machine = clean_runs._machine(rng, arm, motions[0])
+    machine = clean_runs.machine_of(rng, arm, motions[0])
     torques = [machine.torque(m) for m in motions]
-    how = clean_runs._instruments(rng, False, (0.005, 0.02))
+    how = clean_runs.instruments_of(rng, False, (0.005, 0.02))
     how |= {"encoder": float(rng.uniform(1e-3, 5e-3))}
     train, held, _ = (
-        clean_runs._recorded(rng, m, tau, how) for m, tau in zip(motions, torques, strict=True)
+        clean_runs.recorded(rng, m, tau, how) for m, tau in zip(motions, torques, strict=True)
     )
     friction = ("coulomb", "viscous", *(("offset",) if machine.offset.any() else ()))
     text = to_toml(arm, "slow", friction)

@@ -84,22 +84,6 @@ def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
     assert len(said) == (0 if noise else 2), found.notes
 
 
-def test_an_offset_that_a_joint_turns_with_is_no_friction_that_drives_it() -> None:
-    robot = ROBOT.replace('["viscous"]', '["viscous", "offset"]')
-    logs = []
-    for seed in (3, 4):
-        rng = np.random.default_rng(seed)
-        t, q, qd, qdd = planar2r.harmonic_motion(rng, seed)
-        q, qd = q + np.outer(t, [0.5, 0.0]), qd + [0.5, 0.0]
-        tau = np.array([planar2r.inverse_dynamics(*s, X, L1) for s in zip(q, qd, qdd, strict=True)])
-        tau = tau + 0.02 * SCALE * qd + [-8.0, 0.0]
-        tau += 1e-3 * tau.std(axis=0) * rng.normal(size=tau.shape)
-        logs.append(symgen.make_log(f"log {seed}", t, q, tau, qd))
-    found = symgen.identify(symgen.parse_robot(robot, "turning.toml"), logs[0], validation=logs[1])
-    assert {p.name: p.value for p in found.parameters}["OF1"] == pytest.approx(-8, abs=0.1)
-    assert (found.verdict, found.method) == ("trusted", "wls")
-
-
 def test_torques_without_friction_and_noise_are_a_command() -> None:
     robot, logs = commands(0.0, 0.0, 1e-4)
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
@@ -158,19 +142,6 @@ def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on()
     (told,) = [r for r in much.reasons if "of single joints is unexplained" in r]
     assert "joint 2 " in told
     assert "joint 1 " not in told
-
-
-def test_noise_is_not_unexplained_unless_it_hides_everything() -> None:
-    loud = lacking(0.0, 0.5)
-    assert loud.verdict == "trusted", loud.reasons
-    assert loud.unexplained is None
-    assert loud.noise_floor is not None
-    assert loud.torque_validation is not None
-    told = loud.noise_floor.per_joint, loud.torque_validation.per_joint
-    floor, error = (r[1] for r in told if r)
-    assert floor == pytest.approx(error, rel=0.25)
-    drowned = lacking(0.0, 10.0)
-    assert any("the torque is mostly noise at joint 2" in reason for reason in drowned.reasons)
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:

@@ -8,12 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
 from oracles import faults
-from oracles.hidden.catalogue import EFFECTS
 from oracles.hidden.catalogue import misfit as draw_misfit
 from oracles.hidden.effects import Channels, Hidden
 from oracles.hidden.machines import MACHINES, Machine
@@ -71,74 +69,6 @@ class Case:
         """
         seen = (self.gap >= 0.015) & (self.gap >= 3 * self.floor)
         return bool(seen.any()) or any(n == "velocity_sensor_error" for n, *_ in self.truth)
-
-
-@dataclass(frozen=True)
-class Spec:
-    """Arguments of `case`."""
-
-    robot: str
-    effect: str | tuple[str, ...] | None
-    size: str
-    seed: int
-    engine: str = "pinocchio"
-    misfit: float = 0.0
-    faults: bool = False
-
-    @property
-    def id(self) -> str:
-        """Name of the case."""
-        names = _names(self.effect)
-        what = f"{'+'.join(names)}-{self.size}" if names else "clean"
-        more = f"{'-misfit' if self.misfit else ''}{'-faults' if self.faults else ''}"
-        return f"{self.robot}-{what}{more}-{self.seed}-{self.engine}"
-
-    def run(self) -> Case:
-        """Simulate it, or return it from memory."""
-        return case(
-            self.robot, self.effect, self.size, self.seed, self.engine, self.misfit, self.faults
-        )
-
-
-_SEED = 40_000  # the rule of acceptance was chosen on logs of other seeds
-_CLEAN = 100  # runs in which nothing is hidden, and as many with a misfit
-PAIRS = (
-    ("coulomb_friction", "gravity_spring"),
-    ("stribeck_friction", "torque_ripple"),
-    ("load_dependent_friction", "torque_offset"),
-    ("coupled_transmission", "gravity_spring"),
-    ("rotor_inertia", "viscous_friction"),
-    ("base_tilt", "position_dependent_friction"),
-    ("time_delay", "cable_torque"),
-    ("thermal_drift", "external_contact"),
-    ("joint_elasticity", "asymmetric_viscous_friction"),
-    ("unnamed_bump", "coulomb_friction"),
-)
-
-
-def cases() -> list[Spec]:
-    """The calibration set; every third case is MuJoCo's, every second has faults of instruments.
-
-    Every effect is moderate on four robots and small on two, each pair on two; then the controls
-    in which nothing is hidden, without and with 1 % misfit.
-    """
-    robots, found = tuple(MACHINES), []
-    for i, effect in enumerate((*EFFECTS, *PAIRS)):
-        k = i % len(robots)
-        turned = robots[k:] + robots[:k]
-        if isinstance(effect, str):
-            found += [(robot, effect, "moderate", 0.0) for robot in turned[:4]]
-            found += [(robot, effect, "small", 0.0) for robot in turned[4:]]
-        else:
-            found += [(robot, effect, "moderate", 0.0) for robot in turned[:2]]
-    for misfit in (0.0, 0.01):
-        found += [(robots[k % len(robots)], None, "moderate", misfit) for k in range(_CLEAN)]
-    return [
-        Spec(
-            robot, effect, size, _SEED + i, "pinocchio" if i % 3 else "mujoco", misfit, bool(i % 2)
-        )
-        for i, (robot, effect, size, misfit) in enumerate(found)
-    ]
 
 
 @lru_cache(maxsize=24)
@@ -291,26 +221,3 @@ def _through(functions: Iterable[Callable], value):
     for function in functions:
         value = function(value)
     return value
-
-
-def write(case: Case, folder: Path | str, speeds: bool = True) -> Path:
-    """Write robot.toml, parameters.toml (of the healthy robot), train.csv and validation.csv.
-
-    Args:
-        case: what `case` returned.
-        folder: made where absent.
-        speeds: without them, the columns qd1.. are left out.
-    """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "robot.toml").write_text(case.robot_toml, "utf-8")
-    lines = ["[parameters]", *(f"{name} = {value!r}" for name, value in case.parameters.items())]
-    (folder / "parameters.toml").write_text("\n".join(lines) + "\n", "utf-8")
-    for name, log in (("train", case.train), ("validation", case.validation)):
-        keys = [key for key in ("q", "qd", "tau") if speeds or key != "qd"]
-        header = ["t", *(f"{key}{j + 1}" for key in keys for j in range(log[key].shape[1]))]
-        table = np.column_stack([log["t"], *(log[key] for key in keys)])
-        np.savetxt(
-            folder / f"{name}.csv", table, "%.10g", ",", header=",".join(header), comments=""
-        )
-    return folder

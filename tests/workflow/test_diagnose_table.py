@@ -1,0 +1,166 @@
+"""`diagnose` names what is hidden in a log, where it is, how large it is, and nothing else.
+
+The logs are those of tests/logs, from simulators that share no code with the package; who wants
+another one makes it with studies/make_logs.py. Effects that cannot be told apart may stand for
+each other. A row is a case, what has to be named, a parameter with its true value and how far off
+it may be, and the verdict.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from stored_logs import made, stored
+
+import symgen
+
+Effects = list[tuple[str, tuple[int, ...]]]
+Values = dict[str, tuple[float, float]]
+GOOD, SOME = 0.05, 0.15
+
+#: Case: effects, parameters with their tolerance relative to the value, verdict.
+TABLE: dict[str, tuple[Effects, Values, str]] = {
+    "sound": ([], {}, "consistent"),
+    "noise": ([], {}, "consistent"),
+    "coulomb": ([("coulomb_friction", (2,))], {"FS2": (0.640, GOOD)}, "explained"),
+    "viscous": ([("viscous_friction", (1,))], {"FV1": (2.90, GOOD)}, "explained"),
+    "rotor": ([("rotor_inertia", (2,))], {"IA2": (0.0833, GOOD)}, "explained"),
+    "offset": ([("torque_offset", (2,))], {"OF2": (0.639, GOOD)}, "explained"),
+    "stribeck": (
+        [("stribeck_friction", (2,))], {"FST2": (1.71, GOOD), "vs2": (0.419, GOOD)}, "explained"
+    ),
+    "load_friction": ([("load_dependent_friction", (1,))], {"FL1": (0.0756, GOOD)}, "explained"),
+    "spring": ([("gravity_spring", (2,))], {"K2": (1.28, GOOD)}, "explained"),
+    "ripple": (
+        [("torque_ripple", (2,))], {"k2": (6.0, 0.01), "RC2": (0.868, GOOD)}, "explained"
+    ),
+    "coupled": (
+        [("coupled_transmission", (1, 2))], {"ratio2": (-1.0, 0.01), "FSM2": (0.279, GOOD)},
+        "explained",
+    ),
+    "elastic": ([("joint_elasticity", (2,))], {"CE2": (1 / 457, 0.3)}, "explained"),
+    "contact": ([("external_contact", (1,))], {"start1": (3.42, GOOD)}, "explained"),
+    "bump": (
+        [("unnamed", (1,))], {"UcA1": (-0.440, 0.01), "UwA1": (0.269, GOOD)}, "explained"
+    ),
+    "tilt": ([("base_tilt", ())], {"TZ": (0.104, GOOD)}, "explained"),
+    "length": ([("geometry_error", (3,))], {"delta_d3": (-0.111, GOOD)}, "explained"),
+    "payload": (
+        [("payload", (2,))], {"ML": (0.648, GOOD), "MXL": (0.0259, GOOD)}, "explained"
+    ),
+    "gain": ([("drive_gain_error", (1,))], {"G1": (0.863 - 1, GOOD)}, "bad-measurement"),
+    "drifted": ([("coulomb_friction", (2,))], {"FS2": (0.667, GOOD)}, "explained"),
+    "pair": (
+        [("coulomb_friction", (2,)), ("gravity_spring", (1,))], {"FS2": (0.641, GOOD)}, "explained"
+    ),
+    "carried": ([("gravity_compensation", (2,))], {"GC2": (0.5, GOOD)}, "explained"),
+    "smooth": (
+        [("smooth_friction", (2,))], {"FSM2": (5.0, GOOD), "w2": (0.15, GOOD)}, "explained"
+    ),
+    "stuck_coulomb": ([("coulomb_friction", (2,))], {"FS2": (2.0, GOOD)}, "explained"),
+    "play": ([("backlash", (2,))], {"width2": (0.01745, 0.2)}, "explained"),
+    "hysteresis": (
+        [("presliding_friction", (2,))], {"FD2": (0.5, GOOD), "xs2": (0.1, GOOD)}, "explained"
+    ),
+    "cogging": ([("motor_cogging", (2,))], {"k2": (240.0, 1e-3)}, "explained"),
+    "bare": (
+        [(f"{law}_friction", (j,)) for law in ("coulomb", "viscous") for j in (1, 2)],
+        {"FS1": (1.0, GOOD), "FS2": (0.4, GOOD), "FV1": (0.6, GOOD), "FV2": (0.25, GOOD)},
+        "explained",
+    ),
+    "two_encoders": ([("joint_elasticity", (1,))], {"K1": (900.0, GOOD)}, "explained"),
+}  # fmt: skip
+#: Simulated by the test itself.
+SLOW: dict[str, tuple[Effects, Values, str]] = {
+    "misfit": ([], {}, "consistent"),
+    "stuck": ([], {}, "consistent"),
+    "no_play": ([], {}, "consistent"),
+    "asymmetric": ([("asymmetric_viscous_friction", (2,))], {"FVA2": (0.494, GOOD)}, "explained"),
+    "nonlinear": ([("nonlinear_viscous_friction", (1,))], {"p1": (2.0, GOOD)}, "explained"),
+    "place_friction": ([("position_dependent_friction", (1,))], {"FC1": (4.73, GOOD)}, "explained"),
+    "cable": ([("cable_torque", (1,))], {}, "explained"),
+    "thermal": (
+        [("thermal_drift", (1,)), ("thermal_drift", (2,))], {"DR2": (0.45, SOME)}, "explained"
+    ),
+    "product": ([("unnamed", (2,))], {"UA2": (0.933, GOOD)}, "explained"),
+    "zero": ([("zero_offset", (2,))], {"DZ2": (0.05236, GOOD)}, "explained"),
+    "rising": (
+        [(f"{law}_friction", (j,)) for law in ("coulomb", "smooth") for j in (1, 2)],
+        {"FS1": (1.0, GOOD), "FS2": (0.4, GOOD)},
+        "explained",
+    ),
+}  # fmt: skip
+
+
+def diagnosed(case: str, folder: Path) -> symgen.Diagnosis:
+    """Return the diagnosis of a stored case."""
+    log, parameters = stored(case), None
+    if log.parameters:
+        parameters = folder / "parameters.toml"
+        parameters.write_text(log.parameters, "utf-8")
+    return symgen.diagnose(
+        log.robot,
+        made("train", log.train),
+        validation=made("test", log.test),
+        parameters=parameters,
+    )
+
+
+def agrees(found: symgen.Diagnosis, effects: Effects, values: Values, verdict: str) -> None:
+    """Every effect is one that is expected, and every expected one is there."""
+    said = [{(e.name, e.joints), *map(tuple, e.indistinguishable_from)} for e in found.effects]
+    told = [(e.name, e.joints) for e in found.effects]
+    assert len(said) == len(effects), told
+    assert all(any(effect in names for names in said) for effect in effects), told
+    assert found.verdict == verdict
+    own = {p.name: p.value for e in found.effects for p in e.parameters}
+    for name, (value, off) in values.items():
+        assert own[name] == pytest.approx(value, rel=off), name
+    assert found.after.total <= found.before.total
+
+
+@pytest.mark.parametrize("case", TABLE)
+def test_what_is_hidden_is_named_with_its_size(case: str, tmp_path: Path) -> None:
+    agrees(diagnosed(case, tmp_path), *TABLE[case])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", SLOW)
+def test_what_else_is_hidden_is_named_with_its_size(case: str, tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    agrees(diagnosed(case, tmp_path), *SLOW[case])
+
+
+def test_a_share_of_the_load_is_identified_where_it_is_declared() -> None:
+    log = stored("load_friction")
+    text = symgen.robot_toml(log.robot)
+    robot = symgen.parse_robot(
+        f'{text}\n[[effect]]\nname = "load_dependent_friction"\njoints = [1]\n'
+    )
+    logs = made("train", log.train), made("test", log.test)
+    estimate = symgen.identify(robot, logs[0], validation=logs[1], model="torque")
+    found = {p.name: p for p in estimate.parameters}["FL1"]
+    assert estimate.verdict == "trusted"
+    assert found.value == pytest.approx(0.0756, abs=4 * found.std)
+    with pytest.raises(symgen.IdentificationError, match="model torque"):
+        symgen.identify(robot, logs[0], validation=logs[1], model="energy")
+
+
+def test_the_extended_robot_computes_what_the_diagnosis_says(tmp_path: Path) -> None:
+    """The compiled code of the robot with an effect without a name gives its torque."""
+    import numpy as np
+
+    found = diagnosed("bump", tmp_path)
+    values = {p.name: p.value for p in found.effects[0].parameters}
+    again = symgen.parse_robot(symgen.robot_toml(found.extended))
+    compiled = symgen.load(symgen.derive(again, ("torque_regressor",)))
+    names = compiled.model.base.names
+    X = np.array([values[name] if name.startswith("U") else 0.0 for name in names])
+    log = stored("bump").test
+    q, qd = log["q"][::50], log["qd"][::50]
+    tau = compiled["torque_regressor"](q, qd, 0 * q)[..., : len(X)] @ X
+    off = q[:, 0] + 0.440
+    truth = 42.87 * off * np.exp(-((off / 0.269) ** 2))
+    assert np.abs(tau[:, 0] - truth).max() < 0.05 * np.abs(truth).max()
+    assert not tau[:, 1].any()
