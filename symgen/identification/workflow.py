@@ -55,7 +55,6 @@ from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED)
@@ -118,34 +117,33 @@ def identify(
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
-    with told_of_angles(source):
-        models = _equation_models(source, model, window, by)
-        data: AbstractContextManager[LogsInMemory | ChunkedLogs]
-        whole = _whole(source, by, asked)
-        if workers is not None or is_long([*sources, *given], not whole):
-            if whole:
-                raise IdentificationError(
-                    f"{whole} on a data set; accepted: {', '.join(FOLDED)} alone, or logs that "
-                    "fit into memory"
-                )
-            data = open_data_set(source, sources, given, models, reading, workers, progress)
-        else:
-            data = _open_in_memory(robot, source, (sources, given), models, reading, progress)
-        with data as opened:
-            if asked.prior is not None:
-                by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
-            by = replace(by, known=values_of_file(robot, opened.evaluator.model))
-            own_speeds = by.name == "iv" and not motions
-            run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
-            progress("asking what else could be wrong")
-            run = name_cause(run)
-            chosen = choose_model(run, models, by, shares, motions, progress)
-            with blame_motion(chosen.fault):
-                found = opened.solve(chosen, by)
-            by, found = _possible(opened, chosen, by, found)
-            trials = Trials(by.known, gains_of(source))
-            progress("judging")
-            return assess(chosen, by, found, trials)
+    models = _equation_models(source, model, window, by)
+    data: AbstractContextManager[LogsInMemory | ChunkedLogs]
+    whole = _whole(source, by, asked)
+    if workers is not None or is_long([*sources, *given], not whole):
+        if whole:
+            raise IdentificationError(
+                f"{whole} on a data set; accepted: {', '.join(FOLDED)} alone, or logs that "
+                "fit into memory"
+            )
+        data = open_data_set(source, sources, given, models, reading, workers, progress)
+    else:
+        data = _open_in_memory(robot, source, (sources, given), models, reading, progress)
+    with data as opened:
+        if asked.prior is not None:
+            by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+        by = replace(by, known=values_of_file(robot, opened.evaluator.model))
+        own_speeds = by.name == "iv" and not motions
+        run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
+        progress("asking what else could be wrong")
+        run = name_cause(run)
+        chosen = choose_model(run, models, by, shares, motions, progress)
+        with blame_motion(chosen.fault):
+            found = opened.solve(chosen, by)
+        by, found = _possible(opened, chosen, by, found)
+        trials = Trials(by.known, gains_of(source))
+        progress("judging")
+        return assess(chosen, by, found, trials)
 
 
 def _possible(
