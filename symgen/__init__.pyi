@@ -18,7 +18,6 @@ from symgen.data.raw import Reading as Reading
 from symgen.data.signals import prepare as prepare
 from symgen.diagnosis.diagnosis import Diagnosis as Diagnosis
 from symgen.diagnosis.workflow import diagnose as diagnose
-from symgen.distributed import Workers as Workers
 from symgen.errors import (
     BuildError as BuildError,
     ExpressionError as ExpressionError,

@@ -7,6 +7,7 @@ processes that make the same file at once each make it, and one replaces the oth
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 import sys
@@ -16,6 +17,16 @@ from pathlib import Path
 from symgen.errors import BuildError
 
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+
+
+def digest(*parts: str | bytes) -> str:
+    """Return the SHA-256 of some texts, each with its length, in hexadecimal."""
+    sha = hashlib.sha256()
+    for part in parts:
+        content = os.fsencode(part)
+        sha.update(f"{len(content)}:".encode())
+        sha.update(content)
+    return sha.hexdigest()
 
 
 def cache_folder() -> Path:

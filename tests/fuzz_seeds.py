@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from fuzzing import day_of_fleet
 from oracles.bags import State, write_bag, write_mcap
 from support import PROJECT
 
@@ -218,12 +217,6 @@ def write_seeds(reader: str, folder: Path) -> None:
         (seeds / "a").write_bytes(_curves(t, q))
     elif reader in ("dataset", "url"):
         _write_data_sets(reader, folder, t, q)
-    elif reader == "work":
-        (beside / "work" / "kept").mkdir(parents=True)
-        (beside / "work" / "day.csv").write_text("t,q1,tau1\n")
-        day_of_fleet(beside / "work", beside / "work" / "kept", kept=True)
-        (piece,) = (beside / "work" / "kept").iterdir()
-        (seeds / "a").write_bytes(piece.read_bytes())
     elif reader == "fleet":
         (seeds / "a").write_text(json_text("fleet-1"))
     elif reader == "package":

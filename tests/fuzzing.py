@@ -26,9 +26,7 @@ import zlib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
-from unittest import mock
 
 import numpy as np
 
@@ -229,10 +227,9 @@ def _planar2r() -> Any:
 def read_data_set(path: Path) -> None:
     """Read a file alone and from a folder: refused in both or in none, and the same numbers."""
     import symgen
-    from symgen.data.dataset import DataSet, listed_files
+    from symgen.data.long_logs import expanded, read_rows, stretches
 
-    robot = _planar2r()
-    data, content = DataSet(robot), path.read_bytes()
+    robot, reading, content = _planar2r(), symgen.Reading(), path.read_bytes()
     kind = {b"PK\x03\x04": "npz", b"PAR1": "parquet"}.get(content[:4], "csv")
     folder = path.with_name("folder")
     folder.mkdir(exist_ok=True)
@@ -246,11 +243,11 @@ def read_data_set(path: Path) -> None:
             refusal = error
         parts = []
         try:
-            (name,) = listed_files([folder])
-            for stretch in data.stretches(name):
-                parts += data.logs(stretch, [stretch.rows])
+            (name,) = map(str, expanded([folder]))
+            for s in stretches(name, robot, reading):
+                parts.append(read_rows(s, s.rows, robot, reading))
         except symgen.SymgenError:
-            if alone is not None and len(data.stretches(str(file))) == 1:
+            if alone is not None and len(stretches(str(file), robot, reading)) == 1:
                 raise AssertionError("refused in a folder, not alone") from None
             raise
     finally:
@@ -272,7 +269,8 @@ def read_url(path: Path, ready: list[bool] = []) -> None:  # noqa: B006  (filled
     """Find and read the files at a URL, without a network."""
     import fsspec
 
-    from symgen.data.dataset import DataSet, identity, listed_files
+    from symgen.data.long_logs import expanded, read_rows, stretches
+    from symgen.data.raw import Reading
 
     if not ready:
         socket.getaddrinfo = socket.socket.connect = _no_network  # type: ignore[method-assign]
@@ -283,71 +281,16 @@ def read_url(path: Path, ready: list[bool] = []) -> None:  # noqa: B006  (filled
         begin = os.path.abspath(re.split(r"[*?[\0]", url.removeprefix("file://"))[0])
         if not begin.startswith(str(path.parents[2])):
             return
-    data = DataSet(_planar2r())
-    for name in listed_files([url]):
-        if not identity(name):
-            raise AssertionError("nothing tells a file from a later one")
-        for stretch in data.stretches(name):
-            _finite(stretch.times, stretch.step)
-            for log in data.logs(stretch, [stretch.rows]):
-                _finite(log.t, log.q, log.qd, log.tau)
+    robot, reading = _planar2r(), Reading()
+    for name in map(str, expanded([url])):
+        for s in stretches(name, robot, reading):
+            _finite(s.times, s.step)
+            log = read_rows(s, s.rows, robot, reading)
+            _finite(log.t, log.q, log.qd, log.tau)
 
 
 def _no_network(*_: object, **__: object) -> None:
     raise OSError("no network in tests")
-
-
-#: What a run of `fleet` keeps of a day, and what it says where it identifies that day again.
-KEPT = np.array([3.5, 0.06, 0.124, 0.006]), np.diag([1e-2, 1e-4, 1e-4, 1e-5])
-ANEW = "worked on anew"
-
-
-def day_of_fleet(folder: Path, work: Path, kept: bool = False) -> Any:
-    """Return the estimate of the one day of a fleet; one that is not kept is KEPT, or fails."""
-    import symgen
-    from symgen.diagnosis import fleet
-    from symgen.distributed import Workers
-
-    def identify(*_: object, **__: object) -> Any:
-        if not kept:
-            raise symgen.LogError(ANEW)
-        torque = SimpleNamespace(relative=0.25)
-        return SimpleNamespace(
-            X=KEPT[0], covariance=KEPT[1], torque_validation=torque, verdict="trusted"
-        )
-
-    task = fleet.IdentifyDay("", "momentum", 5.0, symgen.Reading())
-    day = fleet.Day("7", "1", (str(folder / "day.csv"),))
-    with (
-        mock.patch.object(fleet, "identify", identify),
-        mock.patch.object(fleet.IdentifyDay, "_model", None),
-    ):
-        workers, names = Workers(1, work=work), [f"P{k}" for k in range(len(KEPT[0]))]
-        (estimate,) = fleet._estimates(task, [day], names, workers, lambda _: None)
-    return estimate
-
-
-def read_kept(path: Path) -> None:
-    """Go on with a run of `fleet` of which a result is spoiled: that result, or worked anew."""
-    import symgen
-
-    (kept,) = path.with_name("kept").iterdir()
-    folder = path.with_name("folder")
-    folder.mkdir(exist_ok=True)
-    try:
-        (folder / kept.name).write_bytes(path.read_bytes())
-        estimate = day_of_fleet(path.parent, folder)
-    finally:
-        for file in folder.iterdir():
-            file.unlink()
-    if estimate.parameters is None and estimate.verdict == f"failed: {ANEW}":
-        raise symgen.LogError(ANEW)
-    X, covariance = KEPT
-    found = [p.value for p in estimate.parameters or ()]
-    if not (np.array_equal(found, X) and np.array_equal(estimate.covariance, covariance)):
-        raise AssertionError("what is spoiled is taken for a result")
-    if (estimate.torque, estimate.verdict) != (0.25, "trusted"):
-        raise AssertionError("what is spoiled is taken for a verdict")
 
 
 #: Reader: name of the file that it gets, and what reads it.
@@ -375,7 +318,6 @@ READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "fleet": ("fleet.json", read_result),
     "dataset": ("dataset/file", read_data_set),
     "url": ("url/text", read_url),
-    "work": ("work/piece", read_kept),
 }
 
 

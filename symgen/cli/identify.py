@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -13,7 +12,6 @@ from symgen.cli.options import (
     LOGS,
     METHODS,
     MODELS,
-    PATH,
     ROBOT,
     WINDOW,
     again,
@@ -21,13 +19,9 @@ from symgen.cli.options import (
     numbers,
     one_of,
     reading_options,
-    worker_options,
 )
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
-
-if TYPE_CHECKING:
-    from symgen import Workers
 
 #: First word of a progress message, and the share of the time that has passed by then.
 _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0.5,
@@ -68,10 +62,12 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     help="Commanded motion of a log, for method iv; once for each log.",
 )
 @click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
-@worker_options
 @click.option(
-    "--work", type=PATH, help="Folder that keeps an unfinished run; default beside --into."
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Number of processes that read long logs; 1: one thread.",
 )
+@click.option("--scheduler", help="Address of a Dask scheduler whose workers read long logs.")
 @reading_options
 @into("estimate.json")
 def identify(
@@ -84,33 +80,25 @@ def identify(
     forgetting: float,
     commanded: tuple[str, ...],
     weights: str | None,
-    workers: Workers | None,
+    workers: int | None,
+    scheduler: str | None,
     into: Path,
     **options: Any,
 ) -> int:
     """Identify the parameters of ROBOT from LOGS (CSV, Parquet, NPZ, MCAP or ROS 2 bags).
 
-    symgen reads LOGS in chunks, so they need not fit into memory, if LOGS is a pattern in quotes
-    ('logs/*.parquet'), a folder or a URL, or with --workers or --scheduler. To continue an
-    interrupted run, give the same command again. Exit code 1: the verdict is doubtful.
+    LOGS may also be a pattern in quotes ('logs/*.parquet'), a folder or a URL. Files of more than
+    2^18 samples together need not fit into memory: they are read in segments, by as many threads
+    as there are cores, at most 4. Exit code 1: the verdict is doubtful.
     """
     import symgen
-    from symgen.distributed import WorkFolder
+    from symgen.data.long_logs import expanded, is_long
     from symgen.identification.export import identified_file, require_precise
-    from symgen.identification.out_of_core import is_long
-    from symgen.identification.solving import FOLDED
+    from symgen.parallel import executor_of
 
     source = symgen.read_robot(robot)
-    kept = None
-    inputs = prior or weights or commanded
-    plain = method in FOLDED and not (inputs or source.loaded)
-    if workers or is_long([*logs, *validation], plain):
-        workers = workers or symgen.Workers()
-        if workers.work is None:
-            # Beside the results: the same command continues from there.
-            kept = into.absolute().with_name(f".{into.name}-work")
-            workers = replace(workers, work=kept)
-    with stages(_IDENTIFYING) as told:
+    files = expanded(validation or logs)
+    with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
             robot,
             logs,
@@ -118,7 +106,7 @@ def identify(
             model=model,
             method=method,
             fit=symgen.Fit(prior, numbers("--weights", weights), commanded, forgetting),
-            workers=workers,
+            executor=executor,
             progress=told,
             **options,
         )
@@ -127,15 +115,13 @@ def identify(
         if robot.endswith(".urdf"):
             try:
                 file = identified_file(robot, estimate, folder=into)
-                if workers is None:
-                    require_precise(file, source, validation or logs, estimate, options["reading"])
+                if not is_long(files):
+                    require_precise(file, source, files, estimate, options["reading"])
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:
                 said = f"no URDF is written: {error}"
-        files = symgen.write(estimate, into, robot=source, more=urdf)
-    if kept is not None:
-        WorkFolder(kept).remove()
+        written = symgen.write(estimate, into, robot=source, more=urdf)
     trusted = print_result(estimate)
     sound = all(use.ok for use in estimate.uses if use.name == "simulation")
     if model != "auto" and not trusted:
@@ -146,5 +132,5 @@ def identify(
         click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
-    click.echo(f"written: {', '.join(map(str, files))}")
+    click.echo(f"written: {', '.join(map(str, written))}")
     return 0 if trusted else 1

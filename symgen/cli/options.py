@@ -198,16 +198,6 @@ _RECORDING = (
     ),
 )
 
-_WORKERS = (
-    click.option(
-        "--workers",
-        "processes",
-        type=click.IntRange(min=1),
-        help="Number of processes (more than 1 need symgen[dask]); 1: one thread.",
-    ),
-    click.option("--scheduler", help="Address of a Dask scheduler whose workers do the work."),
-)
-
 
 def _with(options: Sequence[Command], command: Command) -> Command:
     return reduce(lambda wrapped, option: option(wrapped), reversed(options), command)
@@ -268,19 +258,6 @@ def recording_options(command: Command) -> Command:
         return command(recording=taken(Recording, options), **options)
 
     return _with(_RECORDING, with_recording)
-
-
-def worker_options(command: Command) -> Command:
-    """Add the options --workers and --scheduler to a command, as one argument `workers`."""
-
-    @wraps(command)
-    def with_workers(**options: Any) -> Any:
-        from symgen import Workers
-
-        asked = taken(Workers, options)
-        return command(workers=None if asked == Workers() else asked, **options)
-
-    return _with(_WORKERS, with_workers)
 
 
 def finish(result: Any, into: Path, **more: Any) -> int:

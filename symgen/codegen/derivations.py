@@ -18,9 +18,8 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from symgen.cache import private_folder
+from symgen.cache import digest, private_folder
 from symgen.codegen.kernels import Kernel
-from symgen.distributed import digest
 from symgen.errors import BuildError
 from symgen.files import replace_whole, templates
 from symgen.robot.toml_text import robot_toml

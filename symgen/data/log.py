@@ -106,7 +106,7 @@ def read_log(
     n = n if sigma is None else len(sigma)
     with located(path):
         mapping = columns_from(columns)
-        wanted = Wanted(reading, drive, names, n, True, tuple(sigma or ()), limits, mapping)
+        wanted = Wanted(reading, drive, names, n, tuple(sigma or ()), limits, mapping)
         try:
             if path.is_dir() and not is_bag(path):
                 refuse("is a folder", _FILES)

@@ -155,7 +155,6 @@ class Wanted:
         drive: drive of the robot. If it has torque constants, currents may replace torques.
         joints: names of the movable joints; they may be empty.
         n: number of movable joints, or None if unknown.
-        beside: whether to read link positions and references.
         sigma: types of the movable joints; revolute where there is none.
         limits: limits of the robot, or None.
         columns: mapping of columns in the robot file, for files without the names of a log.
@@ -165,7 +164,6 @@ class Wanted:
     drive: Drive | None = None
     joints: Sequence[str] = ()
     n: int | None = None
-    beside: bool = True
     sigma: Sequence[int] = ()
     limits: Limits | None = None
     columns: Mapping[str, str] = field(default_factory=dict)

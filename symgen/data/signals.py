@@ -125,8 +125,8 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 
     Args:
         log: the measured log.
-        clock: first time and step, s, of the longer log of which this log is a chunk. A resampled
-            chunk uses the ticks of this clock.
+        clock: first time and step, s, of the longer log of which this log is a segment. A resampled
+            segment uses the ticks of this clock.
 
     Raises:
         LogError: gaps in time that are longer than the log, or currents instead of torques.

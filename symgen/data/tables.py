@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -42,7 +43,7 @@ from symgen.data.raw import (
     require_size,
 )
 from symgen.data.units import IN_SI, Sample, Units, split_unit, units_of
-from symgen.data.urls import is_remote, opened
+from symgen.data.urls import is_remote, open_remote
 from symgen.errors import SymgenError, located, plain
 
 BATCH = 1 << 15  # rows to read at once
@@ -383,12 +384,13 @@ def parquet_file(name: str) -> Iterator[Any]:
     """
     import pyarrow.parquet as pq
 
-    with opened(name) as remote:
-        with arrow_reads():  # Arrow reads a path directly
-            source = name if remote is None else remote
-            file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
-        with file:
-            yield file
+    source = open_remote(name) if is_remote(name) else name
+    with arrow_reads():
+        file = pq.ParquetFile(source, pre_buffer=False, buffer_size=_BUFFER)
+    try:
+        yield file
+    finally:
+        file.close(force=True)
 
 
 def batches(
@@ -476,22 +478,13 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             refuse(f"the column {name} occurs {count} times", "each column once")
     numbered = [match for name in named if (match := NUMBERED.fullmatch(name))]
     numbers = {
-        role: sorted(int(match[2]) for match in numbered if match[1] == role)
-        for role in ROLES[1:]
-        if wanted.beside or role not in BESIDE
+        role: sorted(int(match[2]) for match in numbered if match[1] == role) for role in ROLES[1:]
     }
     measured = numbers["tau"] or (numbers["i"] if wanted.currents else []) or numbers.get("qr")
     time = "t" in named
     for role, present in (("t", time), ("q1", numbers["q"]), ("tau1", measured)):
-        if role == "tau1" and not present:
-            if numbers["i"]:
-                refuse_currents()
-            if any(match[1] == "qr" for match in numbered):
-                refuse(
-                    "a data set has a reference and no torques",
-                    "tau1.. of each joint; logs that fit into memory, without --workers, can take "
-                    "torques from the gains of a controller",
-                )
+        if role == "tau1" and not present and numbers["i"]:
+            refuse_currents()
         if not present:
             missing = [r for r in ("q", "tau") if not numbers[r]]
             pairs = suggested(names, missing, wanted) or f'--columns "{_PATTERN[role]}"'
@@ -605,8 +598,8 @@ def _npz(path: Path, wanted: Wanted, sound: bool) -> Arrays:
         refuse("is not an NPZ archive", f"what numpy.savez writes, with {KEYS}")
     columns = wanted.reading.pairs
     names = {role: columns.get(role, role) for role in ROLES}
-    for role in (*["i"] * (not wanted.currents), *BESIDE * (not wanted.beside)):
-        del names[role]
+    if not wanted.currents:
+        del names["i"]
     for ours, theirs in columns.items():
         if ours not in ROLES:
             refuse(f"--columns {ours}={theirs}: an NPZ has one array for all joints", KEYS)
@@ -672,29 +665,28 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
     return StoredArray(path, file.tell(), shape, dtype)
 
 
-def rows_of_npz(path: Path) -> int:
-    """Return the number of rows of an NPZ; 0 if it is compressed or cannot be read."""
-    try:
-        with path.open("rb") as file, zipfile.ZipFile(file) as archive:
-            places = [_place(path, file, entry) for entry in archive.infolist()]
-    except (OSError, ValueError, zipfile.BadZipFile):
-        return 0
-    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
-
-
-def rows_of_parquet(path: Path) -> int:
-    """Return the number of rows of a Parquet file; 0 if it cannot be read."""
+def rows_of(name: str) -> int:
+    """Return the number of rows of a file, about; 0 if only reading it would tell."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        return int(pq.read_metadata(path).num_rows)
-    except (pa.ArrowException, OSError, ValueError):
+        if name.lower().endswith(".parquet"):
+            return int(pq.read_metadata(name).num_rows)
+        with open(name, "rb") as file:
+            if not name.lower().endswith(".npz"):
+                return sum(block.count(b"\n") for block in iter(partial(file.read, _BUFFER), b""))
+            with zipfile.ZipFile(file) as archive:
+                places = [_place(Path(name), file, entry) for entry in archive.infolist()]
+    except (pa.ArrowException, OSError, ValueError, zipfile.BadZipFile):
         return 0
+    return max((p.shape[0] if p is not None else 0 for p in places), default=0)
 
 
-#: File ending -> function that counts rows without reading the table; 0 if it cannot.
-COUNTED = {".parquet": rows_of_parquet, ".npz": rows_of_npz}
+def reads_rows(name: str) -> bool:
+    """Whether rows of a file can be read without the others: of Parquet and uncompressed NPZ."""
+    suffix = name[name.rfind(".") :].lower()
+    return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
 
 
 # Motions, or torques, without the other columns of a log.

@@ -1,10 +1,8 @@
-"""Files of a data set at a URL, through fsspec."""
+"""Files at URLs, through fsspec."""
 
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -27,56 +25,30 @@ def remote_files(url: str) -> list[str]:
     Raises:
         LogError: the URL is not accepted, or cannot be listed.
     """
+    system, path = _file_system(url)
+    if glob.has_magic(path):
+        found = system.glob(path)
+    else:
+        found = system.find(path) if system.isdir(path) else [path]
+    return [str(system.unstrip_protocol(name)) for name in found]
+
+
+def open_remote(url: str) -> Any:
+    """Open the file at a URL.
+
+    Raises:
+        LogError: it cannot be opened.
+    """
     with readable("cannot be read", _ACCEPTED):
         system, path = _file_system(url)
-        if glob.has_magic(path):
-            found = system.glob(path)
-        else:
-            found = system.find(path) if system.isdir(path) else [path]
-        return [str(system.unstrip_protocol(name)) for name in found]
-
-
-@contextmanager
-def opened(name: str) -> Iterator[Any]:
-    """Open the file at a URL; yield None for a path.
-
-    Raises:
-        LogError: the URL cannot be opened.
-    """
-    if not is_remote(name):
-        yield None
-        return
-    with readable("cannot be read", _ACCEPTED):
-        system, path = _file_system(name)
-        file = system.open(path, "rb")
-    with file:
-        yield file
-
-
-def remote_identity(name: str) -> str:
-    """Return size and modification time of the file at a URL.
-
-    Raises:
-        LogError: the URL cannot be read.
-    """
-    with readable("cannot be read", _ACCEPTED):
-        system, path = _file_system(name)
-        about = system.info(path)
-    keys = ("size", "mtime", "created", "etag", "ETag", "LastModified")
-    return " ".join(f"{key}={about[key]}" for key in keys if about.get(key) is not None)
+        return system.open(path, "rb")
 
 
 def _file_system(url: str) -> tuple[Any, str]:
     scheme = url.partition("://")[0]
     if scheme not in SCHEMES or "::" in url:  # fsspec reads one URL inside another
         refuse("is no URL that is read", _ACCEPTED)
-    try:
-        parts = urlsplit(url)
-        if scheme.startswith("http"):
-            parts.port  # noqa: B018  (raises where it is none)
-    except ValueError as error:
-        refuse(f"is no URL: {error}", _ACCEPTED)
-    if scheme not in _WITHOUT_HOST and not parts.netloc:
+    if scheme not in _WITHOUT_HOST and not urlsplit(url).netloc:
         refuse("names no host or bucket", _ACCEPTED)
     try:
         from fsspec.core import url_to_fs

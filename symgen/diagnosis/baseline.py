@@ -29,8 +29,8 @@ from symgen.estimation.predictive_score import PredictiveScore, Rests, dense, mo
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault, undo_faults
-from symgen.identification.out_of_core import load_model
 from symgen.identification.parameters import regrouping
+from symgen.identification.segments import load_model
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

@@ -24,13 +24,13 @@ import numpy as np
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.effects import Score, Seen
 from symgen.diagnosis.whitened_system import WhitenedSystem, estimated, fitted_system
-from symgen.distributed import in_turn, own_threads
 from symgen.estimation.covariance import long_run_covariance
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.predictive_score import dense
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 from symgen.identification.instruments import halves
+from symgen.parallel import in_order, own_threads
 
 _LEVEL = math.erfc(3 / math.sqrt(2))  # two-sided probability of 3 standard deviations
 _MATERIAL = 0.05  # of a coefficient: a smaller bias is harmless, even if it is significant
@@ -71,7 +71,7 @@ def shown_by_instruments(baseline: Baseline, effects: Sequence[Score]) -> list[S
         return unknown
     weight = (system.moves / system.sigma)[:, :, None]
     norms = np.sqrt(np.sum((system.W * weight) ** 2, axis=(0, 1)))
-    own = in_turn(lambda h: _columns(baseline, effects, h, system), (even, odd), own_threads())
+    own = in_order(lambda h: _columns(baseline, effects, h, system), (even, odd), own_threads())
     whole, *parts = ((W * weight / norms).reshape(system.y.size, -1) for W in (system.W, *own))
     y = (system.y * weight[:, :, 0]).ravel()
     rows = _Rows(system, whole, (parts[0], parts[1]), y, system.X * norms)

@@ -32,7 +32,6 @@ from symgen.diagnosis.refine import refined, settled_constants
 from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
-from symgen.distributed import Say, silent
 from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import (
     LEAST,
@@ -44,6 +43,7 @@ from symgen.estimation.predictive_score import (
     price_of_size,
 )
 from symgen.estimation.values import FloatArray
+from symgen.parallel import Say, silent
 
 #: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]

@@ -16,7 +16,6 @@ from typing import TypeVar
 import numpy as np
 
 from symgen.data.mask import SLOW, STOP, STOPPED, Bools, mean_speeds, rms, stops, touched
-from symgen.distributed import in_turn, own_threads
 from symgen.estimation.cutoff import rest_weight
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, dense
@@ -24,6 +23,7 @@ from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
+from symgen.parallel import in_order, own_threads
 from symgen.runtime.evaluator import Evaluator
 
 Item = TypeVar("Item")
@@ -89,7 +89,7 @@ def in_band(
     waiting = list(items)
     batches = [waiting[k : k + _TOGETHER] for k in range(0, len(waiting), _TOGETHER)]
     threads = min(own_threads(), max(1, len(batches)))
-    return chain.from_iterable(in_turn(filtered, batches, threads))
+    return chain.from_iterable(in_order(filtered, batches, threads))
 
 
 def modelled(

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.data.log import Log
+from symgen.data.long_logs import expanded, is_long
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
 from symgen.diagnosis.baseline import Baseline, baseline, model_of
@@ -35,7 +36,6 @@ from symgen.diagnosis.model_based_effects import special_candidates
 from symgen.diagnosis.search import Search
 from symgen.diagnosis.stiffness import NAME as STIFFNESS
 from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
-from symgen.distributed import own_threads
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -56,8 +56,9 @@ from symgen.faults.fault import MASKED, Fault, undo_faults
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest, mended_channels
 from symgen.faults.scene import Rows, Scene
-from symgen.identification.out_of_core import is_long, sample_logs
 from symgen.identification.parameters import read_given
+from symgen.identification.segments import sample_logs
+from symgen.parallel import own_threads
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -89,8 +90,8 @@ def diagnose(
 
     Args:
         robot: a robot, a path or a library name.
-        logs: logs, or paths of logs, to diagnose. From a data set (a pattern, a folder, a URL) and
-            from long Parquet and NPZ files, evenly spaced pieces are read.
+        logs: logs, or paths of logs, to diagnose; a pattern or a folder stands for its files. Of
+            files of more than 2**18 samples, and of those at a URL, evenly spaced pieces are read.
         validation: logs on which the gap is measured; without any, the last fifth of each log.
         effects: names of effects to try; None for the whole library and the robot's own.
         parameters: fixed parameters: the folder that `identify` wrote, its estimate.json, TOML with
@@ -112,7 +113,8 @@ def diagnose(
     unknown = [name for name in effects or () if name not in library]
     if unknown:
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
-    opened = _opened(source, (listed_logs(logs), listed_logs(validation)), reading, progress)
+    named = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    opened = _opened(source, named, reading, progress)
     if parameters is None:
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
@@ -213,9 +215,9 @@ def _opened(
 ) -> _Opened:
     """Read each log once, and repair it."""
     require_logs(sources[0])
-    if is_long([*chain(*sources)], True):
-        sampled = sample_logs(robot, *sources, reading, 0.0, progress)
-        said = sampled.in_words("read; the diagnosis is that of", (*sampled.train, *sampled.held))
+    if is_long([*chain(*sources)]):
+        sampled = sample_logs(robot, *sources, reading or Reading(), 0.0, progress)
+        said = sampled.in_words("read; the diagnosis is that of")
         train, held, more = join_bands(sampled.train, sampled.held)
         done = (*sampled.repairs, *more)
         return _Opened(train, held, done, (), None, (*sampled.notes, *said))

@@ -40,7 +40,7 @@ def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) ->
     Args:
         scores: of consecutive rows of a log.
         lag: rows of a sum.
-        lead: rows before those that are this chunk's own: sums that end in them are another's.
+        lead: rows before those that are this segment's own: sums that end in them are another's.
         ended: whether the log ends with these rows.
     """
     moved, last = nonzero_columns(scores), lag + len(scores)

@@ -26,13 +26,13 @@ import numpy as np
 
 from symgen.data.mask import Bools, mean_speeds, resting, rms, slow_speeds, spans
 from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
-from symgen.distributed import in_turn
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
 from symgen.estimation.summary import FOLDS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations, torque_sides
 from symgen.estimation.values import FloatArray
+from symgen.parallel import in_order
 from symgen.runtime.evaluator import Evaluator
 
 #: Weight of equations at rest while the band is chosen, and what it is at least.
@@ -147,7 +147,7 @@ def choose_band(
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
         return np.stack(_errors(evaluator, seen, sides, bands))
 
-    alike = list(in_turn(errors_at, grid, threads))
+    alike = list(in_order(errors_at, grid, threads))
     # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
     # is the best, a lower one may be better, as long as it takes noise and no motion.
     while cutoff is None and _best(alike)[1] == 0 and _takes_noise(seen, grid[0] / _FINER):

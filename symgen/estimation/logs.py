@@ -13,6 +13,7 @@ import numpy as np
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
 from symgen.data.log import Log, cut, read_log
+from symgen.data.long_logs import Source as Source
 from symgen.data.raw import Reading, read_only, refuse
 from symgen.data.signals import Samples
 from symgen.data.units import BEYOND
@@ -22,7 +23,7 @@ from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
 _ABOVE = 1.05  # torque over its limit from which it is said
-Source = str | Path | Log
+
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
 #: Samples that are held out of each log, at least.

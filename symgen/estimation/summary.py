@@ -1,12 +1,12 @@
 """What equations leave behind for least squares: triangles by log and joint, products by block.
 
-    equations of a chunk  ->  Summary (triangle R of [W y], rows)   -> merged by log and joint
+    equations of a segment -> Summary (triangle R of [W y], rows)   -> merged by log and joint
     merged summaries      ->  weights, X                            (solve.log_weights)
     X, equations again    ->  sums of scores over `lag` rows        -> added up
     sums                  ->  covariance of X                       (covariance.sandwich)
 
-A log in memory is folded as one chunk. One that is read piece by piece gives the same numbers, as
-its chunks bring the rows before their own with them.
+A log in memory is folded at once. One that is read segment by segment gives the same numbers, as
+its segments bring the rows before their own with them.
 
 Blocks hold the products [W y]'[W y] of stretches of time, in which models and bands are compared: a
 fit without some blocks, its error on these, and how much estimates scatter from block to block
@@ -29,7 +29,6 @@ LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
 #: of columns of unit norm, is at least for that.
 _TALL, _DEPENDENT = 4, 1e-6
-_TOGETHER = 8  # triangles that are merged at once
 #: Blocks of time of all training logs together, and contiguous folds of them.
 BLOCKS, FOLDS = 20, 5
 _ROUNDS = 2
@@ -39,7 +38,7 @@ _SURE = 1e-4  # of the diagonal of its Cholesky factor, at least: eigenvalues ar
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """The equations of one joint of a log, or of some chunks of it.
+    """The equations of one joint of a log, or of some segments of it.
 
     Attributes:
         factor: triangular R of [W y] = Q R, (k, p + 1) with k at most p + 1; without the log's
@@ -102,16 +101,7 @@ def summaries(system: LinearSystem) -> list[Summary]:
 
 
 def merge_summaries(parts: Sequence[Summary]) -> Summary:
-    """Merge the summaries of the chunks of one log: some neighbours at once, then what is left.
-
-    A few triangles on top of each other are tall enough for Cholesky's factor.
-    """
-    while len(parts) > 1:
-        parts = [_merged(parts[k : k + _TOGETHER]) for k in range(0, len(parts), _TOGETHER)]
-    return parts[0]
-
-
-def _merged(parts: Sequence[Summary]) -> Summary:
+    """Merge the summaries of the segments of one log."""
     factor = triangle(np.concatenate([s.factor for s in parts]))
     products = [s.features for s in parts if s.features is not None]
     features = np.sum(products, axis=0) if products else None
@@ -132,12 +122,6 @@ def triangle(rows: FloatArray) -> FloatArray:
         return R
     found = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
     return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
-
-
-def square(factor: FloatArray) -> FloatArray:
-    """Return a factor with rows of zeros below it, so that it is as high as wide."""
-    rows, columns = factor.shape
-    return np.vstack([factor, np.zeros((columns - rows, columns))])
 
 
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:

@@ -19,7 +19,6 @@ from symgen.codegen.model import Model, derive
 from symgen.data.log import read_only
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
-from symgen.distributed import Meter, Say, silent
 from symgen.errors import IdentificationError, LogError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.filtered_log import unfiltered
@@ -43,6 +42,7 @@ from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
+from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Limits, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load

@@ -17,7 +17,6 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import interpolated
-from symgen.distributed import Say, silent
 from symgen.errors import ParameterError
 from symgen.estimation.band import OPEN, Band, comparison_band
 from symgen.estimation.filtered_log import filter_log
@@ -36,6 +35,7 @@ from symgen.experiment.mujoco_robot import MujocoRobot
 from symgen.faults.logs import open_samples
 from symgen.identification.estimate import Joint, joints_of
 from symgen.names import ROTOR
+from symgen.parallel import Say, silent
 from symgen.robot.toml_io import read_imported, read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, read_result, result_file, to_json

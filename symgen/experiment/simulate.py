@@ -16,7 +16,6 @@ from symgen.codegen.model import Model, derive
 from symgen.data.drive import motor_side
 from symgen.data.log import Log, make_log, read_only
 from symgen.data.raw import FloatArray
-from symgen.distributed import Meter, Say, silent
 from symgen.errors import LogError, ParameterError
 from symgen.experiment.recording import (
     Controller,
@@ -28,6 +27,7 @@ from symgen.experiment.recording import (
 )
 from symgen.experiment.reference import Reference, as_csv, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
+from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Drive, Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load

@@ -22,7 +22,6 @@ from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
-from symgen.distributed import Meter, Say, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
@@ -35,6 +34,7 @@ from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, filter_in_band
 from symgen.identification.solving import Method, equate, settle_load, solve
+from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load

@@ -20,7 +20,6 @@ import numpy as np
 
 from symgen import names
 from symgen.data.mask import moving_joints
-from symgen.distributed import in_turn, own_threads
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
@@ -44,6 +43,7 @@ from symgen.faults.samples import positions_look_measured, torques_look_computed
 from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, Shape, Sized
 from symgen.faults.undo import completed, multiplied
+from symgen.parallel import in_order, own_threads
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.
@@ -155,7 +155,7 @@ def causes(
     derived = any(log.samples.velocity_derived for log in scene.rows.logs)
     clock = derived or any(r.kind == "speed" for r in repairs)
     special: Mapping[str, Finder] = {**SPECIAL, "command": partial(_scaled, clock=clock)}
-    every = in_turn(lambda make: [*make(scene)], KINDS.values(), own_threads())
+    every = in_order(lambda make: [*make(scene)], KINDS.values(), own_threads())
     shapes = [*itertools.chain.from_iterable(every)]
     found = _all(scene, shapes, faults, special)
     sized = {c.shape: _sized(scene, c) for c in found[:_NEAR] if c.shape and c.shape.at}
@@ -203,7 +203,7 @@ def _all(
     alone = scene.score.alone
     nothing = Cause("", (), "", 0.0, alone.left)
     found = [nothing, *_linear(scene, shapes)]
-    for own in in_turn(lambda find: [*find(scene)], special.values(), own_threads()):
+    for own in in_order(lambda find: [*find(scene)], special.values(), own_threads()):
         found += own
     for fault in faults:
         if fault.kind != "delay":  # delays are tried for all joints together and for each joint
@@ -343,7 +343,7 @@ def _exactly(scene: Scene, found: Sequence[Cause]) -> list[Cause]:
         own = _undone(scene, *_exact_fault(scene.rows.evaluator, scene.rows.logs, c))
         return [replace(e, score=e.score - _RARE, columns=c.columns) for e in own]
 
-    return _ranked(itertools.chain.from_iterable(in_turn(exact, found, own_threads())))
+    return _ranked(itertools.chain.from_iterable(in_order(exact, found, own_threads())))
 
 
 def _upside_down(scene: Scene) -> Iterator[Cause]:

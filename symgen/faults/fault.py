@@ -90,9 +90,9 @@ def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ..
 
 
 def merged(faults: Iterable[Fault]) -> list[Fault]:
-    """Return one fault for each log, channel and kind, from the faults of several chunks.
+    """Return one fault for each log, channel and kind, from the faults of several segments.
 
-    Numbers differ slightly between chunks; those of the first chunk are kept.
+    Numbers differ slightly between segments; those of the first one are kept.
     """
     out: dict[tuple[str, str, str], Fault] = {}
     for f in faults:

@@ -1,22 +1,17 @@
-"""Logs opened and repaired: whole ones, and chunks of long ones."""
+"""Logs opened and repaired."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from symgen.data.columns import fixing
-from symgen.data.log import Log
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples, sampled
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
 from symgen.estimation.band import LOWEST, comparison_band
-from symgen.estimation.chunks import Chunk, ChunkOfLog, Settings, chunk_data, unit
-from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.faults.fault import Fault
@@ -28,10 +23,7 @@ from symgen.faults.samples import (
     silenced_torques,
     standing,
 )
-from symgen.faults.undo import with_earlier_torques
 from symgen.robot.types import Robot
-
-_LOOKED = 1 << 13  # samples of a chunk that are checked for wrong speeds first
 
 
 def open_samples(
@@ -49,7 +41,7 @@ def open_samples(
         robot: the robot of the log, with its drive and its torque limits.
         reading: how the log is read, and what is masked.
         mask_faults: whether clipped torques and stuck channels are masked.
-        clock: clock of the whole log if this one is a chunk, see `sampled`.
+        clock: clock of the whole log if this one is a segment, see `sampled`.
 
     Raises:
         LogError: `open_log` or `sampled` refuse the log, its rate is below 4 Hz, or a joint
@@ -134,58 +126,3 @@ def join_bands(
         return samples
 
     return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
-
-
-def treat_chunk(
-    log: Log,
-    chunk: Chunk,
-    robot: Robot,
-    reading: Reading,
-    settings: Settings,
-    clean: bool = False,
-) -> tuple[ChunkOfLog, tuple[Fault, ...]]:
-    """Repair, resample, mask and filter the rows of a chunk in the band of the run.
-
-    Args:
-        log: the rows.
-        chunk: position of the rows in the log.
-        robot: the robot of the log.
-        reading: what is masked.
-        settings: settings of the run.
-        clean: true if an earlier pass found nothing to repair.
-
-    Raises:
-        LogError: the rows cannot be used, as for a whole log.
-    """
-    stretch = chunk.part.stretch
-    rows, clock = len(log.t), (stretch.times[0], stretch.step)
-    begin, end = chunk.own
-    first = log.t[begin] - stretch.step / 2 if chunk.before + begin else -math.inf
-    last = math.inf if chunk.ended else log.t[end] - stretch.step / 2
-    plain = replace(reading, start=None, until=None)
-    samples, repairs = (
-        (sampled(log, clock), ())
-        if clean and not reading.mask
-        else open_samples(log, robot, plain, clock=clock)
-    )
-    before = chunk.before
-    if len(samples.t) != rows or samples.t[0] != log.t[0]:  # resampled to the clock of the stretch
-        before = round((samples.t[0] - clock[0]) / clock[1])
-    skip = -before % unit(stretch.step, settings)
-    samples = samples.cut(slice(skip, None)) if skip else samples
-    samples, more = (samples, ()) if clean else _with_speeds(samples, settings.band.comparison_hz)
-    if settings.delay:
-        samples = with_earlier_torques(samples, settings.delay)
-    whole = filter_log(samples, settings.band)
-    found = whole if whole.mask is not None else chunk_data(whole, settings.model)
-    return ChunkOfLog(found, (first, last), chunk.ended), (*repairs, *more)
-
-
-def _with_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
-    """Repair speeds if a part of the chunk shows that they need it; a check of all rows is slow."""
-    if len(samples.t) > 2 * _LOOKED:
-        middle = len(samples.t) // 2
-        part = samples.cut(slice(middle - _LOOKED // 2, middle + _LOOKED // 2))
-        if not mended_speeds(part, comparison_hz)[1]:
-            return samples, ()
-    return mended_speeds(samples, comparison_hz)

@@ -18,6 +18,7 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
+from symgen.data.long_logs import Source
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
@@ -334,7 +335,7 @@ def read_identified(
 def require_precise(
     file: IdentifiedFile,
     robot: Robot,
-    logs: Sequence[str | Path],
+    logs: Sequence[Source],
     estimate: Estimate,
     reading: Reading | None = None,
 ) -> None:
@@ -343,7 +344,7 @@ def require_precise(
     Args:
         file: of the robot, with the values of the estimate.
         robot: the robot.
-        logs: paths.
+        logs: paths, or logs.
         estimate: identified on the robot.
         reading: columns, span and masks of the logs.
 

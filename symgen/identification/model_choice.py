@@ -17,7 +17,6 @@ from statistics import NormalDist
 import numpy as np
 
 from symgen.data.signals import Samples
-from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -62,6 +61,7 @@ from symgen.identification.solving import (
     solve,
     system_of,
 )
+from symgen.parallel import Say, silent
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

@@ -44,7 +44,6 @@ import numpy as np
 from symgen import names
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import Reading
-from symgen.distributed import Say, silent
 from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
@@ -79,6 +78,7 @@ from symgen.identification.physical import (
     parameters_of,
     pseudo_inertia,
 )
+from symgen.parallel import Say, silent
 from symgen.robot.expressions import shortened
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml

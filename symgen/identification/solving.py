@@ -174,7 +174,7 @@ class Method:
 
     @property
     def plain(self) -> bool:
-        """Whether it is plain least squares, which sums over chunks can solve."""
+        """Whether it is plain least squares, which sums over segments can solve."""
         return self.name in FOLDED and self.prior is None and self.given is None
 
     @property

@@ -6,16 +6,16 @@ open logs -> choose band -> undo delay -> equations -> choose model -> solve -> 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from symgen.codegen.model import derive
+from symgen.data.long_logs import LIMIT, expanded, is_long
 from symgen.data.raw import Reading
-from symgen.distributed import Say, Workers, silent
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
@@ -48,10 +48,11 @@ from symgen.identification.model_choice import (
     filter_in_time,
     name_cause,
 )
-from symgen.identification.out_of_core import ChunkedLogs, is_long, open_data_set
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
+from symgen.identification.segments import LongLogs, open_long_logs
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
+from symgen.parallel import Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -71,14 +72,13 @@ def identify(
     cutoff: float | None = None,
     fit: Fit | None = None,
     reading: Reading | None = None,
-    workers: Workers | None = None,
+    executor: Executor | None = None,
     progress: Say = silent,
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
-    symgen reads data sets (a pattern, a folder, a URL) chunk by chunk, and also large Parquet and
-    NPZ files for least squares, and all logs if `workers` is set. See
-    `symgen.identification.out_of_core`.
+    Files of more than 2**18 samples together, and files at a URL, are read segment by segment, see
+    `symgen.identification.segments`. A pattern or a folder stands for its files.
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
@@ -97,7 +97,8 @@ def identify(
             the smallest torque error on held-out folds of the training logs.
         fit: prior, weights of logs, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
-        workers: processes or scheduler that read chunks, and the folder of an unfinished run.
+        executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
+            for one; None for threads of this process, as many as cores, at most four.
         progress: called with a text about the current step.
 
     Returns:
@@ -113,41 +114,40 @@ def identify(
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
     asked = fit or Fit()
     by = Method.of(method, asked.forgetting)
-    sources, given = listed_logs(logs), listed_logs(validation)
+    sources, given = expanded(listed_logs(logs)), expanded(listed_logs(validation))
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     models = _equation_models(source, model, window, by)
-    data: AbstractContextManager[LogsInMemory | ChunkedLogs]
-    whole = _whole(source, by, asked)
-    if workers is not None or is_long([*sources, *given], not whole):
-        if whole:
+    opened: LogsInMemory | LongLogs
+    if is_long([*sources, *given]):
+        if whole := _whole(source, by, asked):
             raise IdentificationError(
-                f"{whole} on a data set; accepted: {', '.join(FOLDED)} alone, or logs that "
-                "fit into memory"
+                f"{whole} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
+                f"on a disk of {LIMIT:,} samples together"
             )
-        data = open_data_set(source, sources, given, models, reading, workers, progress)
+        about = sources, given, models, reading, executor, progress
+        opened = open_long_logs(source, *about)
     else:
-        data = _open_in_memory(robot, source, (sources, given), models, reading, progress)
-    with data as opened:
-        if asked.prior is not None:
-            by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
-        by = replace(by, known=values_of_file(robot, opened.evaluator.model))
-        own_speeds = by.name == "iv" and not motions
-        run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
-        progress("asking what else could be wrong")
-        run = name_cause(run)
-        chosen = choose_model(run, models, by, shares, motions, progress)
-        with blame_motion(chosen.fault):
-            found = opened.solve(chosen, by)
-        by, found = _possible(opened, chosen, by, found)
-        trials = Trials(by.known, gains_of(source))
-        progress("judging")
-        return assess(chosen, by, found, trials)
+        opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
+    if asked.prior is not None:
+        by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+    by = replace(by, known=values_of_file(robot, opened.evaluator.model))
+    own_speeds = by.name == "iv" and not motions
+    run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
+    progress("asking what else could be wrong")
+    run = name_cause(run)
+    chosen = choose_model(run, models, by, shares, motions, progress)
+    with blame_motion(chosen.fault):
+        found = opened.solve(chosen, by)
+    by, found = _possible(opened, chosen, by, found)
+    trials = Trials(by.known, gains_of(source))
+    progress("judging")
+    return assess(chosen, by, found, trials)
 
 
 def _possible(
-    opened: LogsInMemory | ChunkedLogs, chosen: ChosenModel, by: Method, found: Outcome
+    opened: LogsInMemory | LongLogs, chosen: ChosenModel, by: Method, found: Outcome
 ) -> tuple[Method, Outcome]:
     """Return the nearest possible parameters if those of least squares are surely impossible.
 
@@ -224,7 +224,6 @@ class LogsInMemory(OpenLogs):
         return outcome(solution, chosen.model, (own, held), fits, run.repairs)
 
 
-@contextmanager
 def _open_in_memory(
     robot: Robot | str | Path | Evaluator,
     source: Robot,
@@ -232,7 +231,7 @@ def _open_in_memory(
     models: Sequence[EquationModel],
     reading: Reading | None,
     progress: Say,
-) -> Iterator[LogsInMemory]:
+) -> LogsInMemory:
     """Read and repair every log; without a validation log, hold out the end of each."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
     require_other_data(train, held)
@@ -247,4 +246,4 @@ def _open_in_memory(
         evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
     ):
         evaluator = load(derive(source, tuple(kernels)))
-    yield LogsInMemory(evaluator, train, held, repairs, given, progress)
+    return LogsInMemory(evaluator, train, held, repairs, given, progress)

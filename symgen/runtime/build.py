@@ -25,8 +25,7 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from symgen.cache import private_folder
-from symgen.distributed import digest
+from symgen.cache import digest, private_folder
 from symgen.errors import BuildError, SymgenWarning
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")

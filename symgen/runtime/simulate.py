@@ -18,8 +18,8 @@ import numpy as np
 
 from symgen.codegen.model import Model, derive
 from symgen.data.raw import FloatArray
-from symgen.distributed import silent
 from symgen.errors import ParameterError
+from symgen.parallel import silent
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 

@@ -6,10 +6,10 @@
 
 Logs (Panda, 1 kHz, measured speeds) are made by NumPy with torques of the emitted
 torque_regressor: one .npz, or with --data-set Parquet files of a million samples each, as many as
-its numbers say, read chunk by chunk. Each model is identified in a process of its own, from start
-to estimate, the model compiled before; its peak of resident memory is that of the process. Beside
-it stands Pinocchio's Python binding, which evaluates its torque regressor on a part of the same
-samples (--peer), as many times as there are samples: all that a program does that only fills W.
+its numbers say. Each model is identified in a process of its own, from start to estimate, the model
+compiled before; its peak of resident memory is that of the process. Beside it stands Pinocchio's
+Python binding, which evaluates its torque regressor on a part of the same samples (--peer), as many
+times as there are samples: all that a program does that only fills W.
 
 Seconds of the clock depend on what else the machine does and on how many threads there are; `user`
 is the time of the processors of this process. Between sizes of a data set, the growth of `user`
@@ -101,11 +101,11 @@ def make_files(folder: Path, files: int) -> None:
 def one(source: str, model: str, workers: int | None) -> None:
     """Identify once in this process; print what it took and what came out, as JSON."""
     import symgen
+    from symgen.parallel import executor_of
 
     begin = time.perf_counter()
-    estimate = symgen.identify(
-        ROBOT, [source], model=model, workers=workers and symgen.Workers(workers)
-    )
+    with executor_of(workers, None) as executor:
+        estimate = symgen.identify(ROBOT, [source], model=model, executor=executor)
     seconds = time.perf_counter() - begin
     own = resource.getrusage(resource.RUSAGE_SELF)
     user = own.ru_utime + resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

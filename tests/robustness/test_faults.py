@@ -59,11 +59,6 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
         "out",
         read_result,
     ),
-    "identify a data set": (
-        ["planar2r", "set/*.csv", "--work", "kept", "--model", "energy"],
-        "out",
-        read_result,
-    ),
     "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", read_result),
     "diagnose": (["planar2r", "log.csv"], "out", read_result),
     "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", read_result),
@@ -146,7 +141,6 @@ POSES = "q1,q2,tau1,tau2\n" + "".join(
 BEFORE = {
     "payload": _LOADED,
     "payload --calibrate": _LOADED,
-    "identify a data set": [("simulate", f"{_NOISY} {k} --into set/{k}.csv") for k in range(3)],
     "fleet": [
         ("simulate", f"{_NOISY} {10 * r + d} --into cell/r{r}/{d}.csv")
         for r in range(3)
@@ -203,9 +197,7 @@ def state(folder: Path) -> dict[str, bytes]:
     return {
         p.relative_to(folder).as_posix(): p.read_bytes()
         for p in sorted(folder.rglob("*"))
-        if p.is_file()
-        and not any(part[0] == "." for part in p.relative_to(folder).parts)
-        and p.relative_to(folder).parts[0] != "kept"  # of a run that broke off, for the next
+        if p.is_file() and not any(part[0] == "." for part in p.relative_to(folder).parts)
     }
 
 

@@ -32,7 +32,7 @@ ALL = int(os.environ.get("SYMGEN_FUZZ", "100000"))
 FIGURES = Path(__file__).with_name("fuzz_figures.json")
 _PART = 5000  # inputs of one process
 #: Readers of more than one file, of which the sample is larger.
-SETS = ("dataset", "url", "work")
+SETS = ("dataset", "url")
 SAMPLES = {r: int(os.environ.get("SYMGEN_FUZZ", "2000" if r in SETS else "100")) for r in READERS}
 
 

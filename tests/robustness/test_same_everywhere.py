@@ -157,30 +157,6 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def data_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of simulated logs with noise."""
-    folder = tmp_path_factory.mktemp("data")
-    (folder / "p.toml").write_text(PARAMETERS)
-    options = "--duration 4 --rate 250 --torque-noise-percent 2 --position-noise 1e-5"
-    for seed in range(3):
-        _run(folder, f"simulate planar2r --parameters p.toml {options} --seed {seed} "
-                     f"--into set/{seed}.csv", {})  # fmt: skip
-    return folder
-
-
-@pytest.fixture(scope="module")
-def first_of_set(data_set: Path) -> Any:
-    """What identify writes of the data set where there is no compiler, and one worker."""
-    return _of_set(data_set, "1", {"SYMGEN_CC": "none"})
-
-
-def _of_set(folder: Path, workers: str, change: dict[str, str]) -> Any:
-    words = f"identify planar2r set/*.csv --model auto --workers {workers} --into est"
-    _run(folder, words, change)
-    return json.loads((folder / "est" / "estimate.json").read_text("utf-8"))
-
-
-@pytest.fixture(scope="module")
 def first(log: bytes, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What the commands write where there is no compiler: CasADi computes."""
     return _written(log, tmp_path_factory.mktemp("first"), {"SYMGEN_CC": "none"})
@@ -254,13 +230,3 @@ def test_results_are_the_same_numbers_whatever_compiler_flags_and_threads(
     change = _machine(cc, flags, threads) | {"SYMGEN_CACHE": str(tmp_path / "cache")}
     found = _written(log, tmp_path, change)
     assert list(_apart(first, found)) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", ["1", "2"])
-@pytest.mark.parametrize(("cc", "flags", "threads"), MACHINES)
-def test_a_data_set_gives_the_same_numbers_whatever_flags_and_workers(
-    data_set, first_of_set, cc, flags, threads, workers, tmp_path
-):
-    change = _machine(cc, flags, threads) | {"SYMGEN_CACHE": str(tmp_path / "cache")}
-    assert list(_apart(first_of_set, _of_set(data_set, workers, change))) == []

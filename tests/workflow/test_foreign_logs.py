@@ -226,7 +226,8 @@ def test_a_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
     assert same.repairs == ()
 
 
-def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
+def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path, monkeypatch):
+    monkeypatch.setattr("symgen.data.long_logs.LIMIT", 4000)
     columns = motion(5000, 1)
     values = {k: x * DEG if k in DEGREES else x for k, x in columns.items()}
     values["t"] = NANOSECONDS[0] + 10_000_000 * np.arange(5000)

@@ -5,7 +5,6 @@ The arm is the paper's, its torques from its closed form, friction and instrumen
 
 from __future__ import annotations
 
-import json
 import math
 from functools import cache
 from pathlib import Path
@@ -13,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import planar2r
-from support_streams import parquet
 
 import symgen
 
@@ -96,32 +94,3 @@ def test_a_prior_tells_what_the_motion_does_not(tmp_path: Path) -> None:
     fit = symgen.Fit(prior=tmp_path / "prior.toml")
     found = symgen.identify(robot, logs[0], validation=logs[1], model="torque", fit=fit)
     assert hidden(found) == []
-
-
-def columns(one: symgen.Log) -> dict[str, np.ndarray]:
-    channels = {"q": one.q, "qd": one.qd, "tau": one.tau}
-    each = {f"{key}{j + 1}": x[:, j] for key, x in channels.items() for j in range(2)}
-    return {"t": np.asarray(one.t), **each}
-
-
-def test_chunks_give_the_same_and_the_command_says_it(command, tmp_path: Path) -> None:
-    (tmp_path / "robot.toml").write_text(ROBOT)
-    for name, seed in (("train", 2), ("test", 3)):
-        parquet(tmp_path / f"{name}.parquet", columns(log(name, seed)))
-    train, test = tmp_path / "train.parquet", tmp_path / "test.parquet"
-    asked = {"validation": test, "model": "torque"}
-    memory = symgen.identify(tmp_path / "robot.toml", train, **asked)
-    code, out, err = command(
-        "identify", tmp_path / "robot.toml", train, "--validation", test, "--model", "torque",
-        "--workers", "1", "--into", tmp_path / "out",
-    )  # fmt: skip
-    assert code == 0, out + err
-    assert "joints 1 and 2 move in proportion" in out
-    content = json.loads((tmp_path / "out" / "estimate.json").read_text())
-    assert [p["name"] for p in content["parameters"] if p["std"] is None] == HIDDEN
-    assert [p["value"] for p in content["parameters"]] == pytest.approx(memory.X, rel=1e-9)
-    assert content["torque_residual"]["validation"]["relative"] == pytest.approx(
-        memory.torque_validation.relative
-    )
-    stds = [p["std"] for p in content["parameters"] if p["name"] not in HIDDEN]
-    assert stds == pytest.approx([p.std for p in memory.parameters if p.name not in HIDDEN])

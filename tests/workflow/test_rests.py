@@ -87,28 +87,6 @@ def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> No
     assert still > 100 * said
 
 
-def test_a_log_in_chunks_gives_the_same(tmp_path: Path) -> None:
-    run = drawn("planar3r")
-    paths = [
-        log.save(tmp_path / f"{name}.npz")
-        for name, log in (("a", run.train), ("b", run.validation))
-    ]
-    robot = tmp_path / "robot.toml"
-    robot.write_text(run.robot_toml, "utf-8")
-    given = {"validation": [paths[1]], "model": "momentum"}
-    whole = symgen.identify(robot, [paths[0]], **given)
-    pieces = symgen.identify(
-        robot, [paths[0]], workers=symgen.Workers(work=tmp_path / "work"), **given
-    )
-    assert pieces.band.rests is not None
-    assert whole.band.rests is not None
-    for a, b in zip(whole.parameters, pieces.parameters, strict=True):
-        assert b.value == pytest.approx(a.value, abs=0.05 * a.std + 1e-9)
-    assert pieces.torque_validation.relative == pytest.approx(
-        whole.torque_validation.relative, rel=1e-3
-    )
-
-
 def test_no_channel_is_blamed_where_the_model_explains_nothing() -> None:
     rng = np.random.default_rng(1)
     t, q, qd, _ = harmonic_motion(rng, 1)

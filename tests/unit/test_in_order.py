@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from symgen.distributed import Workers, executor, in_turn
+from symgen.errors import SymgenError
+from symgen.parallel import executor_of, in_order, own_threads
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 20])
@@ -17,8 +18,8 @@ def test_results_come_in_the_order_of_their_items_whichever_is_done_first(thread
         time.sleep(0.002 * (7 * k % 5))
         return k * k
 
-    assert list(in_turn(slow, range(12), threads)) == [k * k for k in range(12)]
-    assert list(in_turn(slow, [], threads)) == []
+    assert list(in_order(slow, range(12), threads)) == [k * k for k in range(12)]
+    assert list(in_order(slow, [], threads)) == []
 
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
@@ -42,7 +43,7 @@ def test_no_more_items_are_taken_than_are_worked_on(threads: int) -> None:
             now -= 1
         return k
 
-    for _ in in_turn(work, items(), threads):
+    for _ in in_order(work, items(), threads):
         given += 1
     assert given == taken == 20
     assert most == threads
@@ -58,39 +59,32 @@ def test_what_fails_is_raised_in_its_turn_and_ends_the_work(threads: int) -> Non
             raise ValueError("of item 2")
         return k
 
-    found = in_turn(fails, range(100), threads)
+    found = in_order(fails, range(100), threads)
     assert [next(found), next(found)] == [0, 1]
     with pytest.raises(ValueError, match="of item 2"):
         next(found)
     assert len(begun) <= 2 + threads
 
 
-@pytest.mark.parametrize("threads", [1, 2, 4])
-def test_an_item_that_cannot_be_had_is_told_behind_those_before_it(threads: int) -> None:
-    def items(last: int):
-        yield from range(last)
-        raise OSError(f"no item {last}")
-
-    def works(k: int) -> int:
-        time.sleep(0.01)
-        if k == 7:
-            raise ValueError("of item 7")
-        return k
-
-    given = in_turn(works, items(3), threads)
-    assert [next(given), next(given), next(given)] == [0, 1, 2]
-    with pytest.raises(OSError, match="no item 3"):
-        next(given)
-    with pytest.raises(ValueError, match="of item 7"):  # whatever could be read behind it
-        list(in_turn(works, items(8), threads))
-
-
-def test_one_worker_is_one_thread_and_the_cores_are_used_where_nothing_is_asked(
+def test_threads_are_the_cores_and_an_option_says_another_number(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     for cores, threads in ((1, 1), (2, 2), (64, 4)):
         monkeypatch.setattr(os, "sched_getaffinity", lambda _, n=cores: range(n), raising=False)
-        with executor() as by:
-            assert (by.workers, by.threads) == (1, threads)
-        with executor(Workers(1)) as by:
-            assert (by.workers, by.threads) == (1, 1)
+        assert own_threads() == threads
+    with executor_of(None, None) as nobody:
+        assert nobody is None
+    with executor_of(1, None) as one:
+        names = {*in_order(lambda _: threading.current_thread().name, range(5), 4, one)}
+        assert len(names) == 1
+    with pytest.raises(SymgenError, match="--scheduler"), executor_of(2, "tcp://127.0.0.1:1"):
+        pass
+
+
+@pytest.mark.filterwarnings("default")  # of Dask's own
+@pytest.mark.slow
+def test_a_scheduler_that_does_not_answer_is_named() -> None:
+    pytest.importorskip("distributed")
+    address = "tcp://127.0.0.1:9"
+    with pytest.raises(SymgenError, match=address), executor_of(None, address):
+        pass

@@ -1,0 +1,191 @@
+"""Long logs in files: which files a source names, their stretches without gaps, and rows of them.
+
+A source is a path, a pattern (`logs/*.parquet`), a folder, or a URL. Parquet and uncompressed NPZ
+are read by rows, CSV and compressed NPZ as a whole.
+"""
+
+from __future__ import annotations
+
+import glob
+import math
+import os
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symgen.data.bags import is_bag
+from symgen.data.log import Log, checked
+from symgen.data.raw import Reading, Wanted, columns_from, readable, refuse
+from symgen.data.stretch import holes
+from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
+from symgen.data.units import IN_SI, Units
+from symgen.data.urls import is_remote, remote_files
+from symgen.errors import located, plain
+
+if TYPE_CHECKING:
+    from symgen.robot.types import Robot
+
+#: Samples of all logs of a run together above which they are read segment by segment.
+LIMIT = 1 << 18
+Source = str | Path | Log
+_ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"
+
+
+def is_long(sources: Sequence[Source]) -> bool:
+    """Whether logs are read segment by segment: tables of many samples, or a URL.
+
+    One CSV is not, as it is read as a whole.
+    """
+    names = ["" if isinstance(source, Log) else str(source) for source in sources]
+    if not all(name.lower().endswith(SUFFIXES) for name in names):
+        return False
+    if any(map(is_remote, names)):
+        return True
+    parts = len(names) > 1 or all(map(reads_rows, names))
+    return parts and sum(map(rows_of, names)) > LIMIT
+
+
+def expanded(sources: Sequence[Source]) -> list[Source]:
+    """Return logs with the files of each pattern, folder and URL in its place, sorted.
+
+    Raises:
+        LogError: a pattern, a folder or a URL has no log file.
+    """
+    out: list[Source] = []
+    for source in sources:
+        found = None if isinstance(source, Log) else _files(str(source))
+        known = sorted(name for name in found or () if name.lower().endswith(SUFFIXES))
+        if found is not None and not known:
+            with located(str(source)):
+                refuse("no file of a log is there", _ACCEPTED)
+        out += [source] if found is None else known
+    return out
+
+
+def _files(source: str) -> list[str] | None:
+    """Return the files of a pattern, a folder or a URL; None for a single log."""
+    with located(source), readable("cannot be read", _ACCEPTED):
+        if is_remote(source):
+            return remote_files(source)
+        if os.path.isdir(source):
+            every = Path(source).rglob("*")
+            return None if is_bag(Path(source)) else [str(p) for p in every if p.is_file()]
+        if glob.has_magic(source) and not os.path.exists(source):
+            return glob.glob(source, recursive=True)
+        return None
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows of a file without a gap in time: a log of the run.
+
+    Attributes:
+        file: name or URL.
+        name: name of the log.
+        rows: first row, and the row after the last.
+        times: times of the first and the last row, s.
+        step: sampling step, s.
+        measured: whether the file has speeds.
+        units: of the columns of the file.
+        kind: "train" or "validation".
+    """
+
+    file: str
+    name: str
+    rows: tuple[int, int]
+    times: tuple[float, float]
+    step: float
+    measured: bool
+    units: Units = IN_SI
+    kind: str = "train"
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return self.rows[1] - self.rows[0]
+
+    def between(self, first: int, last: int) -> Stretch:
+        """Return the stretch between two rows of the file."""
+        begin, end = (self.times[0] + self.step * (k - self.rows[0]) for k in (first, last - 1))
+        return replace(self, rows=(first, last), times=(begin, end))
+
+    def within(self, low: float, high: float) -> Stretch:
+        """Return the part between two times; one sample where there is none."""
+        begin, end = self.times
+        first, last = ((min(max(x, begin), end) - begin) / self.step for x in (low, high))
+        row = self.rows[0]
+        return self.between(row + math.ceil(first - 1e-6), row + math.floor(last + 1e-6) + 1)
+
+
+def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
+    """Return the stretches of a file without gaps in time; only the time column is read.
+
+    Raises:
+        LogError: the file cannot be read, or time decreases.
+    """
+    edges, times, row, step, last = [0], list[float](), 0, 0.0, np.zeros(0)
+    with located(name), _opened(name, robot, reading) as table:
+        for piece in table.times():
+            with np.errstate(over="ignore"):  # too large numbers are refused below
+                t = np.append(last, np.asarray(piece, dtype=np.float64))
+            good = np.isfinite(t) & (np.diff(t, prepend=-np.inf) > 0)
+            if not good.all():
+                k = int(np.argmin(good))
+                what = f"column t, sample {row + k - len(last)}: {t[k]:.9g} s"
+                refuse(what, "finite, strictly increasing time in s")
+            times = times or [float(t[0])]
+            if len(t) > 1:
+                step = step or float(np.median(np.diff(t)))
+                gaps = holes(t, step)
+                edges += (row - len(last) + 1 + gaps).tolist()
+                times += np.column_stack([t[gaps], t[gaps + 1]]).ravel().tolist()
+            row, last = row + len(piece), t[-1:]
+    out = []
+    log = plain(name.rsplit("/", 1)[-1])
+    every = [*times, *last.tolist()]
+    ends = zip(pairwise([*edges, row]), zip(every[::2], every[1::2], strict=True), strict=True)
+    for k, (rows, (begin, end)) in enumerate(ends):
+        apart = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
+        label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
+        s = Stretch(name, label, rows, (begin, end), apart, table.measured, table.units)
+        out.append(s.within(*reading.span))
+    return out
+
+
+def read_rows(
+    stretch: Stretch, rows: tuple[int, int], robot: Robot, reading: Reading, label: str = ""
+) -> Log:
+    """Return rows of a file as a log on the joint side.
+
+    Args:
+        stretch: one of the file, which `stretches` has checked.
+        rows: first row and row after the last.
+        robot: the robot of the log.
+        reading: how the file is read, of no span of time.
+        label: name of the log; "" for that of the stretch.
+
+    Raises:
+        LogError: the file cannot be read, or its rows fail the checks of a log.
+    """
+    name = label or stretch.name
+    with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
+        (raw,) = table.spans([rows])
+        with located(f"rows {rows[0]} to {rows[1]}"):
+            return checked(
+                name, raw, None, robot.sigma, robot.drive, robot.joint_names, reading, True
+            )
+
+
+def _opened(
+    name: str, robot: Robot, reading: Reading, units: Units | None = None
+) -> AbstractContextManager[Table]:
+    wanted = Wanted(
+        reading, robot.drive, robot.joint_names, robot.n, robot.sigma, robot.limits,
+        columns_from(robot.log_columns),
+    )  # fmt: skip
+    return open_table(name, wanted, units is not None, units)

@@ -1,0 +1,441 @@
+"""identify on more samples than memory holds: long logs are read segment by segment.
+
+    files --columns of time--> stretches without gaps --last fifth held out--> logs
+    logs --a sample of them--> in memory: band, delay, faults, model, scans, tests, curves
+    logs --segments--> EQUATIONS of each, folded where they are read --added up--> weights, X
+    logs --segments again--> sums of scores, squared errors of torque --added up--> covariance, fit
+
+A segment has rows of its own, and on either side as many more as filters, windows and sums of
+scores reach: what a filter leaves of a sample beyond them is below 1e-10. It begins at a multiple
+of every stride, so that nodes, windows and kept samples are those of the whole log; each of them
+lies in the own time of exactly one segment. What is sent to whoever works is a segment's address;
+what comes back are sums, whose size does not depend on the number of samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from itertools import pairwise
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from symgen.codegen.model import derive
+from symgen.data import long_logs
+from symgen.data.long_logs import Source, Stretch, read_rows, stretches
+from symgen.data.raw import Reading
+from symgen.data.signals import TAIL, Samples
+from symgen.data.tables import reads_rows
+from symgen.errors import LogError, first_of
+from symgen.estimation.band import Band
+from symgen.estimation.covariance import bartlett, sandwich, scores, widened
+from symgen.estimation.decimation import decimation
+from symgen.estimation.equation_model import EquationModel
+from symgen.estimation.estimators import PASSES, Ols
+from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
+from symgen.estimation.logs import held_from
+from symgen.estimation.misfit import Products, covariances
+from symgen.estimation.solve import (
+    Solution,
+    condition,
+    inverse_information,
+    log_weights,
+    with_the_others_zero,
+)
+from symgen.estimation.summary import LAGS, Summary, merge_summaries, summarise_features
+from symgen.estimation.system import Equations
+from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
+from symgen.estimation.values import FloatArray
+from symgen.estimation.windows import windows
+from symgen.faults.fault import EVERYWHERE, Fault, merged
+from symgen.faults.logs import open_samples
+from symgen.faults.samples import mended_speeds
+from symgen.faults.undo import with_earlier_torques
+from symgen.identification.assessment import Outcome, outcome
+from symgen.identification.model_choice import ChosenModel, OpenLogs
+from symgen.identification.physical import Consistent
+from symgen.identification.solving import Method
+from symgen.parallel import Say, in_order, own_threads
+from symgen.robot.toml_io import parse_robot
+from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator, load
+
+#: Samples, of all training and of all validation logs, that are looked at in memory; pieces.
+SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
+#: A log has so many windows and samples, at least.
+_WINDOWS, _FEWEST = 2.0, 20
+_SPLINE = 128  # samples that a derivative reaches, twice over
+_SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
+_LOOKED = 1 << 13  # samples of a segment that are checked for wrong speeds first
+_KINDS = ("train", "validation")
+Result = TypeVar("Result")
+
+
+@lru_cache(maxsize=4)
+def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
+    """Compile and load a model, once a process.
+
+    Args:
+        robot: text of its robot.toml.
+        kernels: names of its kernels.
+    """
+    return load(derive(parse_robot(robot, "robot.toml"), kernels))
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The address of some rows of a log of the run.
+
+    Attributes:
+        log: the log.
+        number: of the log.
+        rows: that are read: first, and the one after the last.
+        own: rows of its own among these: equations at their times count.
+    """
+
+    log: Stretch
+    number: int
+    rows: tuple[int, int]
+    own: tuple[int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """How segments are read and treated.
+
+    Attributes:
+        robot: text of its robot.toml.
+        kernels: of the model.
+        reading: how files are read.
+        band: of the run.
+        model: of the equations.
+        delay: by which torques are late, s.
+    """
+
+    robot: str
+    kernels: tuple[str, ...]
+    reading: Reading
+    band: Band
+    model: EquationModel
+    delay: float
+
+    @property
+    def evaluator(self) -> Evaluator:
+        """The compiled model."""
+        return load_model(self.robot, self.kernels)
+
+    def unit(self, step: float) -> int:
+        """Return the samples of which segments begin at multiples, for a step in s."""
+        stride = stride_of(self.band, step)
+        every = decimation(1 << 30, step, stride, self.band.comparison_hz).every
+        own = windows(step, stride, self.model.gap)
+        return math.lcm(stride, every, own.stride * own.hop)
+
+    def reach(self, log: Stretch) -> int:
+        """Return the samples beyond its own that a segment needs on either side."""
+        compared_hz, derived = self.band.comparison_hz, 0.0 if log.measured else TAIL / _SLOPES_HZ
+        filtered = derived + TAIL / self.band.cutoff_hz + TAIL / compared_hz  # one after the other
+        summed = max((LAGS + 3) * self.model.gap, LAGS / (2 * compared_hz))
+        return math.ceil((filtered + summed) / log.step) + 2 * _SPLINE
+
+    def segments(self, number: int, log: Stretch) -> list[Segment]:
+        """Cut a log into segments; one that is read as a whole is one."""
+        unit, reach = self.unit(log.step), self.reach(log)
+        length = max(long_logs.LIMIT // 2 // unit, 1) * unit
+        first, last = log.rows
+        edges = [*range(first, max(last - length // 2, first + 1), length), last]
+        if not reads_rows(log.file):
+            edges = [first, last]
+        out = []
+        for begin, end in pairwise(edges):
+            low = max(begin - first - reach, 0) // unit * unit + first
+            out.append(Segment(log, number, (low, min(end + reach, last)), (begin, end)))
+        return out
+
+
+class OpenSegment(NamedTuple):
+    """A segment in the band of the run.
+
+    Attributes:
+        log: all its rows.
+        times: of what counts: from, and until, s.
+        repairs: what was mended in it.
+    """
+
+    log: FilteredLog
+    times: tuple[float, float]
+    repairs: tuple[Fault, ...]
+
+    def own(self, e: Equations, lag: int = 1) -> tuple[Equations, int]:
+        """Return its own equations and up to `lag` - 1 before them, and how many these are."""
+        first, last = map(int, np.searchsorted(e.t, self.times))
+        lead = min(lag - 1, first) if last > first else 0
+        return e.where(slice(first - lead, last), e.name), lead
+
+
+def _open(segment: Segment, settings: Settings) -> OpenSegment:
+    """Read, repair, resample, mask and filter the rows of a segment in the band of the run.
+
+    Raises:
+        LogError: the rows cannot be used, as for a whole log.
+    """
+    s, robot, reading = segment.log, settings.evaluator.model.robot, settings.reading
+    log, clock = read_rows(s, segment.rows, robot, reading), (s.times[0], s.step)
+    low, (begin, end) = segment.rows[0], segment.own
+    since = log.t[begin - low] - s.step / 2 if begin > s.rows[0] else -math.inf
+    until = log.t[end - low] - s.step / 2 if end < s.rows[1] else math.inf
+    samples, repairs = open_samples(log, robot, reading, clock=clock)
+    before = low - s.rows[0]
+    if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
+        before = round((samples.t[0] - clock[0]) / clock[1])
+    samples = samples.cut(slice(-before % settings.unit(s.step), None))
+    middle = samples.cut(slice(max(len(samples.t) - _LOOKED, 0) // 2, None))
+    if mended_speeds(middle.cut(slice(_LOOKED)), settings.band.comparison_hz)[1]:
+        samples, more = mended_speeds(samples, settings.band.comparison_hz)
+        repairs += more
+    if settings.delay:
+        samples = with_earlier_torques(samples, settings.delay)
+    return OpenSegment(filter_log(samples, settings.band), (since, until), repairs)
+
+
+def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary], tuple[Fault, ...]]:
+    """Return the summaries of a segment's own equations, joint by joint, and its repairs."""
+    found = _open(segment, settings)
+    equations = settings.model.equations(settings.evaluator, found.log)
+    return [summarise_features(found.own(e)[0]) for e in equations], found.repairs
+
+
+#: By log and joint, the weight of the equations and the rows that scores are summed over.
+Weights = Mapping[tuple[int, int], tuple[float, int]]
+
+
+def fold_errors(
+    settings: Settings, X: FloatArray, weights: Weights, segment: Segment
+) -> tuple[FloatArray, TorqueFit]:
+    """Return what X leaves of a segment: the sums of scores (p, p), and the torque errors."""
+    found, evaluator = _open(segment, settings), settings.evaluator
+    log, meat = found.log, np.zeros((len(X), len(X)))
+    inside = (log.compared_t >= found.times[0]) & (log.compared_t < found.times[1])
+    torque = modelled_torque(evaluator, log, X)
+    fit = squares(log.free & inside[:, None], log.measured, torque, log.resting)
+    if segment.log.kind == "train":
+        model = replace(settings.model, features=None)  # scores need none
+        ended = segment.own[1] == segment.log.rows[1]
+        for j, e in enumerate(model.equations(evaluator, log)):
+            weight, lag = weights[segment.number, j]
+            rows, lead = found.own(e, lag)
+            meat += bartlett(scores(rows, X, np.ones_like(X), weight), lag, lead, ended)
+    return meat, fit
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLogs:
+    """Long logs, and what of them is looked at in memory.
+
+    Attributes:
+        logs: all logs.
+        reading: how their rows are read.
+        notes: on stretches that are left out.
+        train, held: pieces of the logs of both kinds.
+        repairs: what was mended in them.
+    """
+
+    logs: Sequence[Stretch]
+    reading: Reading
+    notes: tuple[str, ...]
+    train: Sequence[Samples]
+    held: Sequence[Samples]
+    repairs: tuple[Fault, ...]
+
+    def in_words(self, what: str) -> tuple[str, ...]:
+        """Say what rests on the sample; nothing where it is all there is."""
+        own = sum(len(s.t) for s in (*self.train, *self.held))
+        total = sum(s.count for s in self.logs)
+        return (f"{total:,} samples were {what} {own:,} of them",) if own < total else ()
+
+
+def sample_logs(
+    robot: Robot,
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    reading: Reading,
+    window: float,
+    progress: Say,
+) -> SampledLogs:
+    """Find the stretches of long logs, and open a sample of them.
+
+    Args:
+        robot: whose logs they are.
+        logs, validation: files or URLs; without validation, the last fifth of every stretch is
+            held out.
+        reading: how files are read.
+        window: of the equations, s.
+        progress: is told what is being done.
+
+    Raises:
+        LogError: a file cannot be read, or nothing of it can be used.
+    """
+    every = [str(source) for source in (*logs, *validation)]
+    twice = [name for name in every if every.count(name) > 1]
+    if twice:
+        raise LogError(f"{twice[0]}: is given twice; accepted: each file once")
+    progress(f"finding the stretches of {len(every)} files")
+    parts: list[Stretch] = []
+    short: list[str] = []
+    for k, name in enumerate(every):
+        for s in stretches(name, robot, reading):
+            own = [replace(s, kind=_KINDS[k >= len(logs)])] if validation else _split(s)
+            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in own):
+                parts += own
+            else:
+                short.append(s.name)
+    said = first_of(short, 3)
+    for kind in _KINDS:
+        if not any(s.kind == kind for s in parts):
+            raise LogError(f"{said}: too short a {kind} log; accepted: longer ones, without gaps")
+    notes = (f"{len(short)} stretches are too short and left out: {said}",) if short else ()
+    repairs: list[Fault] = []
+    plain, groups = replace(reading, start=None, until=None), list[list[Samples]]()
+    for kind, budget in zip(_KINDS, (SAMPLE, HELD_SAMPLE), strict=True):
+        progress(f"looking at {kind} samples")
+        group = []
+        for s, rows in sampled_rows([s for s in parts if s.kind == kind], budget):
+            piece = rows != s.rows
+            since = f" from {s.times[0] + (rows[0] - s.rows[0]) * s.step:.0f} s" if piece else ""
+            log = read_rows(s, rows, robot, plain, s.name + since)
+            samples, done = open_samples(log, robot, plain, clock=(s.times[0], s.step))
+            repairs += done
+            group.append(replace(samples, piece=piece))
+        groups.append(group)
+    return SampledLogs(parts, plain, notes, groups[0], groups[1], tuple(repairs))
+
+
+def _split(s: Stretch) -> list[Stretch]:
+    """Hold out the last fifth of a stretch."""
+    edge = s.rows[0] + held_from(s.count)
+    late = replace(s.between(edge, s.rows[1]), name=f"{s.name} (last fifth)", kind="validation")
+    return [s.between(s.rows[0], edge), late]
+
+
+def sampled_rows(logs: Sequence[Stretch], budget: int) -> list[tuple[Stretch, tuple[int, int]]]:
+    """Return rows of logs that are looked at: all, or pieces evenly over them."""
+    if sum(s.count for s in logs) <= budget:
+        return [(s, s.rows) for s in logs]
+    pieces, length = [], budget // PIECES
+    for s in logs:
+        first, last = s.rows
+        begins = range(first, max(last - length, first) + 1, length)
+        pieces += [(s, (k, min(k + length, last))) for k in begins]
+    chosen = np.linspace(0, len(pieces) - 1, min(PIECES, len(pieces))).astype(int)
+    return [pieces[k] for k in chosen]
+
+
+def open_long_logs(
+    robot: Robot,
+    logs: Sequence[Source],
+    validation: Sequence[Source],
+    models: Sequence[EquationModel],
+    reading: Reading | None,
+    executor: Executor | None,
+    progress: Say,
+) -> LongLogs:
+    """Look at a sample of long logs; arguments as for `sample_logs` and `identify`."""
+    window = max(model.gap for model in models)
+    seen = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
+    kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
+    text = robot_toml(robot)
+    progress("deriving and compiling the model")
+    return LongLogs(
+        load_model(text, kernels), seen.train, seen.held, seen.repairs, bool(validation), progress,
+        own_threads() if executor is None else 1,
+        sampled=seen, about=(text, kernels), executor=executor,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LongLogs(OpenLogs):
+    """A sample of long logs, and who folds all of them.
+
+    Attributes:
+        sampled: the logs.
+        about: text of the robot file, and the kernels of the model.
+        executor: that works on segments; None for threads of this process.
+    """
+
+    sampled: SampledLogs
+    about: tuple[str, tuple[str, ...]]
+    executor: Executor | None
+
+    def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
+        """Solve least squares of all segments: fold, solve, and fold what the solution leaves."""
+        run, logs = chosen.run, self.sampled.logs
+        settings = Settings(*self.about, self.sampled.reading, run.band, chosen.model, run.delay)
+        segments = [x for k, log in enumerate(logs) for x in settings.segments(k, log)]
+        found: dict[tuple[int, int], Summary] = {}
+        mended: list[Fault] = []
+        folded = self._each(partial(fold_equations, settings), segments, "equations")
+        for segment, (own, repairs) in zip(segments, folded, strict=True):
+            mended += repairs
+            for j, s in enumerate(own):
+                key = segment.number, j
+                found[key] = merge_summaries([found[key], s]) if key in found else s
+        train, held = (
+            {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
+        )
+        names = run.evaluator.model.base.names
+        kept = list(range(len(names)) if chosen.kept is None else chosen.kept)
+        self.progress(f"solving for {len(kept)} parameters")
+        parts = [s.columns(kept) for s in train.values()]
+        passes = 0 if method.name == Ols.name else PASSES
+        weights, X, scale, R = log_weights(parts, tuple(names[k] for k in kept), passes)
+        bread = inverse_information(scale, R)
+        products = (Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True))
+        white, misfit = covariances(X, bread, products)
+        part = Solution(X, white, misfit, condition(R), tuple(map(float, weights)))
+        solution = with_the_others_zero(part, kept, len(names))
+        summed = dict(
+            zip(train, zip(part.weights, (s.lag for s in parts), strict=True), strict=True)
+        )
+        meat, fits = self._errors(settings, solution.X, summed, segments)
+        noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
+        solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
+        if method.name == Consistent.name:
+            solution = Consistent(run.evaluator.model).bounded(solution, names)
+            _, fits = self._errors(settings, solution.X, summed, segments)
+        seen = run.torques(solution.X)
+        fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
+        what = "folded; band, curves and tests of bias are those of"
+        return outcome(
+            solution,
+            chosen.model,
+            (list(train.values()), list(held.values())),
+            fits,
+            (*merged(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
+            (*self.sampled.notes, *self.sampled.in_words(what)),
+        )
+
+    def _errors(
+        self, settings: Settings, X: FloatArray, weights: Weights, segments: Sequence[Segment]
+    ) -> tuple[FloatArray, list[TorqueFit]]:
+        """Return what X leaves: the sums of scores, and the torques of both kinds."""
+        fits = {kind: TorqueFit.none(self.evaluator.model.robot.n) for kind in _KINDS}
+        meat = np.zeros((len(X), len(X)))
+        left = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
+        for segment, (own, fit) in zip(segments, left, strict=True):
+            meat += own
+            fits[segment.log.kind] += fit
+        return meat, list(fits.values())
+
+    def _each(
+        self, fold: Callable[[Segment], Result], segments: Sequence[Segment], what: str
+    ) -> Iterator[Result]:
+        """Yield what segments are folded to, in their order, and tell how far it is."""
+        found = in_order(fold, segments, self.threads, self.executor)
+        for k, result in enumerate(found, 1):
+            yield result
+            self.progress(f"{what}: {k} of {len(segments)} segments")
