@@ -142,21 +142,6 @@ def read_log(path: Path) -> None:
             raise AssertionError("a name that a terminal obeys")
 
 
-def read_messages(path: Path) -> None:
-    """Read a bag in this process, which has bounds already."""
-    import symgen.data.bags as bags
-    from symgen.data.raw import refuse
-
-    def here(read: Callable[..., Any], path: Path, *given: Any) -> Any:
-        try:
-            return read(path, *given)
-        except MemoryError:  # at once, for a size that nobody has
-            refuse("takes more than it may", "less")
-
-    bags.read_bounded = here
-    read_log(path)
-
-
 def read_map(path: Path) -> None:
     """Read names of columns, and the log beside it by them."""
     from symgen.data.log import read_log
@@ -229,8 +214,8 @@ READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "csv": ("log.csv", read_log),
     "npz": ("log.npz", read_log),
     "parquet": ("log.parquet", read_log),
-    "mcap": ("log.mcap", read_messages),
-    "db3": ("bag/bag.db3", read_messages),
+    "mcap": ("log.mcap", read_log),
+    "db3": ("bag/bag.db3", read_log),
     "columns": ("map/columns.toml", read_map),
     "motion": ("motion.csv", read_motion),
     "estimate": ("estimate.json", read_result),
