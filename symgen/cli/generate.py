@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +57,7 @@ def generate(
     import symgen
     from symgen.codegen.package import default_prefix
     from symgen.codegen.recipes import ALL, STANDARD
-    from symgen.files import check_replaceable
+    from symgen.files import RECORD, check_replaceable
     from symgen.identification.parameters import read_values
 
     source = symgen.read_robot(robot)
@@ -76,21 +75,12 @@ def generate(
             model, dtype=dtype, kernels=named, prefix=prefix, values=values, **options
         )
     if check is not None:
-        sys.exit(_print_differences(tree.files, check))
+        paths = [path for path in check.rglob("*") if path.is_file()]
+        there = {path.relative_to(check).as_posix(): path.read_bytes() for path in paths}
+        different = {name for name, _ in tree.files.items() ^ there.items()} - {RECORD}
+        for name in sorted(different):
+            click.echo(name)
+        sys.exit(bool(different))
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
-
-
-def _print_differences(files: Mapping[str, bytes], folder: Path) -> int:
-    """Print what in a folder is not as generated; return the exit code."""
-    from symgen.files import RECORD
-
-    there = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
-    there.pop(RECORD, None)
-    different = [name for name in files.keys() & there if there[name].read_bytes() != files[name]]
-    kinds = {"differs": different, "missing": files.keys() - there, "extra": there.keys() - files}
-    for kind, names in kinds.items():
-        for name in sorted(names):
-            click.echo(f"{kind}: {name}")
-    return int(any(kinds.values()))

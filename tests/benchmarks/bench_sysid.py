@@ -98,7 +98,7 @@ def main() -> None:
     import symgen
     from symgen.estimation.band import Band
     from symgen.estimation.filtered_log import filter_log
-    from symgen.estimation.playback import HORIZONS, PlantMover, play, position_errors, windows_of
+    from symgen.estimation.playback import HORIZONS, model_mover, play, position_errors, windows_of
     from symgen.faults.logs import open_samples
 
     robot = symgen.read_robot(DATA / "robot.toml")
@@ -127,12 +127,12 @@ def main() -> None:
         theirs = np.load(path.with_name("found.npz"))
         times, X = theirs["t"], theirs["X"]
 
-    evaluator = symgen.load(symgen.derive(robot, ("inverse_dynamics", *symgen_kernels())))
+    model = symgen.derive(robot)
     t = np.array([0.0, *HORIZONS])
 
     def error(each: dict[str, float]) -> list[float]:
         x = np.array([each[name] for name in order])
-        moved = play(PlantMover.of(evaluator, x), test, t)
+        moved = play(model_mover(model, x), test, t)
         return [h.position_error for h in position_errors(test, t, moved)[0]]
 
     ours = error(values)
@@ -143,13 +143,6 @@ def main() -> None:
     print(f"symgen: {np.round(ours, 4)}, {own:.2f} s; {values}")
     print(f"mujoco.sysid: {np.round(course[-1], 4)}, {times[-1]:.2f} s; {X[-1].tolist()}")
     print(f"its best, {least[-1]:.4f}, is near (within {NEAR} times) after {near:.2f} s")
-
-
-def symgen_kernels() -> tuple[str, ...]:
-    """Kernels that simulate."""
-    from symgen.runtime.plant import KERNELS
-
-    return tuple(k for k in KERNELS if k != "inverse_dynamics")
 
 
 if __name__ == "__main__":

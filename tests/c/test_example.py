@@ -38,12 +38,19 @@ def output_of(program: Path, cwd: Path) -> tuple[list[float], float, float, floa
     return figures, model, pd, ratio
 
 
+@pytest.fixture
+def package(name: str, dtype: str, complete: Packages) -> Path:
+    """A package, and its objects beside it."""
+    folder = complete(name, dtype)
+    objects(folder)
+    return folder
+
+
 @needs_cc
 @pytest.mark.parametrize(("name", "dtype"), ROBOTS)
 def test_computed_torque_beats_pd_and_the_identifier_finds_the_truth(
-    name: str, dtype: str, complete: Packages, tmp_path: Path
+    package: Path, tmp_path: Path
 ) -> None:
-    package = complete(name, dtype)
     sources = [controller(package), *objects(package)]
     run(["cc", *STRICT, "-O2", f"-I{package}", *sources, "-lm", "-o", "controller"], tmp_path)
     figures, model, pd, ratio = output_of(tmp_path / "controller", tmp_path)

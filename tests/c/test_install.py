@@ -71,6 +71,7 @@ def test_pkg_config_gives_the_flags(prefix, tmp_path, monkeypatch):
     run([tmp_path / "program"], tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ctest") is None, reason="ctest is not on this machine")
 def test_cmake_builds_the_examples_on_request_and_ctest_runs_all(complete, tmp_path):
     package = complete("planar2r", "double")

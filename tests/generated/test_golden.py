@@ -54,9 +54,7 @@ def test_files_that_differ_or_are_missing_or_extra_are_named(command, tmp_path):
     before = {p: p.read_bytes() for p in copy.rglob("*") if p.is_file()}
     code, out, _ = command("generate", "planar2r", "--check", copy)
     assert code == 1
-    found = [tuple(line.split(": ")) for line in out.splitlines()]
-    changed = [("missing", "planar2r_least_squares.c"), ("extra", "notes.c")]
-    assert found == [*(("differs", name) for name in spoiled), *changed]
+    assert set(out.split()) == {*spoiled, "planar2r_least_squares.c", "notes.c"}
     assert {p: p.read_bytes() for p in copy.rglob("*") if p.is_file()} == before
 
 

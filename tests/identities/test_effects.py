@@ -65,9 +65,9 @@ def _expected(q, qd) -> dict[str, tuple[int, float]]:
     }
 
 
-@pytest.mark.parametrize("backend", [None, "casadi"])
+@pytest.mark.parametrize("backend", ["casadi", pytest.param("c", marks=pytest.mark.slow)])
 def test_an_effect_is_the_same_column_in_every_kernel(model: symgen.Model, backend) -> None:
-    evaluator = symgen.load(model, backend=backend) if backend else symgen.load(model)
+    evaluator = symgen.load(model, backend=backend)
     draw = np.random.default_rng(0)
     names = list(model.base.names)
     for _ in range(5):

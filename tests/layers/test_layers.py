@@ -23,7 +23,7 @@ DOORS = {
     "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
     "pandas": ("identification/estimate",),
     "clarabel": ("identification/physical",),
-    "plotly": ("report",),
+    "plotly": ("report", "views"),
     "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
     "click": ("cli", "report/terminal"),
     "rich": ("cli/progress", "report/terminal"),
