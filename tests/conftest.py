@@ -2,8 +2,8 @@
 
 `SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
 durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
-SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow. A test above
-LONGEST seconds that is not marked slow fails.
+SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow. A new test
+above LONGEST seconds that is not marked slow fails.
 """
 
 from __future__ import annotations
@@ -28,10 +28,12 @@ from symgen import cli
 
 #: Seconds of processor time, of this process and those that it starts, by file and test.
 DURATIONS = Path(__file__).with_name("durations.json")
-#: Seconds for the cases of one test, and from which a case's own are kept.
-FAMILY, KEPT = 2.0, 0.2
-#: Seconds that a test of the default suite may take, without its fixtures.
+#: Seconds for the cases of one test, and from which a case's own and another test's are kept.
+FAMILY, KEPT, LONG = 2.0, 0.2, 1.0
+#: Seconds that a test of the default suite may take, without its fixtures. On a slower machine a
+#: test that is known to be within them takes more.
 LONGEST = 3.0
+_KNOWN: dict[str, float] = json.loads(DURATIONS.read_text("utf-8"))
 _TAKEN: Counter[str] = Counter()
 
 
@@ -80,7 +82,6 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put long files first, so that no worker is left with one; draw the cases of long families."""
-    known = json.loads(DURATIONS.read_text("utf-8"))
     families: dict[str, dict[str, list[pytest.Item]]] = {}
     for item in items:
         if item.get_closest_marker("slow") is None and "[" in item.name:
@@ -88,13 +89,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             family.setdefault(_named(item), []).append(item)
     for family in families.values():
         cases = random.Random(SAMPLE).sample(sorted(family), len(family))
-        until = itertools.accumulate(known.get(case, 0.0) for case in cases)
+        until = itertools.accumulate(_KNOWN.get(case, 0.0) for case in cases)
         drawn = [case for case, taken in zip(cases, until, strict=True) if taken <= FAMILY]
-        drawn = drawn or [min((case for case in cases if case in known), key=known.__getitem__)]
+        drawn = drawn or [min((case for case in cases if case in _KNOWN), key=_KNOWN.__getitem__)]
         for case in set(cases) - set(drawn):
             for item in family[case]:
                 item.add_marker(pytest.mark.slow)
-    items.sort(key=lambda item: -known.get(_file(item), math.inf))
+    items.sort(key=lambda item: -_KNOWN.get(_file(item), math.inf))
 
 
 @pytest.hookimpl(wrapper=True)
@@ -114,7 +115,8 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     begun = sum(os.times()[:4])
     found = yield
     taken = sum(os.times()[:4]) - begun
-    if taken > LONGEST and item.get_closest_marker("slow") is None:
+    told = _named(item) in _KNOWN and not os.environ.get("SYMGEN_DURATIONS")
+    if taken > LONGEST and not told and item.get_closest_marker("slow") is None:
         pytest.fail(f"takes {taken:.1f} s of processor time; accepted: {LONGEST:g} s, or slow")
     return found
 
@@ -124,11 +126,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     if hasattr(session.config, "workeroutput"):
         session.config.workeroutput["taken"] = dict(_TAKEN)
     elif os.environ.get("SYMGEN_DURATIONS"):
-        known = json.loads(DURATIONS.read_text("utf-8"))
-        known |= {
+        known = _KNOWN | {
             name: round(seconds, 1)
             for name, seconds in _TAKEN.items()
-            if "::" not in name or ("[" in name and seconds >= KEPT)
+            if "::" not in name or seconds >= (KEPT if "[" in name else LONG)
         }
         DURATIONS.write_text(json.dumps(dict(sorted(known.items())), indent=1) + "\n", "utf-8")
 

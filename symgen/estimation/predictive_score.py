@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import touched
+from symgen.errors import IdentificationError
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 
@@ -249,6 +250,8 @@ class PredictiveScore:
     def _order(self) -> NDArray[np.intp]:
         """Rows of each fold, (folds, L), filled up with K, a row of zeros."""
         count = int(self.fold.max()) + 1
+        if not count:
+            raise IdentificationError("the logs are too short: no motion in them tests another")
         rows = [np.flatnonzero(self.fold == f) for f in range(count)]
         out = np.full((count, max(map(len, rows))), len(self.fold))
         for f, own in enumerate(rows):

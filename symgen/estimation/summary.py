@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.errors import IdentificationError
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
@@ -238,7 +239,12 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
     Args:
         logs: the equations of every log, joint by joint, rows in their order in time.
         reach: time in s before its own that an equation reaches back.
+
+    Raises:
+        IdentificationError: a log has no equation.
     """
+    if not all(len(e.t) for log in logs for e in log):
+        raise IdentificationError("a log is too short: no equation is left of it")
     spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
     total = sum(end - start for start, end in spans) or 1.0
     m, width = len(logs[0]), logs[0][0].W.shape[1] + 1

@@ -428,3 +428,15 @@ def test_speeds_far_beyond_their_limit_are_refused_until_an_option_says_their_un
     for unit in ({"": "deg"}, {"qd": "rad/s"}):
         with pytest.raises(LogError, match=r"missing\.csv"):  # the next log: this one is read
             symgen.identify(robot, [degrees, "missing.csv"], reading=Reading(unit=unit))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_log_of_a_second_is_refused_or_judged(seed):
+    rng, t = np.random.default_rng(seed), np.arange(100) * 0.01
+    w = rng.uniform(5, 30)
+    tau = rng.normal(size=t.shape) + 3 * np.cos(2 * w * t)
+    columns = (x[:, None] for x in (np.sin(w * t), w * np.cos(w * t), tau))
+    try:
+        symgen.identify("emps", [symgen.Log("short.csv", t, *columns)])
+    except symgen.SymgenError as error:
+        assert "short.csv" in str(error) or "too short" in str(error)
