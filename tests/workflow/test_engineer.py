@@ -127,13 +127,13 @@ def test_an_engineer_computes_the_residual_that_is_said(robot: str, model: str) 
         assert abs(said["relative"] / relative - 1) <= 0.1, (key, relative)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", sampled(ROBOTS, 0, always=["emps"]))
 def test_the_comparison_band_is_the_one_of_the_motion(robot: str) -> None:
     said = _identified(robot, "auto")["band"]["comparison_hz"]
     assert said == pytest.approx(engineer.comparison_band(_logs(robot)[0]), rel=0.05)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", sampled(ROBOTS, 0, always=["emps"]))
 def test_the_default_estimate_is_as_good_as_an_analysts_on_held_out_motion(robot: str) -> None:
     estimate = _identified(robot, "auto")
     comparison = estimate["band"]["comparison_hz"]

@@ -310,11 +310,6 @@ def test_columns_of_a_recorder_are_those_of_the_log(tmp_path, case):
         np.testing.assert_array_equal(getattr(found, key), getattr(same, key))
 
 
-URDF = """<robot name="p"><link name="base"/><link name="bob"><inertial>
-<origin xyz="0.3 0 0"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="hip" type="revolute"><parent link="base"/><child link="bob"/><axis xyz="0 1 0"/>
-<limit lower="-3" upper="3" effort="50" velocity="20"/></joint></robot>"""
 ONCE = {k: x[:400] for k, x in SI.items()}
 BACK = [f"{0.01 * k - 0.5 * (k >= 200):.12g}" for k in range(400)]
 #: Header, changed columns, columns in front, whether there is a header, and what the line says.

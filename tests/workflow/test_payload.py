@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from browser import Page
+from support import sampled
 
 import symgen
 from symgen.identification.payload import LABELS, read_payload
@@ -114,7 +115,7 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", sampled(WAYS, 0, always=["against parameters"]))
 def test_a_simulated_load_is_found(robot, parameters, way) -> None:
     found = symgen.payload(robot, recorded(21, True), **WAYS[way](parameters))
     values, std = quantities(found)

@@ -45,7 +45,7 @@ def true_error(run: clean_runs.Run, estimate: dict) -> float:
     return truth.error(np.array([p["value"] for p in estimate["parameters"]]))
 
 
-@pytest.mark.parametrize("arm", sampled(ARMS, 0, always=["arm4r"]))
+@pytest.mark.parametrize("arm", sampled(ARMS, 0, always=["planar3r"]))
 def test_rests_do_not_become_gravity(arm: str) -> None:
     run, estimate = drawn(arm), estimated(arm)
     log = run.train
@@ -64,11 +64,11 @@ def test_rests_do_not_become_gravity(arm: str) -> None:
 
 @pytest.mark.parametrize("model", ["momentum", "torque"])
 def test_each_model_weighs_rests(model: str) -> None:
-    assert true_error(drawn("arm4r"), estimated("arm4r", model)) < 0.01
+    assert true_error(drawn("planar3r"), estimated("planar3r", model)) < 0.01
 
 
 def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> None:
-    run, estimate = drawn("arm4r"), estimated("arm4r")
+    run, estimate = drawn("planar3r"), estimated("planar3r")
     X = np.array([p["value"] for p in estimate["parameters"]])
     log, band = run.validation, estimate["band"]
     kernel = simulated_runs.evaluator(run.robot_toml)["torque_regressor"]

@@ -42,14 +42,6 @@ def _ripple(q: np.ndarray, *_: np.ndarray) -> np.ndarray:
     return 0.8 * np.sin(7.3 * q[:, 0])
 
 
-def _drag(q: np.ndarray, qd: np.ndarray, _: np.ndarray) -> np.ndarray:
-    return -0.5 * qd[:, 1] * np.cos(3.3 * q[:, 1])
-
-
-def _load(_: np.ndarray, qd: np.ndarray, rigid: np.ndarray) -> np.ndarray:
-    return -0.2 * np.abs(rigid[:, 0]) * np.tanh(qd[:, 0] / 0.8)
-
-
 def _log(path: Path, seed: int, hidden: Torque | None, joint: int = 1) -> Path:
     """Write a log of planar2r with a torque ON a joint that the model does not have, and noise."""
     rng = np.random.default_rng(seed)
