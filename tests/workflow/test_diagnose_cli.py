@@ -108,15 +108,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     assert not run("check", into / "generated")[0]
 
 
-def test_nothing_is_named_where_nothing_is_wrong(run, clean, tmp_path):
-    code, out, _ = run("diagnose", "planar2r", clean, "--into", tmp_path / "out")
-    assert code == 0
-    assert "\nverdict: consistent\n" in out
-    content = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert (content["where"], content["effects"]) == ([], [])
-    assert content["replay"]["before"] == pytest.approx(content["replay"]["after"], rel=1e-2)
-
-
 def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, logs, tmp_path):
     code, out, _ = run(
         *("diagnose", "planar2r", logs[0], "--validation", logs[1]),
@@ -210,9 +201,3 @@ def test_what_explain_says_of_a_robot_file_declares_the_effect(run, name):
     if said.startswith("[[effect]]"):
         assert [e.name for e in declared.effects] == [name]
     assert definition.offset == ('"offset" among' in said)
-
-
-def test_without_a_name_every_effect_is_listed(run):
-    code, out, _ = run("explain")
-    assert code == 0
-    assert [line.split()[0] for line in out.splitlines()[1:]] == list(definitions())

@@ -233,7 +233,6 @@ def test_the_command_writes_the_contract(robot, parameters, tmp_path, command) -
 REFUSED = {
     "neither": ({}, "--without"),
     "gains without a mass": ({"calibrate": True, "parameters": "x.toml"}, "--calibrate"),
-    "another model": ({"model": "energy", "parameters": "x.toml"}, "torque, static"),
     "a mass below 0": ({"mass": -1.0, "parameters": "x.toml"}, "--mass -1"),
     "no such parameters": ({"parameters": "nowhere.toml"}, "cannot be read"),
 }

@@ -150,25 +150,6 @@ def test_what_no_robot_can_have_is_named(planar, position, value, words) -> None
     assert "nearest=" in str(refused.value)
 
 
-def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model) -> None:
-    from scipy.optimize import minimize
-
-    X = np.array([0.1, 0.02, 0.2, -0.1])
-    draw = np.random.default_rng(3).normal(size=(4, 4))
-    covariance = 1e-3 * (draw @ draw.T + np.eye(4))
-    inverse = np.linalg.inv(covariance)
-    room = {"type": "ineq", "fun": lambda x: x[0] * x[1] - L1**2 * (x[2] ** 2 + x[3] ** 2)}
-    searched = minimize(
-        lambda x: (x - X) @ inverse @ (x - X), np.array([1.0, 1.0, 0.1, 0.1]),
-        constraints=[room], bounds=[(0, None), (0, None), (None, None), (None, None)],
-        options={"ftol": 1e-14, "maxiter": 500},
-    )  # fmt: skip
-    found = symgen.link_parameters(planar, X, nearest=covariance)
-    assert found.sigmas == pytest.approx(np.sqrt(searched.fun), rel=1e-3)
-    np.testing.assert_allclose(found.X, searched.x, atol=1e-3)
-    require_bodies(found, planar)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [

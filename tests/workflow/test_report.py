@@ -29,7 +29,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.report.plots import curves as plots
 from symgen.report.plots import residuals as residual_plots
 from symgen.report.store import result_page
 from symgen.robot import dh
@@ -193,20 +192,6 @@ def test_sparse_estimate_has_a_page() -> None:
     assert "∞" in page.text
     assert "unknown" in page.text
     assert len(page.figures) == 1  # values of one method alone say nothing beside their table
-
-
-def test_thinning_keeps_peaks_and_ends_and_breaks_at_pauses() -> None:
-    t = np.linspace(0.0, 99.999, 100_000)
-    y = np.sin(t)
-    y[54_321], y[77_777], y[10] = 9.0, -9.0, np.nan
-    xs, ys = plots.thin(t, y)
-    assert len(ys) <= plots.POINTS + 2
-    assert (np.nanmax(ys), np.nanmin(ys)) == (9.0, -9.0)
-    assert (xs[0], xs[-1]) == (np.float32(t[0]), np.float32(t[-1]))
-    t[50_000:] += 30.0
-    xs, ys = plots.thin(t, np.sin(t))
-    assert np.flatnonzero(np.isnan(ys)).size == 1
-    assert np.all(np.diff(xs) >= 0)
 
 
 def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
