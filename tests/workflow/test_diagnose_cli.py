@@ -88,13 +88,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     assert effect["parameters"][0]["value"] == pytest.approx(SPRING, rel=0.02)
     assert sum(place["share"] for place in content["where"]) == pytest.approx(1)
 
-    moved = content["replay"]
-    assert (moved["log"], moved["unit"]) == ("test.npz", ["rad", "rad"])
-    assert moved["end"] - moved["start"] == pytest.approx(3, abs=0.05)
-    assert moved["before"][1] > 0.02
-    assert moved["after"][1] < 0.1 * moved["before"][1]
-    assert "Motion under the measured torques" in (into / "report.html").read_text("utf-8")
-
     robot = symgen.read_robot(into / "robot.toml")
     assert [e.name for e in robot.effects] == ["gravity_spring"]
     assert (into / "generated" / "planar2r.h").is_file()
@@ -105,7 +98,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
         *("--into", tmp_path / "prediction"),
     )
     assert code == 0, err
-    assert not run("check", into / "generated")[0]
 
 
 def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, logs, tmp_path):
