@@ -314,6 +314,7 @@ def test_meshes_are_found_from_another_folder(arm, tmp_path, command, settings, 
     assert settings in (tmp_path / "out.xml").read_text()
 
 
+@pytest.mark.slow
 def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None:
     """Friction and armature are unknown; the torque error is taken in MuJoCo, from the file."""
     from scipy.signal import butter, filtfilt

@@ -196,6 +196,7 @@ def noisy(seed, sigma):
     return symgen.make_log(f"noisy{seed}", t, q, tau + noise, qd)
 
 
+@pytest.mark.slow
 def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
     a, b, c = (noisy(seed, 0.5) for seed in (4, 5, 6))
     options = {"validation": c, "method": "ols", "model": "momentum"}

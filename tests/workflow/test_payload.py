@@ -267,6 +267,7 @@ def miscalibrated(seed: int, carries: bool, motion: int = 0):
     return symgen.make_log(log.name, log.t, log.q, log.tau / GAINS)
 
 
+@pytest.mark.slow
 def test_a_load_of_known_mass_calibrates_the_drives(robot, tmp_path) -> None:
     """The gains come back within their intervals; with them in [drive], another load is right."""
     loaded, alone = miscalibrated(61, True), miscalibrated(62, False)
