@@ -116,7 +116,7 @@ def test_an_interrupt_leaves_nothing(run, logs, tmp_path, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("symgen.report.store.diagnosis_content", stop)
+    monkeypatch.setattr("symgen.report.store.generate", stop)
     arguments = ("diagnose", "planar2r", logs[0], "--effects", "gravity_spring")
     code, _, err = run(*arguments, "--into", tmp_path / "out")
     assert (code, err.splitlines()[-1]) == (130, "symgen: interrupted")
