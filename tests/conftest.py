@@ -2,7 +2,8 @@
 
 `SYMGEN_DURATIONS=1 pytest -m "slow or not slow" -n auto` writes what tests take into
 durations.json. Cases of one test that take more than FAMILY seconds together are drawn by the seed
-SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow.
+SAMPLE, as many as fit, and the shortest where none does; the others run with -m slow. A test above
+LONGEST seconds that is not marked slow fails.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import random
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from packages import write
 from support import SAMPLE
 
 from symgen import cli
@@ -27,6 +30,8 @@ from symgen import cli
 DURATIONS = Path(__file__).with_name("durations.json")
 #: Seconds for the cases of one test, and from which a case's own are kept.
 FAMILY, KEPT = 2.0, 0.2
+#: Seconds that a test of the default suite may take, without its fixtures.
+LONGEST = 3.0
 _TAKEN: Counter[str] = Counter()
 
 
@@ -43,6 +48,27 @@ def command(monkeypatch, capsys) -> Callable[..., tuple[int, str, str]]:
         return caught.value.code, out, err
 
     return call
+
+
+@pytest.fixture(scope="session")
+def complete(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
+    """Return the folder of a robot's package with every kernel, in double or float.
+
+    It is made once a session, and only read. Workers of pytest-xdist share it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    root = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "complete"
+
+    def package(name: str, dtype: str) -> Path:
+        folder = root / dtype / name
+        if not folder.is_dir():
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            own = write(name, dtype, tmp_path_factory.mktemp("complete") / name, "all")
+            with suppress(OSError):  # another worker was first
+                own.rename(folder)
+        return folder
+
+    return package
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -79,6 +105,17 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     taken = sum(os.times()[:4]) - begun
     _TAKEN[_file(item)] += taken
     _TAKEN[_named(item)] += taken
+    return found
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Fail a test of the default suite that takes too long; a busy machine makes none longer."""
+    begun = sum(os.times()[:4])
+    found = yield
+    taken = sum(os.times()[:4]) - begun
+    if taken > LONGEST and item.get_closest_marker("slow") is None:
+        pytest.fail(f"takes {taken:.1f} s of processor time; accepted: {LONGEST:g} s, or slow")
     return found
 
 

@@ -130,19 +130,6 @@ ESTIMATE = {
     },
     "joints": [{"number": 1, "unit": "N m"}, {"number": 2, "unit": "N m"}],
     "correlation": [[1, 0.1, 0], [0.1, 1, 0], [0, 0, 1]],
-    "whiteness": [
-        {
-            "quantity": "energy",
-            "component": 0,
-            "kind": "validation",
-            "rows": 100,
-            "step_s": 0.1,
-            "correlations": [0.5, 0.1, 0.1],
-            "bands": [0.2, 0.2, 0.2],
-            "statistic": 30.0,
-            "p_value": 1e-6,
-        }
-    ],
     "physical": {"feasible": True, "distance_sigma": 0.1, "reason": "exists"},
     "provenance": {"robot": "abc"},
     "comparison": [{"method": "iv", "parameters": [{"name": "ZZ2", "value": 1, "std": 0.1}]}],
@@ -215,12 +202,6 @@ def write_seeds(reader: str, folder: Path) -> None:
     elif reader == "curves":
         _copy("estimate-2", beside / "estimate", "estimate.json")
         (seeds / "a").write_bytes(_curves(t, q))
-    elif reader in ("dataset", "url"):
-        _write_data_sets(reader, folder, t, q)
-    elif reader == "fleet":
-        (seeds / "a").write_text(json_text("fleet-1"))
-    elif reader == "package":
-        (seeds / "a").write_text(json_text("manifest-1"))
     elif reader == "values":
         (seeds / "a").write_text(json_text("estimate-1"))
         (seeds / "b").write_text(json_text("estimate-2"))
@@ -241,8 +222,7 @@ def _copy(kind: str, folder: Path, name: str) -> None:
 def _curves(t: np.ndarray, q: np.ndarray) -> bytes:
     """Return a curves.npz as identify writes it beside estimate-2."""
     trace = {"log": "log.csv", "kind": "train", "quantity": "torque", "spacing": 1}
-    balance = {"log": "log.csv", "kind": "validation"}
-    index = json.dumps({"traces": [trace], "balances": [balance]}).encode()
+    index = json.dumps({"traces": [trace]}).encode()
     file = io.BytesIO()
     np.savez_compressed(
         file,
@@ -250,36 +230,8 @@ def _curves(t: np.ndarray, q: np.ndarray) -> bytes:
         trace0_t=t,
         trace0_measured=q.astype(np.float32),
         trace0_predicted=q.astype(np.float32),
-        balance0_t=t,
-        **{f"balance0_{k}": t.astype(np.float32) for k in ("work", "energy", "friction")},
-        convergence_t=t,
-        convergence_values=np.column_stack([q, q]),
     )
     return file.getvalue()
-
-
-def _write_data_sets(reader: str, folder: Path, t: np.ndarray, q: np.ndarray) -> None:
-    columns = {"t": t, "q1": q[:, 0], "q2": q[:, 1], "tau1": q[:, 1], "tau2": q[:, 0]}
-    seeds = folder / "seeds"
-    if reader == "dataset":
-        (seeds / "a").write_text(f"{','.join(columns)}\n{_rows(*columns.values())}\n")
-        for name, write in (("b", np.savez), ("c", np.savez_compressed)):
-            write(seeds / f"{name}.npz", t=t, q=q, qd=q, tau=q)
-        for packing in ("snappy", "zstd", "none"):
-            pq.write_table(pa.table(columns), seeds / packing, compression=packing)
-        (folder / "in" / "dataset").mkdir()
-        return
-    place = folder / "in" / "url"
-    place.mkdir()
-    pq.write_table(pa.table(columns), place / "a.parquet")
-    disk = f"file://{place}"
-    good = ["memory://set/a.parquet", "memory://set/*.parquet", "memory://set", disk]
-    good += [f"{disk}/a.parquet", f"{disk}/**/*.parquet", f"{place}/[a-c].parquet"]
-    refused = [f"{scheme}://host/set/a.parquet" for scheme in ("s3", "gs", "az", "http", "https")]
-    refused += ["https://user:word@host:443/*/[ab].parquet?c=d#e", "http://[::1]:8000/a.parquet"]
-    refused += ["zip://a.parquet::memory://b.zip", "reference://", "dir://a::file://b"]
-    for k, url in enumerate((*good, *refused)):
-        (seeds / f"{'good' if k < len(good) else 'refused'}-{k:02}").write_text(url)
 
 
 def _write_bags(reader: str, folder: Path, t: np.ndarray, q: np.ndarray) -> None:

@@ -16,7 +16,6 @@ import os
 import random
 import re
 import signal
-import socket
 import sys
 import time
 import traceback
@@ -24,7 +23,6 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -144,21 +142,6 @@ def read_log(path: Path) -> None:
             raise AssertionError("a name that a terminal obeys")
 
 
-def read_messages(path: Path) -> None:
-    """Read a bag in this process, which has bounds already."""
-    import symgen.data.bags as bags
-    from symgen.data.raw import refuse
-
-    def here(read: Callable[..., Any], path: Path, *given: Any) -> Any:
-        try:
-            return read(path, *given)
-        except MemoryError:  # at once, for a size that nobody has
-            refuse("takes more than it may", "less")
-
-    bags.read_bounded = here
-    read_log(path)
-
-
 def read_map(path: Path) -> None:
     """Read names of columns, and the log beside it by them."""
     from symgen.data.log import read_log
@@ -222,92 +205,6 @@ def read_parameters(path: Path, model: list[Any] = []) -> None:  # noqa: B006  (
     _finite(read_parameters(path, model[0]))
 
 
-def read_package(path: Path) -> None:
-    """Look at a package as what replaces it does, and as what checks it does."""
-    from symgen.runtime.check import read_options
-
-    from symgen.files import check_replaceable
-
-    check_replaceable(path.parent, path.name)
-    read_options(path.parent)
-
-
-@cache
-def _planar2r() -> Any:
-    import symgen
-
-    return symgen.read_robot("planar2r")
-
-
-def read_data_set(path: Path) -> None:
-    """Read a file alone and from a folder: refused in both or in none, and the same numbers."""
-    import symgen
-    from symgen.data.long_logs import expanded, read_rows, stretches
-
-    robot, reading, content = _planar2r(), symgen.Reading(), path.read_bytes()
-    kind = {b"PK\x03\x04": "npz", b"PAR1": "parquet"}.get(content[:4], "csv")
-    folder = path.with_name("folder")
-    folder.mkdir(exist_ok=True)
-    file = folder / f"log.{kind}"
-    try:
-        file.write_bytes(content)
-        alone = refusal = None
-        try:
-            alone = symgen.read_log(file, sigma=robot.sigma)
-        except symgen.SymgenError as error:
-            refusal = error
-        parts = []
-        try:
-            (name,) = map(str, expanded([folder]))
-            for s in stretches(name, robot, reading):
-                parts.append(read_rows(s, s.rows, robot, reading))
-        except symgen.SymgenError:
-            if alone is not None and len(stretches(str(file), robot, reading)) == 1:
-                raise AssertionError("refused in a folder, not alone") from None
-            raise
-    finally:
-        file.unlink()
-    if refusal is not None:  # each of several stretches may be good
-        if len(parts) == 1:
-            raise AssertionError(f"refused alone, not in a folder: {refusal}")
-        raise refusal
-    for role in ("t", "q", "qd", "tau"):
-        own = [x for part in parts if (x := getattr(part, role)) is not None]
-        here = getattr(alone, role)
-        if bool(own) != (here is not None) or (
-            own and not np.array_equal(np.concatenate(own), here)
-        ):
-            raise AssertionError(f"another {role} in a folder")
-
-
-def read_url(path: Path, ready: list[bool] = []) -> None:  # noqa: B006  (filled once)
-    """Find and read the files at a URL, without a network."""
-    import fsspec
-
-    from symgen.data.long_logs import expanded, read_rows, stretches
-    from symgen.data.raw import Reading
-
-    if not ready:
-        socket.getaddrinfo = socket.socket.connect = _no_network  # type: ignore[method-assign]
-        fsspec.filesystem("memory").pipe("/set/a.parquet", (path.parent / "a.parquet").read_bytes())
-        ready.append(True)
-    url = os.fsdecode(path.read_bytes())
-    if url.startswith("file:") or "://" not in url:  # no walk over the disk of who tests
-        begin = os.path.abspath(re.split(r"[*?[\0]", url.removeprefix("file://"))[0])
-        if not begin.startswith(str(path.parents[2])):
-            return
-    robot, reading = _planar2r(), Reading()
-    for name in map(str, expanded([url])):
-        for s in stretches(name, robot, reading):
-            _finite(s.times, s.step)
-            log = read_rows(s, s.rows, robot, reading)
-            _finite(log.t, log.q, log.qd, log.tau)
-
-
-def _no_network(*_: object, **__: object) -> None:
-    raise OSError("no network in tests")
-
-
 #: Reader: name of the file that it gets, and what reads it.
 READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "toml": ("robot.toml", read_robot),
@@ -317,8 +214,8 @@ READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "csv": ("log.csv", read_log),
     "npz": ("log.npz", read_log),
     "parquet": ("log.parquet", read_log),
-    "mcap": ("log.mcap", read_messages),
-    "db3": ("bag/bag.db3", read_messages),
+    "mcap": ("log.mcap", read_log),
+    "db3": ("bag/bag.db3", read_log),
     "columns": ("map/columns.toml", read_map),
     "motion": ("motion.csv", read_motion),
     "estimate": ("estimate.json", read_result),
@@ -329,10 +226,6 @@ READERS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "payload": ("payload.json", read_result),
     "parameters": ("parameters.toml", read_parameters),
     "values": ("values.json", read_parameters),
-    "package": ("package/manifest.json", read_package),
-    "fleet": ("fleet.json", read_result),
-    "dataset": ("dataset/file", read_data_set),
-    "url": ("url/text", read_url),
 }
 
 

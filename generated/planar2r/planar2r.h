@@ -186,22 +186,6 @@ void planar2r_frames_batch(size_t N, const double *q, double *T_out);
 void planar2r_jacobian(const double q[2], double J_out[12]);
 void planar2r_jacobian_batch(size_t N, const double *q, double *J_out);
 
-/* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each
- * angle once
- * q: (2,)
- * qd: (2,)
- * X: (4,)
- * M: (2, 2)
- * h: (2,)
- * tau: (2,)
- * J_out: (6, 2)
- * T_out: (2, 4, 4)
- */
-void planar2r_all_terms(const double q[2], const double qd[2], const double X[4], double M[4],
-    double h[2], double tau[2], double J_out[12], double T_out[32]);
-void planar2r_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double
-    *M, double *h, double *tau, double *J_out, double *T_out);
-
 /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
  * q: (2,)
  * qd: (2,)
@@ -320,28 +304,6 @@ int planar2r_link_drift(const double q[2], const double qd[2], size_t link, cons
     double a[6]);
 int planar2r_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
-
-/* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the
- * rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J'
- * J#') tau of a torque that does not accelerate these rows; not 0 where these rows depend on each
- * other, or M is not positive definite
- * q: (2,)
- * link: number of a joint in robot.toml, 1 to 2; with any other the function returns
- *   planar2r_NO_SUCH_LINK and writes nothing
- * point: (3,)
- * select: (6,)
- * tau: (2,)
- * X: (4,)
- * Lambda_out: (6, 6)
- * inverse_out: (2, 6)
- * null_out: (2,)
- */
-int planar2r_operational_space(const double q[2], size_t link, const double point[3], const double
-    select[6], const double tau[2], const double X[4], double Lambda_out[36], double
-    inverse_out[12], double null_out[2]);
-int planar2r_operational_space_batch(size_t N, const double *q, size_t link, const double *point,
-    const double *select, const double *tau, const double *X, double *Lambda_out, double
-    *inverse_out, double *null_out);
 
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
  * XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2

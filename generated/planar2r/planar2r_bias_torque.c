@@ -13,12 +13,12 @@ void planar2r_bias_torque(const double q[2], const double qd[2], const double X[
     const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z1e2 = C2 * Z1d2;
     const double Z2e2 = -S2 * Z1d2;
-    const double N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
-    h[1] = N2_3;
     const double W32 = qd[0] + qd[1];
     const double P332 = W32 * W32;
     const double F2_1 = -X[2] * P332;
     const double F2_2 = -X[3] * P332;
+    const double N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
+    h[1] = N2_3;
     const double Fb2e2 = C2 * F2_2 + S2 * F2_1;
     const double Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     h[0] = Nb3d2;

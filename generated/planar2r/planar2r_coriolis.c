@@ -14,10 +14,10 @@ void planar2r_coriolis(const double q[2], const double qd[2], const double X[4],
     const double l1_1d2 = -qd[0] * planar2r_geometry_L1;
     const double l1_1e2 = C2 * l1_1d2;
     const double l1_2e2 = -S2 * l1_1d2;
-    const double N2v1_3 = X[2] * l1_2e2 - X[3] * l1_1e2;
-    C[2] = N2v1_3;
     const double h2v1_1 = -X[3] * W32;
     const double h2v1_2 = X[2] * W32;
+    const double N2v1_3 = X[2] * l1_2e2 - X[3] * l1_1e2;
+    C[2] = N2v1_3;
     const double Fbc12e2 = C2 * h2v1_1 - S2 * h2v1_2;
     const double Nbc13d2 = planar2r_geometry_L1 * Fbc12e2 + N2v1_3;
     C[0] = Nbc13d2;

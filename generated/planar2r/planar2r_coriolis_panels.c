@@ -18,10 +18,10 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *C, cons
     const lanes l1_1d2 = -qd[0] * planar2r_geometry_L1;
     const lanes l1_1e2 = C2 * l1_1d2;
     const lanes l1_2e2 = -S2 * l1_1d2;
-    const lanes N2v1_3 = X[2] * l1_2e2 - X[3] * l1_1e2;
-    lanes_put(&C[2], N2v1_3, stream);
     const lanes h2v1_1 = -X[3] * W32;
     const lanes h2v1_2 = X[2] * W32;
+    const lanes N2v1_3 = X[2] * l1_2e2 - X[3] * l1_1e2;
+    lanes_put(&C[2], N2v1_3, stream);
     const lanes Fbc12e2 = C2 * h2v1_1 - S2 * h2v1_2;
     const lanes Nbc13d2 = planar2r_geometry_L1 * Fbc12e2 + N2v1_3;
     lanes_put(&C[0], Nbc13d2, stream);

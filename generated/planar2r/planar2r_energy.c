@@ -14,12 +14,12 @@ void planar2r_energy(const double q[2], const double qd[2], const double X[4], d
     const double V1e2 = S2 * V2d2;
     const double V2e2 = C2 * V2d2;
     const double W32 = qd[0] + qd[1];
-    const double DMX2 = V2e2 * W32;
-    const double DMY2 = -V1e2 * W32;
     const double Hqd1 = 0.5 * qd[0];
     const double DZZ1 = qd[0] * Hqd1;
     const double HW32 = 0.5 * W32;
     const double DZZ2 = W32 * HW32;
+    const double DMX2 = V2e2 * W32;
+    const double DMY2 = -V1e2 * W32;
     const double Tsum = X[0] * DZZ1 + X[1] * DZZ2 + X[2] * DMX2 + X[3] * DMY2;
     T_out[0] = Tsum;
 }

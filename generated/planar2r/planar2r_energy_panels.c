@@ -19,12 +19,12 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *X, apart *T_out, 
     const lanes V1e2 = S2 * V2d2;
     const lanes V2e2 = C2 * V2d2;
     const lanes W32 = qd[0] + qd[1];
-    const lanes DMX2 = V2e2 * W32;
-    const lanes DMY2 = -V1e2 * W32;
     const lanes Hqd1 = 0.5 * qd[0];
     const lanes DZZ1 = qd[0] * Hqd1;
     const lanes HW32 = 0.5 * W32;
     const lanes DZZ2 = W32 * HW32;
+    const lanes DMX2 = V2e2 * W32;
+    const lanes DMY2 = -V1e2 * W32;
     const lanes Tsum = X[0] * DZZ1 + X[1] * DZZ2 + X[2] * DMX2 + X[3] * DMY2;
     lanes_put(&T_out[0], Tsum, stream);
     return 0;

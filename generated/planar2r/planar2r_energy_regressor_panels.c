@@ -18,16 +18,16 @@ ALWAYS int panel(const lanes *q, const lanes *qd, apart *out, const int stream)
     const lanes V1e2 = S2 * V2d2;
     const lanes V2e2 = C2 * V2d2;
     const lanes W32 = qd[0] + qd[1];
-    const lanes DMX2 = V2e2 * W32;
-    lanes_put(&out[2], DMX2, stream);
-    const lanes DMY2 = -V1e2 * W32;
-    lanes_put(&out[3], DMY2, stream);
     const lanes Hqd1 = 0.5 * qd[0];
     const lanes DZZ1 = qd[0] * Hqd1;
     lanes_put(&out[0], DZZ1, stream);
     const lanes HW32 = 0.5 * W32;
     const lanes DZZ2 = W32 * HW32;
     lanes_put(&out[1], DZZ2, stream);
+    const lanes DMX2 = V2e2 * W32;
+    lanes_put(&out[2], DMX2, stream);
+    const lanes DMY2 = -V1e2 * W32;
+    lanes_put(&out[3], DMY2, stream);
     return 0;
 }
 

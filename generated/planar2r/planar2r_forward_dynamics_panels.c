@@ -18,11 +18,11 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *tau, const lanes 
     const lanes Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const lanes Z1e2 = C2 * Z1d2;
     const lanes Z2e2 = -S2 * Z1d2;
-    const lanes N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
     const lanes W32 = qd[0] + qd[1];
     const lanes P332 = W32 * W32;
     const lanes F2_1 = -X[2] * P332;
     const lanes F2_2 = -X[3] * P332;
+    const lanes N2_3 = X[2] * Z2e2 - X[3] * Z1e2;
     const lanes Fb2e2 = C2 * F2_2 + S2 * F2_1;
     const lanes Nb3d2 = planar2r_geometry_L1 * Fb2e2 + N2_3;
     const lanes b1 = tau[0] - Nb3d2;

@@ -18,9 +18,9 @@ void planar2r_jacobian(const double q[2], double J_out[12])
     J_out[11] = 1.0;
     const planar2r_angles1 q_0 = planar2r_sincos1(q);
     const double C1 = q_0.c[0];
+    const double S1 = q_0.s[0];
     const double pd2_1 = planar2r_geometry_L1 * C1;
     J_out[2] = pd2_1;
-    const double S1 = q_0.s[0];
     const double pd2_2 = planar2r_geometry_L1 * S1;
     J_out[0] = -pd2_2;
 }

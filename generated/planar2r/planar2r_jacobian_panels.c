@@ -15,9 +15,9 @@ ALWAYS int panel(const lanes *q, apart *J_out, const int stream)
         q_0 = lanes_far(q[0], q_0);
     }
     const lanes C1 = q_0.c;
+    const lanes S1 = q_0.s;
     const lanes pd2_1 = planar2r_geometry_L1 * C1;
     lanes_put(&J_out[2], pd2_1, stream);
-    const lanes S1 = q_0.s;
     const lanes pd2_2 = planar2r_geometry_L1 * S1;
     lanes_put(&J_out[0], -pd2_2, stream);
     return 0;

@@ -98,7 +98,7 @@ void planar2r_least_squares_back(const planar2r_least_squares *s, planar2r_real 
  * whatever is added to s meanwhile.
  */
 typedef struct planar2r_least_squares_solution {
-    planar2r_real X[planar2r_PARAMETERS];   /* as planar2r_least_squares_solve gives them; the last good ones */
+    planar2r_real X[planar2r_PARAMETERS];   /* as solve gives them; the last good ones */
     planar2r_real std[planar2r_PARAMETERS]; /* until a solution is complete */
     int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
     int left;    /* pieces to go */

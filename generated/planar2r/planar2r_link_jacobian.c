@@ -31,19 +31,19 @@ int planar2r_link_jacobian(const double q[2], size_t link, const double point[3]
         const double R2c3 = X_at1 + X_at2;
         J[10] = R2c3;
         const double R3c1 = X_at2 * pd2_1;
-        const double t1 = point[0] * R0c1 + R3c1 - point[1] * R0c2;
-        const double v1_2 = R2c3 * t1;
-        J[2] = v1_2;
-        const double r2_1 = t1 - pd2_1;
-        const double v2_2 = X_at2 * r2_1;
-        J[3] = v2_2;
         const double R3c2 = X_at2 * pd2_2;
+        const double t1 = point[0] * R0c1 + R3c1 - point[1] * R0c2;
         const double t2 = point[0] * R0c2 + point[1] * R0c1 + R3c2;
         const double v1_1 = -R2c3 * t2;
         J[0] = v1_1;
+        const double v1_2 = R2c3 * t1;
+        J[2] = v1_2;
+        const double r2_1 = t1 - pd2_1;
         const double r2_2 = t2 - pd2_2;
         const double v2_1 = -X_at2 * r2_2;
         J[1] = v2_1;
+        const double v2_2 = X_at2 * r2_1;
+        J[3] = v2_2;
         status = planar2r_OK;
     }
     return status;

@@ -16,13 +16,13 @@ ALWAYS int panel(const lanes *q, const lanes *X, apart *M, const int stream)
     const lanes C2 = q_1.c;
     const lanes S2 = q_1.s;
     const lanes m2_1e2 = X[2] * C2 - X[3] * S2;
-    const lanes Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
-    lanes_put(&M[1], Nbm23d2, stream);
-    lanes_put(&M[2], Nbm23d2, stream);
     const lanes xd2_2 = 2.0 * planar2r_geometry_L1 * m2_1e2;
     const lanes J33d2_2 = X[1] + xd2_2;
     const lanes J33s1_2 = X[0] + J33d2_2;
     lanes_put(&M[0], J33s1_2, stream);
+    const lanes Nbm23d2 = X[1] + planar2r_geometry_L1 * m2_1e2;
+    lanes_put(&M[1], Nbm23d2, stream);
+    lanes_put(&M[2], Nbm23d2, stream);
     return 0;
 }
 

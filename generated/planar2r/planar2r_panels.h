@@ -99,14 +99,6 @@ int planar2r_jacobian_rows(int stream, size_t N, const size_t *strides,
 int planar2r_jacobian_panels(int stream, size_t N, const size_t *strides,
     const double *q, double *J_out);
 
-size_t planar2r_all_terms_width(void);
-int planar2r_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
-    *J_out, double *T_out);
-int planar2r_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
-    *J_out, double *T_out);
-
 size_t planar2r_slotine_li_regressor_width(void);
 int planar2r_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdr, const double *qddr, double *out);

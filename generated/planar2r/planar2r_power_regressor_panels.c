@@ -12,8 +12,6 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     if (lanes_any(~(mask)(lanes_abs(q[1]) <= NEAR))) {
         q_1 = lanes_far(q[1], q_1);
     }
-    const lanes RZZ1 = qd[0] * qdd[0];
-    lanes_put(&out[0], RZZ1, stream);
     const lanes C2 = q_1.c;
     const lanes S2 = q_1.s;
     const lanes V2d2 = qd[0] * planar2r_geometry_L1;
@@ -21,14 +19,16 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     const lanes V2e2 = C2 * V2d2;
     const lanes W32 = qd[0] + qd[1];
     const lanes ZP33d2 = qd[0] * qd[0];
-    const lanes Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const lanes Z2d2 = qdd[0] * planar2r_geometry_L1;
+    const lanes Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const lanes Z1e2 = C2 * Z1d2 + S2 * Z2d2;
     const lanes Z2e2 = C2 * Z2d2 - S2 * Z1d2;
     const lanes X32 = qdd[0] + qdd[1];
+    const lanes RZZ1 = qd[0] * qdd[0];
+    lanes_put(&out[0], RZZ1, stream);
+    const lanes P332 = W32 * W32;
     const lanes RZZ2 = W32 * X32;
     lanes_put(&out[1], RZZ2, stream);
-    const lanes P332 = W32 * W32;
     const lanes RMX2 = V2e2 * X32 + W32 * Z2e2 - V1e2 * P332;
     lanes_put(&out[2], RMX2, stream);
     const lanes RMY2 = -V1e2 * X32 - V2e2 * P332 - W32 * Z1e2;

@@ -15,8 +15,8 @@ void planar2r_slotine_li_regressor(const double q[2], const double qd[2], const 
     const double L1_2e2 = planar2r_geometry_L1 * C2;
     const double W32 = qd[0] + qd[1];
     const double vP33d2 = qd[0] * qdr[0];
-    const double v1d2 = -planar2r_geometry_L1 * vP33d2;
     const double v2d2 = qddr[0] * planar2r_geometry_L1;
+    const double v1d2 = -planar2r_geometry_L1 * vP33d2;
     const double l1e2 = C2 * v1d2 + S2 * v2d2;
     out[7] = -l1e2;
     const double l2e2 = C2 * v2d2 - S2 * v1d2;

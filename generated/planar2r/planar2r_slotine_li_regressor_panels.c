@@ -19,8 +19,8 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdr, const lanes 
     const lanes L1_2e2 = planar2r_geometry_L1 * C2;
     const lanes W32 = qd[0] + qd[1];
     const lanes vP33d2 = qd[0] * qdr[0];
-    const lanes v1d2 = -planar2r_geometry_L1 * vP33d2;
     const lanes v2d2 = qddr[0] * planar2r_geometry_L1;
+    const lanes v1d2 = -planar2r_geometry_L1 * vP33d2;
     const lanes l1e2 = C2 * v1d2 + S2 * v2d2;
     lanes_put(&out[7], -l1e2, stream);
     const lanes l2e2 = C2 * v2d2 - S2 * v1d2;

@@ -14,10 +14,9 @@ void planar2r_torque_regressor(const double q[2], const double qd[2], const doub
     const double L1_1e2 = planar2r_geometry_L1 * S2;
     const double L1_2e2 = planar2r_geometry_L1 * C2;
     const double W32 = qd[0] + qd[1];
-    const double P332 = W32 * W32;
     const double ZP33d2 = qd[0] * qd[0];
-    const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z2d2 = qdd[0] * planar2r_geometry_L1;
+    const double Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const double Z1e2 = C2 * Z1d2 + S2 * Z2d2;
     out[7] = -Z1e2;
     const double Z2e2 = C2 * Z2d2 - S2 * Z1d2;
@@ -25,6 +24,7 @@ void planar2r_torque_regressor(const double q[2], const double qd[2], const doub
     const double X32 = qdd[0] + qdd[1];
     out[1] = X32;
     out[5] = X32;
+    const double P332 = W32 * W32;
     const double TMX2_1 = L1_2e2 * X32 + Z2e2 - L1_1e2 * P332;
     out[2] = TMX2_1;
     const double TMY2_1 = -L1_1e2 * X32 - L1_2e2 * P332 - Z1e2;

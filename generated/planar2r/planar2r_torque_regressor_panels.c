@@ -18,10 +18,9 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     const lanes L1_1e2 = planar2r_geometry_L1 * S2;
     const lanes L1_2e2 = planar2r_geometry_L1 * C2;
     const lanes W32 = qd[0] + qd[1];
-    const lanes P332 = W32 * W32;
     const lanes ZP33d2 = qd[0] * qd[0];
-    const lanes Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const lanes Z2d2 = qdd[0] * planar2r_geometry_L1;
+    const lanes Z1d2 = -planar2r_geometry_L1 * ZP33d2;
     const lanes Z1e2 = C2 * Z1d2 + S2 * Z2d2;
     lanes_put(&out[7], -Z1e2, stream);
     const lanes Z2e2 = C2 * Z2d2 - S2 * Z1d2;
@@ -29,6 +28,7 @@ ALWAYS int panel(const lanes *q, const lanes *qd, const lanes *qdd, apart *out, 
     const lanes X32 = qdd[0] + qdd[1];
     lanes_put(&out[1], X32, stream);
     lanes_put(&out[5], X32, stream);
+    const lanes P332 = W32 * W32;
     const lanes TMX2_1 = L1_2e2 * X32 + Z2e2 - L1_1e2 * P332;
     lanes_put(&out[2], TMX2_1, stream);
     const lanes TMY2_1 = -L1_1e2 * X32 - L1_2e2 * P332 - Z1e2;

@@ -317,22 +317,6 @@ void puma560_frames_batch(size_t N, const double *q, double *T_out);
 void puma560_jacobian(const double q[6], double J_out[36]);
 void puma560_jacobian_batch(size_t N, const double *q, double *J_out);
 
-/* mass_matrix, bias_torque, gravity_torque, jacobian and frames in one call, which turns each
- * angle once
- * q: (6,)
- * qd: (6,)
- * X: (52,)
- * M: (6, 6)
- * h: (6,)
- * tau: (6,)
- * J_out: (6, 6)
- * T_out: (6, 4, 4)
- */
-void puma560_all_terms(const double q[6], const double qd[6], const double X[52], double M[36],
-    double h[6], double tau[6], double J_out[36], double T_out[96]);
-void puma560_all_terms_batch(size_t N, const double *q, const double *qd, const double *X, double
-    *M, double *h, double *tau, double *J_out, double *T_out);
-
 /* columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols
  * q: (6,)
  * qd: (6,)
@@ -454,28 +438,6 @@ int puma560_link_drift(const double q[6], const double qd[6], size_t link, const
     double a[6]);
 int puma560_link_drift_batch(size_t N, const double *q, const double *qd, size_t link, const double
     *point, double *a);
-
-/* operational space of a point in the frame of a link, in frame 0: Lambda = (J M^-1 J')^-1 of the
- * rows of link_jacobian with select 1 (the others 0), J# = M^-1 J' Lambda, and the part (I - J'
- * J#') tau of a torque that does not accelerate these rows; not 0 where these rows depend on each
- * other, or M is not positive definite
- * q: (6,)
- * link: number of a joint in robot.toml, 1 to 6; with any other the function returns
- *   puma560_NO_SUCH_LINK and writes nothing
- * point: (3,)
- * select: (6,)
- * tau: (6,)
- * X: (40,)
- * Lambda_out: (6, 6)
- * inverse_out: (6, 6)
- * null_out: (6,)
- */
-int puma560_operational_space(const double q[6], size_t link, const double point[3], const double
-    select[6], const double tau[6], const double X[40], double Lambda_out[36], double
-    inverse_out[36], double null_out[6]);
-int puma560_operational_space_batch(size_t N, const double *q, size_t link, const double *point,
-    const double *select, const double *tau, const double *X, double *Lambda_out, double
-    *inverse_out, double *null_out);
 
 /* X from the standard parameters, in this order: XX1, XY1, XZ1, YY1, YZ1, ZZ1, MX1, MY1, MZ1, M1,
  * IA1, XX2, XY2, XZ2, YY2, YZ2, ZZ2, MX2, MY2, MZ2, M2, IA2, XX3, XY3, XZ3, YY3, YZ3, ZZ3, MX3,

@@ -9,21 +9,21 @@ ALWAYS int panel(const lanes *qd, const lanes *X, apart *tau, const int stream)
 {
     (void)stream;
     const lanes sFS1 = lanes_sign(qd[0]);
+    const lanes sFS2 = lanes_sign(qd[1]);
+    const lanes sFS3 = lanes_sign(qd[2]);
+    const lanes sFS4 = lanes_sign(qd[3]);
+    const lanes sFS5 = lanes_sign(qd[4]);
+    const lanes sFS6 = lanes_sign(qd[5]);
     const lanes T1 = qd[0] * X[41] + X[40] * sFS1;
     lanes_put(&tau[0], T1, stream);
-    const lanes sFS2 = lanes_sign(qd[1]);
     const lanes T2 = qd[1] * X[43] + X[42] * sFS2;
     lanes_put(&tau[1], T2, stream);
-    const lanes sFS3 = lanes_sign(qd[2]);
     const lanes T3 = qd[2] * X[45] + X[44] * sFS3;
     lanes_put(&tau[2], T3, stream);
-    const lanes sFS4 = lanes_sign(qd[3]);
     const lanes T4 = qd[3] * X[47] + X[46] * sFS4;
     lanes_put(&tau[3], T4, stream);
-    const lanes sFS5 = lanes_sign(qd[4]);
     const lanes T5 = qd[4] * X[49] + X[48] * sFS5;
     lanes_put(&tau[4], T5, stream);
-    const lanes sFS6 = lanes_sign(qd[5]);
     const lanes T6 = qd[5] * X[51] + X[50] * sFS6;
     lanes_put(&tau[5], T6, stream);
     return 0;

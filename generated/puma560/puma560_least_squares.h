@@ -98,7 +98,7 @@ void puma560_least_squares_back(const puma560_least_squares *s, puma560_real *x)
  * whatever is added to s meanwhile.
  */
 typedef struct puma560_least_squares_solution {
-    puma560_real X[puma560_PARAMETERS];   /* as puma560_least_squares_solve gives them; the last good ones */
+    puma560_real X[puma560_PARAMETERS];   /* as solve gives them; the last good ones */
     puma560_real std[puma560_PARAMETERS]; /* until a solution is complete */
     int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
     int left;    /* pieces to go */

@@ -111,14 +111,6 @@ int puma560_jacobian_rows(int stream, size_t N, const size_t *strides,
 int puma560_jacobian_panels(int stream, size_t N, const size_t *strides,
     const double *q, double *J_out);
 
-size_t puma560_all_terms_width(void);
-int puma560_all_terms_rows(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
-    *J_out, double *T_out);
-int puma560_all_terms_panels(int stream, size_t N, const size_t *strides,
-    const double *q, const double *qd, const double *X, double *M, double *h, double *tau, double
-    *J_out, double *T_out);
-
 size_t puma560_slotine_li_regressor_width(void);
 int puma560_slotine_li_regressor_rows(int stream, size_t N, const size_t *strides,
     const double *q, const double *qd, const double *qdr, const double *qddr, double *out);

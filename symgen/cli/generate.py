@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,11 @@ _DERIVING = 0.6
 )
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
 @click.option("--tex", is_flag=True, help="Add base parameters and small regressors as LaTeX.")
+@click.option(
+    "--check",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Write nothing; compare with the files of this folder.",
+)
 def generate(
     robot: str,
     into: Path | None,
@@ -40,12 +47,13 @@ def generate(
     prefix: str | None,
     parameters: Path | None,
     standard: bool,
+    check: Path | None,
     **options: Any,
 ) -> None:
     """Derive the model of ROBOT and write it as a package of C, CasADi and MEX.
 
     ROBOT is a robot.toml, a URDF, MJCF or .par file, a generated package, or the name of a
-    built-in robot.
+    built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.
     """
     import symgen
     from symgen.codegen.package import default_prefix
@@ -55,7 +63,8 @@ def generate(
 
     source = symgen.read_robot(robot)
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
-    check_replaceable(folder, "manifest.json")
+    if check is None:
+        check_replaceable(folder, "manifest.json")
     asked = () if kernels == "all" else listed(kernels)
     chosen = tuple(dict.fromkeys([*(asked or ALL), *(STANDARD if standard else ())]))
     named = chosen if asked else None  # "all" means the kernels that the robot has
@@ -66,6 +75,22 @@ def generate(
         tree = symgen.generate(
             model, dtype=dtype, kernels=named, prefix=prefix, values=values, **options
         )
+    if check is not None:
+        sys.exit(_print_differences(tree.files, check))
     symgen.write_package(tree, folder)
     print_model(model)
     click.echo(f"written: {folder} ({len(tree.files)} files)")
+
+
+def _print_differences(files: Mapping[str, bytes], folder: Path) -> int:
+    """Print what in a folder is not as generated; return the exit code."""
+    from symgen.files import RECORD
+
+    there = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file()}
+    there.pop(RECORD, None)
+    different = [name for name in files.keys() & there if there[name].read_bytes() != files[name]]
+    kinds = {"differs": different, "missing": files.keys() - there, "extra": there.keys() - files}
+    for kind, names in kinds.items():
+        for name in sorted(names):
+            click.echo(f"{kind}: {name}")
+    return int(any(kinds.values()))

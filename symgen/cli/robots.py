@@ -37,7 +37,6 @@ def import_(file: Path, name: str | None, fix: tuple[str, ...], into: Path | Non
     from symgen.robot.imported import with_name
     from symgen.robot.toml_io import read_imported
     from symgen.robot.toml_text import parameters_toml
-    from symgen.symbolic.near_angles import costly_angles
 
     if into is not None and into.suffix != ".toml":
         raise click.UsageError(f"--into {into}: accepted: a path that ends in .toml")
@@ -53,7 +52,7 @@ def import_(file: Path, name: str | None, fix: tuple[str, ...], into: Path | Non
     for path, text in files.items():
         write_text(path, text)
     print_robot(found.robot)
-    for line in (*found.notes, *costly_angles(found.robot)):
+    for line in found.notes:
         click.echo(f"note: {line}")
     for line in found.assumed:
         warnings.warn(f"{file}: {line}", SymgenWarning, stacklevel=1)

@@ -1,13 +1,12 @@
 """Read logs from MCAP files and ROS 2 bags with messages sensor_msgs/msg/JointState.
 
-The library rosbags reads both, and bags in SQLite: `pip install 'symgen[ros]'`. It runs in its own
-process; limits on memory and time follow from the size of the file.
+The library rosbags reads both, and bags in SQLite: `pip install 'symgen[ros]'`.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import pairwise
@@ -16,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symgen.data.bounded import read_bounded
 from symgen.data.columns import joints_of_file
 from symgen.data.raw import FloatArray, Raw, Reading, refuse
 from symgen.errors import LogError
@@ -65,27 +63,12 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         currents: whether a field may hold currents (reading.columns {"i": "effort"}).
 
     Raises:
-        LogError: rosbags is missing, the bag is damaged or exceeds the limits, or its messages do
-            not contain the joints of the robot.
+        LogError: rosbags is missing, the bag is damaged, or its messages do not
+            contain the joints of the robot.
     """
     fields = _fields(reading, currents)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
-    return read_bounded(read_joint_states, path, fields, reading, tuple(names))
-
-
-def read_joint_states(
-    path: Path, fields: Mapping[str, str], reading: Reading, names: Sequence[str]
-) -> Raw:
-    """Read the joint states of a bag in this process, without limits.
-
-    Args:
-        path, reading, names: as for `read_bag`.
-        fields: array of the log -> field of the message.
-
-    Raises:
-        LogError: as `read_bag`.
-    """
     with _opened(path, reading.topic) as (announced, messages):
         found = list(messages)
     if not found:
@@ -180,9 +163,9 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
                     for _, received, data in bag.messages(states)
                 ),
             )
-    except (LogError, MemoryError):
+    except LogError:
         raise
-    except Exception as error:  # a damaged bag can raise any exception
+    except Exception as error:  # a damaged bag can raise any exception, MemoryError too
         refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 

@@ -59,8 +59,8 @@ class CsvForm:
 def csv_form(path: Path, reading: Reading) -> CsvForm:
     """Find the form of a CSV from its first lines.
 
-    Semicolons or tabs in the header separate columns, else commas do. Numbers with commas in the
-    first rows have decimal commas. Options come first.
+    The most frequent of commas, semicolons and tabs in the header separates columns. Numbers with
+    commas in the first rows have decimal commas. Options come first.
 
     Raises:
         LogError: the header is a row of numbers.
@@ -70,7 +70,8 @@ def csv_form(path: Path, reading: Reading) -> CsvForm:
         lines = list(islice(file, _ROWS))
     excel = re.match("sep=(.)", lines[0]) if lines else None
     top = next((line for line in lines[excel is not None :] if line.strip()), "")
-    found = excel[1] if excel else next((mark for mark in ";\t" if mark in top), ",")
+    usual = max(",;\t", key=re.sub(r"\d,\d", "", top).count)
+    found = excel[1] if excel else usual
     separator = reading.separator or found
     reader = csv.reader(lines, delimiter=separator)
     if excel:

@@ -30,7 +30,8 @@ from symgen.errors import located, plain
 if TYPE_CHECKING:
     from symgen.robot.types import Robot
 
-#: Samples of all logs of a run together above which they are read segment by segment.
+#: Samples of all logs of a run together above which they are read segment by segment, and samples
+#: of a segment.
 LIMIT = 1 << 18
 Source = str | Path | Log
 _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'logs/*.parquet', a URL"

@@ -77,7 +77,6 @@ from symgen.identification.solving import (
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-from symgen.symbolic.near_angles import costly_angles
 
 _PLENTY = 10  # independent equations for each parameter
 _LOUD = 0.03  # relative residual above which signs are tried
@@ -350,7 +349,6 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
     out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
-    out += costly_angles(run.evaluator.model.robot)
     out += filter(None, (_silent(log.samples) for log in run.logs))
     if not run.given:
         out.append("no validation log is given: the last fifth of each log is held out")

@@ -28,7 +28,7 @@ from symgen.codegen.model import derive
 from symgen.data import long_logs
 from symgen.data.long_logs import Source, Stretch, read_rows, stretches
 from symgen.data.raw import Reading
-from symgen.data.signals import TAIL, Samples
+from symgen.data.signals import TAIL, Samples, sampled
 from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
@@ -37,7 +37,7 @@ from symgen.estimation.decimation import decimation
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import PASSES, Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
-from symgen.estimation.logs import held_from
+from symgen.estimation.logs import held_from, open_log
 from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.solve import (
     Solution,
@@ -96,12 +96,14 @@ class Segment:
         number: of the log.
         rows: that are read: first, and the one after the last.
         own: rows of its own among these: equations at their times count.
+        clean: whether it is known that nothing is to be mended or masked in it.
     """
 
     log: Stretch
     number: int
     rows: tuple[int, int]
     own: tuple[int, int]
+    clean: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +148,7 @@ class Settings:
     def segments(self, number: int, log: Stretch) -> list[Segment]:
         """Cut a log into segments; one that is read as a whole is one."""
         unit, reach = self.unit(log.step), self.reach(log)
-        length = max(long_logs.LIMIT // 2 // unit, 1) * unit
+        length = max(long_logs.LIMIT // unit, 1) * unit
         first, last = log.rows
         edges = [*range(first, max(last - length // 2, first + 1), length), last]
         if not reads_rows(log.file):
@@ -189,7 +191,11 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
     low, (begin, end) = segment.rows[0], segment.own
     since = log.t[begin - low] - s.step / 2 if begin > s.rows[0] else -math.inf
     until = log.t[end - low] - s.step / 2 if end < s.rows[1] else math.inf
-    samples, repairs = open_samples(log, robot, reading, clock=clock)
+    repairs: tuple[Fault, ...] = ()
+    if segment.clean:
+        samples = sampled(open_log(log, robot, reading), clock)
+    else:
+        samples, repairs = open_samples(log, robot, reading, clock=clock)
     before = low - s.rows[0]
     if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
         before = round((samples.t[0] - clock[0]) / clock[1])
@@ -379,8 +385,10 @@ class LongLogs(OpenLogs):
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")
+        again: list[Segment] = []
         for segment, (own, repairs) in zip(segments, folded, strict=True):
             mended += repairs
+            again.append(replace(segment, clean=not (repairs or settings.reading.mask)))
             for j, s in enumerate(own):
                 key = segment.number, j
                 found[key] = merge_summaries([found[key], s]) if key in found else s
@@ -401,12 +409,12 @@ class LongLogs(OpenLogs):
         summed = dict(
             zip(train, zip(part.weights, (s.lag for s in parts), strict=True), strict=True)
         )
-        meat, fits = self._errors(settings, solution.X, summed, segments)
+        meat, fits = self._errors(settings, solution.X, summed, again)
         noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
         solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
         if method.name == Consistent.name:
             solution = Consistent(run.evaluator.model).bounded(solution, names)
-            _, fits = self._errors(settings, solution.X, summed, segments)
+            _, fits = self._errors(settings, solution.X, summed, again)
         seen = run.torques(solution.X)
         fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
         what = "folded; band, curves and tests of bias are those of"

@@ -56,7 +56,6 @@ from symgen.parallel import Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.symbolic.near_angles import told_of_angles
 
 AUTO = "auto"
 MODELS = (AUTO, *NEEDED)
@@ -119,33 +118,32 @@ def identify(
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
-    with told_of_angles(source):
-        models = _equation_models(source, model, window, by)
-        opened: LogsInMemory | LongLogs
-        if is_long([*sources, *given]):
-            if whole := _whole(source, by, asked):
-                raise IdentificationError(
-                    f"{whole} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
-                    f"on a disk of {LIMIT:,} samples together"
-                )
-            about = sources, given, models, reading, executor, progress
-            opened = open_long_logs(source, *about)
-        else:
-            opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
-        if asked.prior is not None:
-            by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
-        by = replace(by, known=values_of_file(robot, opened.evaluator.model))
-        own_speeds = by.name == "iv" and not motions
-        run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
-        progress("asking what else could be wrong")
-        run = name_cause(run)
-        chosen = choose_model(run, models, by, shares, motions, progress)
-        with blame_motion(chosen.fault):
-            found = opened.solve(chosen, by)
-        by, found = _possible(opened, chosen, by, found)
-        trials = Trials(by.known, gains_of(source))
-        progress("judging")
-        return assess(chosen, by, found, trials)
+    models = _equation_models(source, model, window, by)
+    opened: LogsInMemory | LongLogs
+    if is_long([*sources, *given]):
+        if whole := _whole(source, by, asked):
+            raise IdentificationError(
+                f"{whole} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
+                f"on a disk of {LIMIT:,} samples together"
+            )
+        about = sources, given, models, reading, executor, progress
+        opened = open_long_logs(source, *about)
+    else:
+        opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
+    if asked.prior is not None:
+        by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+    by = replace(by, known=values_of_file(robot, opened.evaluator.model))
+    own_speeds = by.name == "iv" and not motions
+    run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
+    progress("asking what else could be wrong")
+    run = name_cause(run)
+    chosen = choose_model(run, models, by, shares, motions, progress)
+    with blame_motion(chosen.fault):
+        found = opened.solve(chosen, by)
+    by, found = _possible(opened, chosen, by, found)
+    trials = Trials(by.known, gains_of(source))
+    progress("judging")
+    return assess(chosen, by, found, trials)
 
 
 def _possible(

@@ -41,7 +41,7 @@ from symgen.symbolic.modular import (
     rational,
     reduce_rows,
 )
-from symgen.symbolic.parameters import Parameter, standard_parameters
+from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.relations import structural_relations
 from symgen.symbolic.tape import Tape
 
@@ -150,16 +150,6 @@ def bound(robot: Robot) -> int:
     prismatic = sum(j.slides for j in robot.joints)
     first = robot.movable[0]
     return 8 * revolute + 5 * prismatic - 4 - (1 if first.turns else 0)
-
-
-def count_base(robot: Robot) -> int:
-    """Return the number of base parameters of a robot at the values of its lengths.
-
-    This is the exact rank alone, without formulas and without the proof of relations.
-    """
-    plain = robot.with_values()
-    problem = _Columns(plain, standard_parameters(plain), energy_tape(plain))
-    return len(problem.select(problem.fields()).pivots) + problem.path_only
 
 
 def find_base(

@@ -32,8 +32,6 @@ from symgen.codegen.kernels import SCALARS, Kernel
 ROBOTS = ("panda", "puma560", "ur10e")
 SAMPLES, REPEATS = 256, 41
 GOALS = {"inverse_dynamics_derivatives": 4.0}
-#: What all_terms computes at once.
-TERMS = ("mass_matrix", "bias_torque", "gravity_torque", "jacobian", "frames")
 #: Kernels whose counterpart has another name.
 OTHER = {"link_jacobian": "jacobian"}
 #: Outputs that are not one and the same thing: other columns, another C, U up to a constant, half
@@ -204,23 +202,16 @@ def main() -> None:
         run(["gcc", "-std=gnu11", *FLAGS, "-I.", "-c", "main.c", *slopes, *sources], folder)
         run(["g++", *sorted(folder.glob("*.o")), *objects, "-lm", "-o", "program"], folder)
         printed = run([folder / "program"], folder)
-    taken: dict[tuple[str, str], float] = {}
     heads = ("ns", "Pinocchio", "ratio", "AD", "ratio")
     print(f"{'robot':8} {'kernel':30} " + " ".join(f"{head:>9}" for head in heads) + " difference")
     for line in printed.splitlines():
         robot, kernel, ours, theirs, slope, worst = line.split()
-        taken[robot, kernel] = float(ours)
         cells = [ours, *beside(theirs, ours, OTHER.get(kernel, kernel) in known)]
         cells += beside(slope, ours, kernel in SLOPES)
         goal, ratio = GOALS.get(kernel), float(theirs) / float(ours)
         said = "" if goal is None else f" goal {goal:g}: {'met' if ratio >= goal else 'missed'}"
         end = worst if worst[0] != "-" else ""
         print(f"{robot:8} {kernel:30} " + " ".join(f"{c:>9}" for c in cells) + f" {end:9}{said}")
-    for name in robots if kernels == "all" else ():
-        apart = sum(taken[name, kernel] for kernel in TERMS)
-        print(
-            f"{name}: all_terms {apart / taken[name, 'all_terms']:.2f} times faster than its five"
-        )
 
 
 def beside(theirs: str, ours: str, there: bool) -> list[str]:

@@ -38,7 +38,7 @@ def prefix(request, complete, tmp_path_factory) -> Path:
     tmp_path = tmp_path_factory.mktemp("install")
     shutil.copytree(complete("planar2r", "double"), tmp_path / "copy")
     layout = f"-DCMAKE_INSTALL_LIBDIR={request.param}"
-    run(["cmake", "-S", "copy", "-B", "build", layout], tmp_path)
+    run(["cmake", "-S", "copy", "-B", "build", "-DCMAKE_C_FLAGS=-O0", layout], tmp_path)
     run(["cmake", "--build", "build"], tmp_path)
     run(["cmake", "--install", "build", "--prefix", tmp_path / "first"], tmp_path)
     shutil.rmtree(tmp_path / "copy")
@@ -74,12 +74,13 @@ def test_pkg_config_gives_the_flags(prefix, tmp_path, monkeypatch):
 @pytest.mark.skipif(shutil.which("ctest") is None, reason="ctest is not on this machine")
 def test_cmake_builds_the_examples_on_request_and_ctest_runs_all(complete, tmp_path):
     package = complete("planar2r", "double")
-    run(["cmake", "-S", package, "-B", "build", "-Dplanar2r_EXAMPLE=ON"], tmp_path)
+    flags = ["-DCMAKE_C_FLAGS=-O0", "-Dplanar2r_EXAMPLE=ON"]
+    run(["cmake", "-S", package, "-B", "build", *flags], tmp_path)
     run(["cmake", "--build", "build"], tmp_path)
     printed = run(["ctest", "--test-dir", "build"], tmp_path)
-    for program in ("controller", "observer", "gravity", "adaptive", "impedance", "check"):
+    for program in ("controller", "check"):
         assert f"planar2r_{program}" in printed
-    assert re.search(r"100% tests passed.* out of 6\b", printed), printed
+    assert re.search(r"100% tests passed.* out of 2\b", printed), printed
     assert {f.name for f in package.glob("*_controller.c")}.isdisjoint(
         f.name for f in c_files(package)
     )

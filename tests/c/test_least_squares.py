@@ -11,7 +11,6 @@ The runtime is compiled into hand-written packages, with `gcc -shared`, and call
 from __future__ import annotations
 
 import ctypes
-import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -24,11 +23,9 @@ from oracles.on_line import DELAY, equations, folded, share
 
 from symgen.codegen.package import runtime_source
 
-RUNTIME = Path(__file__).parents[2] / "templates" / "c" / "runtime"
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")
 MOMENTUM_FILES = ("identifier_momentum.h", "identifier_momentum.c")
-GCC, GXX, CLANG = shutil.which("gcc"), shutil.which("g++"), shutil.which("clang")
-CPPCHECK = shutil.which("cppcheck")
+GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="no C compiler (gcc) on this machine")
 
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wdouble-promotion"]
@@ -401,12 +398,6 @@ class TestLeastSquares:
         assert np.all(np.diag(R) >= 0)
         np.testing.assert_allclose(R.T @ R, W.T @ W, atol=1e-9 * np.linalg.norm(W) ** 2)
 
-    def test_std_and_rss_may_be_null(self, package):
-        wide = package("wide")
-        state, X = wide.fit(*system()), np.empty(wide.p)
-        assert wide.least_squares_solve(ctypes.byref(state), X.ctypes.data, None, None) == 0
-        np.testing.assert_array_equal(X, wide.solve(state)[1])
-
     @pytest.mark.parametrize("pieces", [1, 4, 100])
     def test_a_solution_in_pieces_is_the_whole_one(self, package, pieces):
         """Of the rows there were when it began; in so many calls; the last good one stays."""
@@ -582,47 +573,6 @@ class TestIdentifier:
         np.testing.assert_allclose(std_c, std, rtol=1e-9)
 
     @pytest.mark.parametrize(
-        ("mode", "window", "count"),
-        [("start", 0, 7), ("sliding", 1, 6), ("sliding", 2, 6), ("sliding", 3, 2),
-         ("sliding", 6, 1), ("sliding", 8, 0), ("consecutive", 1, 7), ("consecutive", 3, 2),
-         ("consecutive", 4, 1)],
-    )  # fmt: skip
-    def test_rows_are_the_windows(self, package, mode, window, count):
-        """R'R of eight samples, and those they wait for, is that of rows written out by hand."""
-        c, t = package("arm"), stamps(8 + DELAY, True, dt=0.05)
-        q, qd, tau = motion(t, X_ARM)
-        DL = np.array([arm_energy(*sample) for sample in zip(q, qd, strict=True)])
-        if mode == "sliding":  # means of the windows of half the length that begin in one half
-            half = (window + 1) // 2
-            means = DL[: 8 // half * half].reshape(-1, half, 4).mean(axis=1)
-            rows = np.diff(means, axis=0)[: (7 - 2 * half) // half + 1 if 2 * half <= 7 else 0]
-        elif mode == "start":
-            rows = DL[1:8] - DL[0]
-        else:
-            rows = np.diff(DL[:8:window], axis=0)
-        memory = c.identifier(mode, window)
-        assert c.run(memory, t, q, qd, tau) == 0
-        state = c.least_squares(memory)
-        assert state.count == count == len(rows)
-        if count:
-            np.testing.assert_allclose(state.R.T @ state.R, rows.T @ rows, atol=1e-12)
-
-    @pytest.mark.parametrize(
-        ("mode", "window"), [("start", 0), ("sliding", 200), ("consecutive", 50)]
-    )
-    @pytest.mark.parametrize("model", MODELS)
-    @pytest.mark.parametrize("name", ["arm", "rub"])
-    def test_noise_free_motion_returns_the_parameters(self, package, name, mode, window, model):
-        X = X_ARM if name == "arm" else X_RUB
-        c, t = package(name), stamps(4000, True)
-        memory = c.identifier(mode, window, model=model)
-        assert c.run(memory, t, *motion(t, X)) == 0
-        status, found, std = c.read(memory)
-        assert status == 0
-        np.testing.assert_allclose(found, X, rtol=1e-4)
-        assert np.all(np.isfinite(std))
-
-    @pytest.mark.parametrize(
         ("mode", "window", "most"), [("sliding", 60, 1), ("sliding", 1, 2), ("consecutive", 9, 1)]
     )
     def test_equations_are_spread_over_steps(self, package, mode, window, most):
@@ -637,21 +587,6 @@ class TestIdentifier:
         apart = (window + 1) // 2 if mode == "sliding" else window
         windows = (399 - DELAY) // apart - (mode == "sliding")
         assert abs(counts[-1] - 2 * windows) <= 1  # the last equation may still be to come
-
-    @pytest.mark.parametrize("model", ["energy", "momentum"])
-    @pytest.mark.parametrize(
-        ("mode", "window"),
-        [("start", 0), ("sliding", 2), ("sliding", 40), ("consecutive", 1), ("consecutive", 25)],
-    )
-    def test_forgetting_is_per_sample(self, package, model, mode, window):
-        """So many samples are remembered, by windows of any kind and however many equations."""
-        c, t = package("rub"), stamps(4000, True)
-        memory = c.identifier(mode, window, 0.998, model)
-        assert c.run(memory, t, *motion(t, X_RUB)) == 0
-        equations = 2 if model == "momentum" else 1
-        apart = {"start": equations, "sliding": window / 2}.get(mode, window)
-        remembered = c.least_squares(memory).count * apart / equations  # samples
-        np.testing.assert_allclose(remembered, 500, rtol=0.03)
 
     def test_run_is_restart_then_steps(self, package):
         c, t = package("rub"), stamps(300, True)
@@ -704,22 +639,6 @@ class TestIntegrator:
         np.testing.assert_allclose(value, exact, rtol=1e-13)
 
     @pytest.mark.parametrize("uneven", [False, True])
-    def test_exact_on_quintics_once_there_are_six_samples(self, package, uneven):
-        """The second of two windows: what the first one said is taken away."""
-        c, t = package("probe"), stamps(11 + DELAY, uneven, dt=0.1, jitter=0.2)
-        power, whole = [6, -5, 8, 3, -4, 5], [1, -1, 2, 1, -2, 5, 0]
-        exact = np.polyval(whole, t[10]) - np.polyval(whole, t[5])
-        q = (np.arange(11 + DELAY) / 5)[:, None]
-        memory, said = c.identifier("consecutive", 5), [0.0]
-        for k, sample in enumerate(zip(q, np.ones_like(q), np.polyval(power, t), strict=True)):
-            assert c.step(memory, *sample, t[k] - t[k - 1] if k else 0.0) == 0
-            seen = c.least_squares(memory)
-            if seen.count == len(said):
-                said.append(float(seen.R[0, 0] * seen.z[0]))
-        assert len(said) == 3
-        np.testing.assert_allclose(np.diff(said)[1], exact, rtol=1e-12)
-
-    @pytest.mark.parametrize("uneven", [False, True])
     def test_order(self, package, uneven):
         """The error falls by 32 when the step is halved; the first interval has four points."""
         steps, errors = np.array([40, 80, 160, 320]), []
@@ -733,24 +652,6 @@ class TestIntegrator:
         orders = -np.diff(np.log2(errors))
         assert np.all(orders > 4.7)
         assert np.all(orders < 6.3)
-
-    def test_a_kink_costs_what_it_costs_with_adams_and_moulton(self, package):
-        """|sin| with a corner anywhere between two samples, inside a window and near its end."""
-        errors, c, h = [], package("probe"), 0.1
-        for phase in np.linspace(0, 1, 41):
-            for end in range(30, 36):
-                at = h * (np.arange(end + 1 + DELAY) - 31.4 + phase)  # the corner is at 0
-                power = np.abs(np.sin(at))
-                exact = np.sum(np.sign(at[[0, end]]) * (1 - np.cos(at[[0, end]])) * [-1, 1])
-                rule = h / 12 * np.convolve(power[: end + 1], [5, 8, -1], "valid")
-                adams = h / 12 * (power[:3] @ [5, 8, -1]) + rule.sum()
-                errors.append((self.integral(c, at - at[0], power) - exact, adams - exact))
-        (worst, rms), (adams_worst, adams_rms) = zip(
-            np.abs(errors).max(axis=0), np.sqrt(np.mean(np.square(errors), axis=0)), strict=True
-        )
-        print(f"worst {worst:.2e} ({adams_worst:.2e}), rms {rms:.2e} ({adams_rms:.2e})")
-        assert worst <= 1.05 * adams_worst
-        assert rms <= 1.05 * adams_rms
 
     def test_a_gap_falls_back_to_the_trapezoid(self, package):
         t = np.r_[0.0, 0.001, 1.0 + 0.001 * np.arange(2 + DELAY)]
@@ -953,26 +854,6 @@ class TestGuard:
         np.testing.assert_allclose(c.read(memory)[1], X_RUB, rtol=0.03)
         assert np.all(c.excited(memory) > 0.3)
 
-    def test_hum_in_the_speeds_is_rest(self, package):
-        """Of 100 Hz: speeds every 10 ms, a period of it, would all be the same."""
-        c, t = package("rub"), stamps(30_000, True)
-        memory = c.identifier("sliding", 20, 0.9999, model="momentum")
-
-        def hum(samples, seed):
-            noise = 3e-5 * np.random.default_rng(seed).standard_normal((samples, 2))
-            return noise + 2e-4 * np.sin(0.2 * np.pi * np.arange(samples))[:, None]
-
-        q, qd, tau = motion(t, X_RUB, 1e-3)
-        assert c.run(memory, t, q, qd + hum(len(t), 6), tau) == 0
-        for samples in (1000, 20_000):
-            _, X, std = c.read(memory)
-            q, _, tau = self.resting(samples, 0.0, samples)
-            for sample in zip(q, hum(samples, samples), tau, strict=True):
-                assert c.step(memory, *sample, 1e-3) == 0
-        _, after, deviation = c.read(memory)
-        assert np.abs(after / X - 1).max() <= 1e-6
-        assert np.abs(deviation / std - 1).max() <= 1e-6
-
     @pytest.mark.parametrize("model", MODELS)
     def test_a_joint_that_moves_alone_teaches_its_own(self, package, model):
         """Joint 2 rests for ten memories: its friction stays, and X is right within its std."""
@@ -1002,25 +883,6 @@ class TestGuard:
         assert excited[[6, 7]].max() < (0.5 if model == "energy" else 0.01) * excited[[4, 5]].min()
         if model == "momentum":  # the energy model knows the sum of what friction takes better now
             np.testing.assert_allclose(std[6:], before[1][6:], rtol=0.5)
-
-    @pytest.mark.parametrize("model", MODELS)
-    def test_a_quiet_joint_that_moves_alone_leaves_the_std_of_the_others(self, package, model):
-        """The torque of joint 1 has a hundred times the noise of that of joint 2."""
-        c, t = package("rub"), stamps(30_000, True)
-        memory = c.identifier("sliding", 100, 0.9998, model=model)
-        draw, noise = np.random.default_rng(4), [0.1, 1e-3]
-        q, qd, tau = motion(t, X_RUB)
-        assert c.run(memory, t, q, qd, tau + noise * draw.standard_normal(tau.shape)) == 0
-        std = c.read(memory)[2]
-        slope = np.gradient(qd[:, 1], t)
-        q[:, 0], qd[:, 0] = 0.4, 0.0
-        tau = noise * draw.standard_normal(tau.shape)
-        tau[:, 1] += X_RUB[1] * slope + X_RUB[6] * np.sign(qd[:, 1]) + X_RUB[7] * qd[:, 1]
-        for _ in range(2):
-            assert c.run(memory, t, q, qd, tau) == 0
-        _, X, after = c.read(memory)
-        assert np.all(np.abs(X - X_RUB) < 4 * after)
-        assert np.all(after[[0, 4, 5]] > 0.5 * std[[0, 4, 5]])
 
     def test_the_noise_of_speeds_may_be_stated(self, package):
         """Where it is stated too small the joints seem to move; a negative one is refused."""
@@ -1211,8 +1073,6 @@ int main(int argc, char **argv)
 }
 """
 
-LONG = [1_000_000, pytest.param(10_000_000, marks=pytest.mark.slow)]
-
 
 class TestFloat:
     """Rounding errors in a float package do not grow with the number of rows."""
@@ -1231,8 +1091,14 @@ class TestFloat:
         assert done.returncode == 0
         return np.array([float.fromhex(x) for x in done.stdout.split()])
 
-    @pytest.mark.parametrize("rows", LONG)
-    @pytest.mark.parametrize("forgetting", [1.0, 0.999999])
+    @pytest.mark.parametrize(
+        ("rows", "forgetting"),
+        [
+            (300_000, 1.0),
+            pytest.param(10_000_000, 1.0, marks=pytest.mark.slow),
+            pytest.param(10_000_000, 0.999999, marks=pytest.mark.slow),
+        ],
+    )
     def test_least_squares_over_many_rows(self, tmp_path, rows, forgetting):
         """The solution is that of the normal equations in double of the same rows."""
         p = PACKAGES["wide"][1]
@@ -1250,7 +1116,8 @@ class TestFloat:
         assert error < 1e-5
         np.testing.assert_allclose(std, deviation, rtol=2e-2)  # forgetting itself is a float
 
-    @pytest.mark.parametrize("steps", LONG)
+    @pytest.mark.slow
+    @pytest.mark.parametrize("steps", [10_000_000])
     @pytest.mark.parametrize(
         ("model", "mode", "forgetting"),
         [("energy", 1, 1.0), ("energy", 2, 0.9999), ("momentum", 1, 0.99999)],
@@ -1274,119 +1141,14 @@ class TestFloat:
 
 
 class TestSources:
-    def test_the_state_of_a_seven_axis_arm_stays_below_64_kb(self, tmp_path):
-        """The momentum model of the Panda, in double, however long the window."""
-        package = Path(__file__).parents[2] / "generated" / "panda"
+    def test_the_state_of_a_six_axis_arm_stays_below_64_kb(self, tmp_path):
+        """The momentum model of the Puma 560, in double, however long the window."""
+        package = Path(__file__).parents[2] / "generated" / "puma560"
         (tmp_path / "size.c").write_text(
-            '#include "panda_identifier_momentum.h"\n'
-            "char enough[panda_IDENTIFIER_MOMENTUM_BYTES(100) <= 64000 ? 1 : -1];\n"
-            "char same[panda_IDENTIFIER_MOMENTUM_BYTES(100000) == "
-            "panda_IDENTIFIER_MOMENTUM_BYTES(100) ? 1 : -1];\n"
+            '#include "puma560_identifier_momentum.h"\n'
+            "char enough[puma560_IDENTIFIER_MOMENTUM_BYTES(100) <= 64000 ? 1 : -1];\n"
+            "char same[puma560_IDENTIFIER_MOMENTUM_BYTES(100000) == "
+            "puma560_IDENTIFIER_MOMENTUM_BYTES(100) ? 1 : -1];\n"
         )
         flags = ["-std=c99", "-fsyntax-only", f"-I{package}", "-c"]
         compile_c(GCC, flags, [tmp_path / "size.c"], tmp_path / "size.o")
-
-    @pytest.mark.parametrize("real", ["double", "float"])
-    @pytest.mark.parametrize("name", ["arm", "rub"])
-    @pytest.mark.parametrize(
-        ("compiler", "language"),
-        [("gcc", "c"), ("g++", "c++"), ("clang", "c"), ("clang++", "c++")],
-    )
-    def test_compiles_without_warnings(self, tmp_path, compiler, language, name, real):
-        path = shutil.which(compiler)
-        if path is None:
-            pytest.skip(f"no {compiler} on this machine")
-        sources = write_package(tmp_path, name, real)
-        flags = ["-std=c99", "-Wstrict-prototypes"] if language == "c" else ["-std=c++11"]
-        for source in sources[:3]:
-            compile_c(
-                path, ["-x", language, *flags, *STRICT, "-O2", "-c"], [source], tmp_path / "x.o"
-            )
-
-    def test_cplusplus_calls_c(self, tmp_path):
-        """C objects link into a C++ program: the headers declare extern "C"."""
-        if GXX is None:
-            pytest.skip("no g++ on this machine")
-        sources = write_package(tmp_path, "arm")
-        objects = [source.with_suffix(".o") for source in sources]
-        for source, output in zip(sources, objects, strict=True):
-            compile_c(GCC, ["-std=c99", "-c"], [source], output)
-        program = tmp_path / "main.cpp"
-        program.write_text(
-            '#include "arm_identifier.h"\n'
-            "static double memory[arm_IDENTIFIER_BYTES(8) / sizeof(double) + 1];\n"
-            "int main() {\n"
-            "    if (sizeof memory < arm_identifier_size(8)) return 2;\n"
-            "    return arm_identifier_init(memory, sizeof memory, 8, arm_WINDOW_SLIDING, 1);\n"
-            "}\n",
-            encoding="utf-8",
-        )
-        compile_c(GXX, [*STRICT], [program, *objects], tmp_path / "main")
-        assert subprocess.run([tmp_path / "main"], check=False).returncode == 0
-
-    def test_two_packages_link_into_one(self, tmp_path):
-        """Every external symbol bears the prefix, and nothing mutable is static."""
-        sources = write_package(tmp_path, "arm") + write_package(tmp_path, "rub")
-        library = tmp_path / "both.so"
-        compile_c(GCC, ["-std=c99", "-shared", "-fPIC"], sources, library)
-        if shutil.which("nm") is None:
-            pytest.skip("no nm on this machine")
-        for source in sources:
-            output = source.with_suffix(".o")
-            compile_c(GCC, ["-std=c99", "-c"], [source], output)
-            done = subprocess.run(["nm", output], capture_output=True, text=True, check=True)
-            for kind, symbol in re.findall(r"^\S+ (\w) (\S+)$", done.stdout, re.MULTILINE):
-                assert kind not in "bBdDC", symbol
-                assert kind.islower() or symbol.startswith(("arm_", "rub_")), symbol
-
-    def test_name_is_a_prefix_everywhere(self):
-        for file in FILES + MOMENTUM_FILES:
-            text = (RUNTIME / file).read_text(encoding="utf-8")
-            assert not re.findall(r"\w+NAME|NAME(?!_\w|\.h)", text), file
-            assert max(map(len, text.splitlines())) <= 100, file
-            assert text.isascii(), file
-
-    def test_undefined_behaviour_is_not_found(self, tmp_path):
-        """A run in all modes under the address and undefined behaviour sanitizers."""
-        sources = write_package(tmp_path, "rub")
-        program = tmp_path / "main.c"
-        program.write_text(
-            '#include "rub_identifier.h"\n#include <math.h>\n#include <stdlib.h>\n'
-            "int main(void) {\n"
-            "    for (int mode = 0; mode < 3; mode++) {\n"
-            "        const size_t size = rub_identifier_size(mode == 1 ? 9 : 0);\n"
-            "        void *state = malloc(size);\n"
-            "        double X[8], std[8];\n"
-            "        int bad = rub_identifier_init(state, size, 9, mode, 0.999);\n"
-            "        for (int k = 0; k < 500; k++) {\n"
-            "            const double t = 0.01 * k;\n"
-            "            const double q[2] = {sin(3 * t), cos(5 * t)};\n"
-            "            const double qd[2] = {3 * cos(3 * t), -5 * sin(5 * t)};\n"
-            "            bad += rub_identifier_step(state, q, qd, q, 0.01);\n"
-            "        }\n"
-            "        bad += rub_identifier_read(state, X, std);\n"
-            "        free(state);\n"
-            "        if (bad) return 1;\n"
-            "    }\n"
-            "    return 0;\n"
-            "}\n",
-            encoding="utf-8",
-        )
-        flags = ["-std=c99", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-        probe = tmp_path / "probe.c"
-        probe.write_text("int main(void) { return 0; }\n", encoding="utf-8")
-        command = [str(GCC), *flags, str(probe), "-o", str(tmp_path / "probe")]
-        if subprocess.run(command, capture_output=True, check=False).returncode:
-            pytest.skip("gcc has no sanitizers here")
-        compile_c(GCC, flags, [program, *sources], tmp_path / "main")
-        done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-
-    def test_cppcheck_is_silent(self, tmp_path):
-        if CPPCHECK is None:
-            pytest.skip("no cppcheck on this machine")
-        sources = write_package(tmp_path, "rub")
-        command = [CPPCHECK, "--enable=warning,portability,performance", "--error-exitcode=1", "-q"]
-        command += ["--std=c99", "-I", str(tmp_path), *map(str, sources)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr

@@ -20,7 +20,13 @@ pytestmark = pytest.mark.skipif(
 N = 3
 
 
-@pytest.fixture(scope="module", params=[("planar2r", "double"), ("rich", "float")])
+@pytest.fixture(
+    scope="module",
+    params=[
+        ("planar2r", "double"),
+        pytest.param(("rich", "float"), marks=pytest.mark.slow),
+    ],
+)
 def gateway(request, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, symgen.Model, str]:
     """A package whose gateway Octave has compiled in its folder."""
     name, dtype = request.param
@@ -183,4 +189,4 @@ def test_only_kernels_that_are_written_are_known() -> None:
     gateway = tree.files["mex/planar2r_mex.c"].decode()
     assert "planar2r_jacobian(" in gateway
     assert "mass_matrix(" not in gateway
-    assert not [p for p in tree.files if p.endswith(".casadi") or p.startswith("fmu")]
+    assert not [p for p in tree.files if p.endswith(".casadi")]

@@ -11,7 +11,10 @@ import pytest
 from packages import c_files, write
 
 CPPCHECK = shutil.which("cppcheck")
-pytestmark = pytest.mark.skipif(CPPCHECK is None, reason="cppcheck is not on this machine")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CPPCHECK is None, reason="cppcheck is not on this machine"),
+]
 
 # Small, with every kind of friction and a drive of two joints: all that the printer writes.
 SMALL = "rich"

@@ -19,9 +19,9 @@ import pytest
 from packages import c_files, run, write
 
 CLANG = shutil.which("clang")
-SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "5000"))
+SAMPLE = int(os.environ.get("SYMGEN_FUZZ", "1000"))
 ALL = int(os.environ.get("SYMGEN_FUZZ", "1000000"))
-PACKAGES = [("planar2r", "double"), ("rich", "float")]
+PACKAGES = [("planar2r", "double"), pytest.param("rich", "float", marks=pytest.mark.slow)]
 
 #: What -Weverything asks beyond C99 or beyond reason, and why it is left.
 EXCEPTIONS = {
@@ -282,7 +282,7 @@ def test_state_functions_hold_on_any_input(fuzzer, name, dtype):
 
 @pytest.mark.parametrize(
     ("name", "dtype"),
-    [PACKAGES[0], pytest.param(*PACKAGES[1], marks=pytest.mark.slow)],
+    PACKAGES,
 )
 def test_every_kernel_computes_its_values_under_the_sanitizers(
     name, dtype, tmp_path, tmp_path_factory
@@ -297,8 +297,9 @@ def test_every_kernel_computes_its_values_under_the_sanitizers(
     run([folder / "check"], folder)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CLANG is None, reason="clang is not on this machine")
-@pytest.mark.parametrize(("name", "dtype"), [*PACKAGES, ("emps", "float")])
+@pytest.mark.parametrize(("name", "dtype"), PACKAGES)
 def test_clang_with_every_warning_is_silent(name, dtype, tmp_path):
     package = write(name, dtype, tmp_path / name, "all")
     left = [f"-Wno-{warning}" for warning in EXCEPTIONS]

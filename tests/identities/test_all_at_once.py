@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
 from oracles.random_arms import random_parameters
 from oracles.transforms import LINK_PARAMETERS, Arm, world_transforms
-from packages import STRICT, c_files, run
-from support import sampled
 
 import symgen
 from symgen.codegen.kernels import regrouped
@@ -86,7 +81,7 @@ def model() -> symgen.Model:
     return symgen.derive(symgen.parse_robot(TEXT), "all")
 
 
-@pytest.mark.parametrize("backend", ["c", "casadi"])
+@pytest.mark.parametrize("backend", ["casadi", pytest.param("c", marks=pytest.mark.slow)])
 def test_every_kernel_is_that_of_the_constrained_tree(model: symgen.Model, backend: str) -> None:
     pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
     from oracles.pinocchio_arm import PinocchioArm
@@ -181,15 +176,3 @@ def test_every_kernel_is_that_of_the_constrained_tree(model: symgen.Model, backe
 
 def test_it_is_written_and_read_again(model: symgen.Model) -> None:
     assert symgen.parse_robot(symgen.robot_toml(model.robot)) == model.robot
-
-
-@pytest.mark.parametrize("dtype", sampled(["double", "float"], 1))
-def test_its_package_compiles_strictly_and_passes_its_own_check(
-    model: symgen.Model, dtype: str, tmp_path: Path
-) -> None:
-    cc = shutil.which("cc")
-    if cc is None:
-        pytest.skip("no C compiler")
-    symgen.write_package(symgen.generate(model, target="c", dtype=dtype), tmp_path)
-    run([cc, *STRICT, *c_files(tmp_path, check=True), "-lm", "-o", "check"], tmp_path)
-    run([tmp_path / "check"], tmp_path)

@@ -4,39 +4,35 @@ The whole run takes minutes and is made on purpose:
 
     pytest -m slow tests/identities/test_fuzz_base_parameters.py
 
-It writes fuzz_figures.json, one count for each robot; the default suite takes some of these robots
-again and compares with the file and with the oracle.
+The default suite takes some of these robots. Where a rank is
+uncertain, the oracle says nothing.
 """
 
 from __future__ import annotations
-
-import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 from oracles.following import following_arm
 from oracles.numeric_rank import NoGapError, count_base_parameters, difference_matrix
 from oracles.random_arms import named_arm, random_arm
-from oracles.transforms import PRISMATIC, Arm
+from oracles.transforms import Arm
 from support import parsed, robot_of, sampled
 
 import symgen
 
-FIGURES = Path(__file__).with_name("fuzz_figures.json")
 FRICTION = [(), ("coulomb", "viscous"), ("coulomb", "viscous", "offset"), ("offset",)]
 # Trees with prismatic joints, several of them on the base, are where grouping by rules fails.
 OPEN, FOLLOWING, NAMED = 1100, 200, 300
 
 
-def _open(seed: int) -> dict[str, int]:
+def _open(seed: int) -> bool:
     """Compare one random arm with the oracle: count, and every regrouping by its columns."""
     arm = random_arm(7_000_000 + seed, max_joints=7, tree=None if seed % 2 else True)
     rotor, friction = bool(seed % 3), FRICTION[seed % 4]
     return _compared(seed, arm, robot_of(arm, friction, rotor), rotor, friction)
 
 
-def _named(seed: int) -> dict[str, int]:
+def _named(seed: int) -> bool:
     """The same for an arm whose lengths are named, times roots and fractions."""
     arm, text = named_arm(9_000_000 + seed)
     return _compared(seed, arm, parsed(text, "named"), True, ())
@@ -44,17 +40,12 @@ def _named(seed: int) -> dict[str, int]:
 
 def _compared(
     seed: int, arm: Arm, robot: symgen.Robot, rotor: bool, friction: tuple[str, ...]
-) -> dict[str, int]:
+) -> bool:
     base = symgen.derive(robot, ()).base
-    shape = {
-        "count": len(base.parameters),
-        "prismatic": sum(s == PRISMATIC for s in arm.sigma),
-        "roots": sum(a == 0 for a in arm.ant),
-    }
     try:
         expected = count_base_parameters(arm, rotor, friction)
     except NoGapError:
-        return {**shape, "oracle": -1}
+        return False
     assert len(base.parameters) == expected == base.proof.rank, seed
     W, names = difference_matrix(arm, rotor, friction)
     column = dict(zip(names, W.T, strict=True))
@@ -66,36 +57,30 @@ def _compared(
                 rebuilt[name] += float(coefficient.subs(robot.values())) * column[p.head]
     for name, value in rebuilt.items():
         assert np.abs(value - column[name]).max() < 1e-8 * max(1.0, np.abs(W).max()), (seed, name)
-    return {**shape, "oracle": expected}
+    return True
 
 
-def _following(seed: int) -> dict[str, int]:
+def _following(seed: int) -> bool:
     chosen = following_arm(3_000 + seed)
     count = symgen.derive(parsed(chosen.text)).base.inertial
     try:
         expected = chosen.count_base_parameters()
     except NoGapError:
-        return {"count": count, "oracle": -1}
+        return False
     assert count == expected, seed
-    return {"count": count, "oracle": expected}
+    return True
 
 
 @pytest.mark.slow
 def test_every_robot() -> None:
-    figures = {
-        "open": [_open(seed) for seed in range(OPEN)],
-        "following": [_following(seed) for seed in range(FOLLOWING)],
-    }
-    rows = ",\n".join(
-        f'  "{kind}": [\n' + ",\n".join(f"    {json.dumps(r)}" for r in found) + "\n  ]"
-        for kind, found in figures.items()
-    )
-    FIGURES.write_text(f"{{\n{rows}\n}}\n", encoding="utf-8")
+    certain = sum(_open(seed) for seed in range(OPEN))
+    certain += sum(_following(seed) for seed in range(FOLLOWING))
+    assert certain >= 0.9 * (OPEN + FOLLOWING)
 
 
 @pytest.mark.slow
 def test_every_robot_with_named_lengths() -> None:
-    certain = sum(_named(seed)["oracle"] >= 0 for seed in range(NAMED))
+    certain = sum(_named(seed) for seed in range(NAMED))
     assert certain >= 0.9 * NAMED
 
 
@@ -124,17 +109,5 @@ def test_a_prismatic_joint_at_a_named_length_times_a_root(angle: str, length: st
 
 @pytest.mark.parametrize("start", sampled(range(4), 1))
 def test_a_sample_again(start: int) -> None:
-    """And the figures, with the sample as it comes out today, say what was covered."""
-    figures = json.loads(FIGURES.read_text("utf-8"))
-    for seed in range(7 * start, OPEN, 131):
-        again = _open(seed)
-        assert again == figures["open"][seed], seed
-        figures["open"][seed] = again
-    for seed in range(start, FOLLOWING, 67):
-        assert _following(seed) == figures["following"][seed], seed
-    certain = [r for r in figures["open"] if r["oracle"] >= 0]
-    assert len(certain) >= 1000
-    assert all(r["count"] == r["oracle"] for r in certain)
-    assert sum(r["prismatic"] > 0 for r in certain) >= 500
-    assert sum(r["roots"] > 1 for r in certain) >= 200
-    assert len([r for r in figures["following"] if r["oracle"] >= 0]) >= 190
+    assert sum(_open(seed) for seed in range(7 * start, OPEN, 131)) > 5
+    assert sum(_following(seed) for seed in range(start, FOLLOWING, 67)) > 1

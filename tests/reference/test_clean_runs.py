@@ -26,11 +26,15 @@ def _error(run: clean_runs.Run) -> float:
     return engineer.residual(W, run.torque, engineer.least_squares(W, run.torque))[1]
 
 
-@pytest.mark.parametrize("arm", ["planar2r", "arm4r", "wrist6r", "arm7r"])
+@pytest.mark.parametrize(
+    "arm",
+    ["planar2r", *(pytest.param(a, marks=pytest.mark.slow) for a in ("arm4r", "wrist6r", "arm7r"))],
+)
 def test_where_nothing_is_missing_the_declared_parameters_give_the_exact_torques(arm: str) -> None:
     assert _error(clean_runs.run(1, arms=[arm], effects=False)) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", clean_runs.MISSING)
 def test_an_effect_that_is_missing_is_missed(effect: str, monkeypatch) -> None:
     monkeypatch.setattr(clean_runs, "MISSING", (effect,))
@@ -51,6 +55,7 @@ def _log(N: int = 4000, n: int = 3) -> Log:
     return Log(t, np.sin(angle), w * np.cos(angle), 10 * np.sin(2 * angle) + 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speeds", [True, False])
 @pytest.mark.parametrize("fault", [*LIGHT, *HEAVY], ids=lambda fault: fault.__name__)
 def test_a_fault_changes_the_channels_that_it_says_and_no_others(fault, speeds: bool) -> None:

@@ -25,6 +25,7 @@ from oracles.hidden.machines import MACHINES, Machine
 from oracles.hidden.simulate import Run, inverse, simulate
 from oracles.hidden.sizes import SMALL, place, rms
 
+pytestmark = pytest.mark.slow
 ROBOTS = tuple(MACHINES)
 MEASURING = ("saturation", "drive_gain_error", "time_delay", "velocity_sensor_error")
 pytestmark = pytest.mark.slow

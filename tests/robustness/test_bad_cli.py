@@ -13,7 +13,6 @@ from oracles import planar2r
 from support import messages, sampled
 
 import symgen
-from symgen.files import write_folder
 
 
 @pytest.fixture
@@ -38,17 +37,6 @@ def refused(run):
             assert word in lines[0], lines[0]
 
     return call
-
-
-@pytest.fixture(scope="session")
-def tree():
-    return symgen.generate(symgen.derive(symgen.read_robot("planar2r")), target="c")
-
-
-@pytest.fixture
-def package(tree, tmp_path):
-    symgen.write_package(tree, tmp_path / "package")
-    return tmp_path / "package"
 
 
 @pytest.fixture(scope="session")
@@ -106,6 +94,7 @@ def test_a_model_without_kernels_is_no_package():
     "arguments",
     [["nonsense"], ["--nonsense"], ["generate"], ["identify"], ["robots", "extra"],
      ["identify", "planar2r"], ["identify", "planar2r", "log.csv"],
+     ["generate", "planar2r", "--check", "nowhere"],
      ["study", "planar2r", "--runs", "0"], ["study", "planar2r", "--runs", "many"],
      ["generate", "planar2r", "emps"], ["generate", "nothing"],
      ["generate", ""], ["generate", "a" * 5000],
@@ -159,6 +148,17 @@ def test_into_a_link_is_refused(refused, tmp_path):
         refused("generate", "planar2r", "--into", tmp_path / name)
 
 
+def test_into_a_folder_with_files_of_the_user_is_refused_with_their_names(refused, tmp_path):
+    model = symgen.derive("planar2r", ("jacobian",))
+    symgen.write_package(symgen.generate(model, target="c"), tmp_path / "package")
+    (tmp_path / "package" / "notes.txt").write_text("mine")
+    (tmp_path / "package" / "planar2r.h").write_text("changed")
+    words = ["notes.txt", "planar2r.h"]
+    refused("generate", "planar2r", "--into", tmp_path / "package", words=words)
+    assert (tmp_path / "package" / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "package" / "planar2r.h").read_text() == "changed"
+
+
 @pytest.mark.parametrize("name", ["mine.txt", "manifest.json", "estimate.json"])
 def test_into_a_folder_of_someone_else_leaves_it(refused, tmp_path, name):
     # A web application has a manifest.json too.
@@ -169,20 +169,6 @@ def test_into_a_folder_of_someone_else_leaves_it(refused, tmp_path, name):
     assert (tmp_path / "app.js").read_text() == "mine"
 
 
-def test_what_a_user_put_into_a_package_is_not_lost(run, package):
-    (package / "notes.txt").write_text("mine")
-    run("generate", "planar2r", "--into", package)
-    assert (package / "notes.txt").read_text() == "mine"
-
-
-def test_what_a_user_put_into_results_is_not_lost(run, log, tmp_path):
-    into = tmp_path / "results"
-    assert run("identify", "planar2r", log(), "--into", into)[0] == 0
-    (into / "notes.txt").write_text("mine")
-    run("identify", "planar2r", log(), "--into", into)
-    assert (into / "notes.txt").read_text() == "mine"
-
-
 def test_into_the_current_folder_works_or_is_refused(run, tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
@@ -191,35 +177,14 @@ def test_into_the_current_folder_works_or_is_refused(run, tmp_path, monkeypatch)
     assert [p.name for p in tmp_path.iterdir()] == ["here"]  # no leftovers beside it
 
 
-def test_the_old_folder_comes_back_where_the_new_one_cannot_be_placed(tmp_path, monkeypatch):
-    folder = tmp_path / "results"
-    write_folder(folder, {"estimate.json": b"{}"}, "estimate.json")
-    before = (folder / "estimate.json").read_bytes()
-    rename, count = os.rename, []
-
-    def failing(self, target):
-        count.append(1)
-        if len(count) == 2:
-            raise OSError(28, "No space left on device")
-        rename(self, target)
-        return type(self)(target)
-
-    monkeypatch.setattr("pathlib.Path.rename", failing)
-    with contextlib.suppress(symgen.PackageError):
-        write_folder(folder, {"estimate.json": b"[]"}, "estimate.json")
-    assert (folder / "estimate.json").read_bytes() in (before, b"[]")
-    assert [p.name for p in tmp_path.iterdir()] == ["results"]
-
-
 # identify
 
 
 @pytest.mark.parametrize("window", ["0", "-1", "nan", "inf", "1e9", "1e-9", "abc", "", "3.9"])
 def test_a_window_that_cannot_be_is_refused(refused, log, tmp_path, window):
-    for model in ("energy", "momentum"):
-        options = ("--model", model, "--window", window)
-        refused("identify", "planar2r", log(), *options, "--into", tmp_path / "x")
-        assert not (tmp_path / "x").exists()
+    options = ("--model", "energy", "--window", window)
+    refused("identify", "planar2r", log(), *options, "--into", tmp_path / "x")
+    assert not (tmp_path / "x").exists()
 
 
 @pytest.mark.parametrize("window", ["1e9", "1e-9"])

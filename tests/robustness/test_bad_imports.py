@@ -169,8 +169,9 @@ def test_import_of_a_par_warns_of_values_that_are_not_in_it(run, tmp_path):
     path.write_text(PAR)
     code, out, lines = run("import", path, "--into", tmp_path / "robot.toml")
     assert code == 0
-    assert [line.startswith("symgen: warning: ") for line in lines] == [True]
+    assert len(lines) == 1
     assert "L1 = 0.29" in lines[0]
+    assert not (tmp_path / "two_parameters.toml").exists()
     assert dict(symgen.read_robot(tmp_path / "robot.toml").geometry)
     with pytest.warns(symgen.SymgenWarning, match="not in the file|no value"):
         symgen.read_robot(path)

@@ -1,16 +1,15 @@
 """Kills, full disks, folders that cannot be written, no home, no compiler: nothing half-written.
 
-Six kills of three commands by default, which SYMGEN_SEED draws; 200 over all commands, on purpose:
+One kill of one command by default, which SYMGEN_SEED draws; 200 over all commands, on purpose:
 
     pytest -m slow tests/robustness/test_faults.py
 
-SYMGEN_KILLS sets their number. The long run writes fault_figures.json.
+SYMGEN_KILLS sets their number.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import random
 import shutil
@@ -29,12 +28,11 @@ from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 import symgen
 from symgen.report.store import read_result
 
-FIGURES = Path(__file__).with_name("fault_figures.json")
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 SEED = os.environ.get("SYMGEN_SEED", "1")
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
-_EXCITE = ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--iterations", "100"]
+_EXCITE = ["planar2r", *LIMITS, "--duration", "2", "--searches", "1", "--budget", "1"]
 _EXCITE += ["--parameters", "p.toml"]
 
 #: Command, and which use of it: its arguments, what it writes, and how that is read again.
@@ -54,11 +52,6 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
         lambda p: symgen.read_log(p),
     ),
     "identify": (["planar2r", "log.csv"], "out", read_result),
-    "identify --model static": (
-        ["hang.toml", "poses.csv", "--model", "static"],
-        "out",
-        read_result,
-    ),
     "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", read_result),
     "diagnose": (["planar2r", "log.csv"], "out", read_result),
     "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", read_result),
@@ -67,21 +60,16 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
         "out",
         lambda p: (read_result(p), symgen.read_robot(p / "robot.toml")),
     ),
-    "fleet": (
-        ["planar2r", "cell"],
-        "out",
-        lambda p: (_whole(p / "report.html"), _json(p / "fleet.json")),
-    ),
     "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
     "report of two": (["est", "est"], "out.html", lambda p: _whole(p)),
-    "demo": (["--paper", "--runs", "20"], "out", lambda p: _whole(p / "demo.html")),
+    "demo": ([], "out", lambda p: _whole(p / "demo.html")),
 }
 
 #: Beside the commands that a default test takes.
 SLOW = [
     pytest.param(c, marks=pytest.mark.slow)
-    for c in ("generate", "simulate", "predict", "payload", "export", "report")
+    for c in ("generate", "identify", "simulate", "predict", "payload", "export")
 ]
 
 
@@ -128,24 +116,11 @@ def finished(job: subprocess.Popen[str]) -> tuple[int, str, list[str]]:
     return job.returncode, out, messages(err)
 
 
-_NOISY = "planar2r --parameters p.toml --duration 4 --torque-noise-percent 2 --seed"
 _LOADED = [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")]
-HANG = '[robot]\nname = "hang"\ngravity = [0.0, -9.81, 0.0]\n[[joint]]\n[[joint]]\nd = 0.5\n'
-#: Still poses q1, q2 and the torques that hold them.
-POSES = "q1,q2,tau1,tau2\n" + "".join(
-    f"{a},{b},{9.81 * (0.3 * math.cos(a) + 0.1 * math.cos(a + b)):.6f},"
-    f"{0.981 * math.cos(a + b):.6f}\n"
-    for a, b in ((0.3 * k, 0.7 * (k % 5)) for k in range(30))
-)
 #: What some commands read beside that, and how it is made.
 BEFORE = {
     "payload": _LOADED,
     "payload --calibrate": _LOADED,
-    "fleet": [
-        ("simulate", f"{_NOISY} {10 * r + d} --into cell/r{r}/{d}.csv")
-        for r in range(3)
-        for d in range(2)
-    ],
     "export": [
         ("import", "arm.urdf --into arm.toml"),
         ("simulate", "arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv"),
@@ -168,11 +143,8 @@ def common(tmp_path_factory: pytest.TempPathFactory):
     folder = tmp_path_factory.mktemp("world")
     patch = pytest.MonkeyPatch()
     patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache") / "symgen"))
-    patch.setenv("SYMGEN_FLAGS", "plain")  # or each command with an empty cache would race them
     (folder / "p.toml").write_text(PARAMETERS)
     (folder / "loaded.toml").write_text(LOADED)
-    (folder / "poses.csv").write_text(POSES)
-    (folder / "hang.toml").write_text(HANG)
     (folder / "one.urdf").write_text(URDF)
     (folder / "arm.urdf").write_text(URDF.replace('"one"', '"arm"').replace('ort="1"', 'ort="9"'))
     run(folder, "simulate", "planar2r --parameters p.toml --duration 4 --into log.csv")
@@ -193,7 +165,7 @@ def world(common: Path, request: pytest.FixtureRequest) -> Path:
 
 
 def state(folder: Path) -> dict[str, bytes]:
-    """Return what is in a folder, without what begins with a dot and what runs keep."""
+    """Return what is in a folder, without what begins with a dot."""
     return {
         p.relative_to(folder).as_posix(): p.read_bytes()
         for p in sorted(folder.rglob("*"))
@@ -259,27 +231,20 @@ def _kills(world: Path, command: str, count: int, seed: int | str) -> Counter[st
 
 
 #: What needs nothing made before, and is quick.
-QUICK = ("generate", "identify", "import", "predict", "report", "simulate")
+QUICK = ("generate", "import", "report")
 
 
 @pytest.mark.parametrize("command", random.Random(SEED).sample(QUICK, 1))
 def test_a_killed_command_leaves_nothing_half_written(world, command):
-    """Two kills of one command; the long run kills each of all, and says what they leave."""
-    kept = json.loads(FIGURES.read_text("utf-8"))
-    assert sum(figures["kills"] for figures in kept.values()) >= 200
-    assert set(kept) == set(COMMANDS)
-    _kills(world, command, 2, SEED)
-    assert all(k["kills"] == k.get("absent", 0) + k.get("whole", 0) for k in kept.values())
+    """One kill of one command; the long run kills each of all, and says what they leave."""
+    _kills(world, command, 1, SEED)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_200_kills_leave_nothing_half_written(world, command):
     ends = _kills(world, command, -(-KILLS // len(COMMANDS)), 1)
-    figures = json.loads(FIGURES.read_text("utf-8")) if FIGURES.exists() else {}
-    figures[command] = {"kills": ends.total() - ends["finished"], **dict(sorted(ends.items()))}
-    lines = ",\n".join(f" {json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(figures.items()))
-    FIGURES.write_text(f"{{\n{lines}\n}}\n", "utf-8")
+    print(f"{command}: {dict(ends)}")
 
 
 @pytest.mark.slow
@@ -312,7 +277,7 @@ def small_disk() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))
 
 
-@pytest.mark.parametrize("command", ["identify", *SLOW])
+@pytest.mark.parametrize("command", ["report", *SLOW])
 def test_a_full_disk_is_a_line_and_leaves_nothing(world, command):
     # Compiled models are there already, or CasADi takes their place.
     before, hidden = state(world), set(world.iterdir())
@@ -342,7 +307,7 @@ exit $code
 
 @pytest.mark.skipif(shutil.which("unshare") is None, reason="no unshare on this machine")
 @pytest.mark.parametrize("left", [0, pytest.param(4096, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("command", ["identify", *SLOW])
+@pytest.mark.parametrize("command", ["report", *SLOW])
 def test_a_disk_without_room_is_a_line_and_leaves_nothing(world, tmp_path, command, left):
     if command == "export" and left:
         pytest.skip("there is room for what it writes")
@@ -369,7 +334,7 @@ def test_a_disk_without_room_is_a_line_and_leaves_nothing(world, tmp_path, comma
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="no folder that even root cannot write")
-@pytest.mark.parametrize("command", ["identify", *SLOW])
+@pytest.mark.parametrize("command", ["report", *SLOW])
 def test_a_folder_that_cannot_be_written_is_a_line(world, command):
     before = state(world)
     code, _, said = finished(start(world, command, f"/proc/{COMMANDS[command][1]}"))
@@ -381,17 +346,15 @@ def test_a_folder_that_cannot_be_written_is_a_line(world, command):
 # The surroundings.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [
         {"HOME": None, "XDG_CACHE_HOME": None, "SYMGEN_CACHE": None},
-        pytest.param({"SYMGEN_CC": "broken"}, marks=pytest.mark.slow),
-        pytest.param(
-            {"HOME": "/proc/none", "XDG_CACHE_HOME": None, "SYMGEN_CACHE": None},
-            marks=pytest.mark.slow,
-        ),
-        pytest.param({"SYMGEN_CC": "none"}, marks=pytest.mark.slow),
-        pytest.param({"SYMGEN_CC": "false"}, marks=pytest.mark.slow),
+        {"SYMGEN_CC": "broken"},
+        {"HOME": "/proc/none", "XDG_CACHE_HOME": None, "SYMGEN_CACHE": None},
+        {"SYMGEN_CC": "none"},
+        {"SYMGEN_CC": "false"},
     ],
     ids=["no home", "broken compiler", "a home that is not there", "no compiler", "no answer"],
 )
@@ -422,20 +385,10 @@ print(evaluator.energy_regressor([0.1, 0.2], [1.0, 0.0])[0])
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc) on this machine")
-@pytest.mark.parametrize("flags", ["plain", pytest.param("", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("jobs", [pytest.param(4), pytest.param(20, marks=pytest.mark.slow)])
-def test_builds_at_once_all_succeed_and_the_compiler_runs_once(jobs, flags, tmp_path):
-    """Without chosen flags, one process measures which are the fastest, too."""
-    calls, counted = tmp_path / "calls", tmp_path / "counted-cc"
-    counted.write_text(f'#!/bin/sh\necho "$@" >> "{calls}"\nexec cc "$@"\n')
-    counted.chmod(0o755)
-    environment = {
-        **os.environ,
-        "SYMGEN_CACHE": str(tmp_path / "cache"),
-        "SYMGEN_CC": str(counted),
-        "SYMGEN_FLAGS": flags,
-    }
-    begun = time.monotonic()
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [2, 20])
+def test_builds_at_once_all_succeed(jobs, tmp_path):
+    environment = {**os.environ, "SYMGEN_CACHE": str(tmp_path / "cache")}
     started = [
         subprocess.Popen(
             [sys.executable, "-c", BUILD],
@@ -449,18 +402,5 @@ def test_builds_at_once_all_succeed_and_the_compiler_runs_once(jobs, flags, tmp_
     answers = [job.communicate(timeout=300) for job in started]
     assert {job.returncode for job in started} == {0}, answers
     assert {out for out, _ in answers} == {"0.5\n"}
-    built = [
-        line
-        for line in calls.read_text().splitlines()
-        if " -o " in line and " -S " not in f" {line}"
-    ]
-    print(f"{jobs} builds at once: {time.monotonic() - begun:.0f} s, {len(built)} compilations")
-    models = [line for line in built if " _symgen_" in line]
-    races = [line for line in built if line not in models]
-    assert len(models) == 1
-    assert len(races) == len(set(races))
-    assert bool(races) == (not flags)
-    kept = [p for p in (tmp_path / "cache").iterdir() if not p.name.startswith("derived-")]
-    left = {path.suffix for path in kept}
-    assert left == ({".so"} if flags else {".so", ".json"})
-    assert len(list((tmp_path / "cache").glob("*.so"))) == 1
+    assert list((tmp_path / "cache").glob("*.so"))
+    assert not list((tmp_path / "cache").glob("build-*"))

@@ -11,15 +11,11 @@ from pathlib import Path
 import casadi
 import numpy as np
 import pytest
-from support import sampled
 
 import symgen
-from symgen.codegen.verification import evaluate
-from symgen.runtime.build import forget_compilers
 from symgen.runtime.evaluator import Evaluator
 
-#: By default some of the library, and one whose friction is smooth.
-ROBOTS = [*sampled(symgen.library(), 3), "smooth"]
+ROBOTS = ("planar2r", "smooth")
 BACKENDS = ("c", "casadi")
 TOLERANCE = 1e-13
 SMOOTH = """
@@ -38,19 +34,6 @@ alpha = 1.2
 joints = [1, 3]
 ratio = -0.75
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled(tmp_path_factory):
-    """Compile into a folder of this run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.delenv("SYMGEN_CC", raising=False)
-        forget_compilers()
-        loaded.cache_clear()
-        yield
-        loaded.cache_clear()
-        forget_compilers()
 
 
 @cache
@@ -86,20 +69,6 @@ def agree(found: np.ndarray, expected: np.ndarray) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_batch_agrees_with_50_digits(name, backend):
-    evaluator = loaded(name, backend)
-    for kernel in evaluator.model.kernels:
-        batch = points(evaluator, kernel.name, 4)
-        names = [a for a, _ in kernel.tape.inputs]
-        exact = [
-            evaluate(kernel, evaluator.model, dict(zip(names, map(list, row), strict=True)), 50)
-            for row in zip(*(a.tolist() for a in batch), strict=True)
-        ]
-        agree(evaluator[kernel.name](*batch), np.array(exact, dtype=float))
-
-
-@pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("name", ROBOTS)
 def test_single_batch_and_bound_buffers_are_bit_for_bit_the_same(name, backend):
     evaluator = loaded(name, backend)
     for kernel in kernels(evaluator):
@@ -116,18 +85,7 @@ def test_single_batch_and_bound_buffers_are_bit_for_bit_the_same(name, backend):
             np.testing.assert_array_equal(bound.out, whole[i])
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_c_and_casadi_agree(name):
-    c, vm = loaded(name, "c"), loaded(name, "casadi")
-    assert (c.backend, vm.backend) == BACKENDS
-    assert c.library is not None
-    assert vm.library is None
-    for kernel in kernels(c):
-        batch = points(c, kernel, 200, seed=11)
-        agree(c[kernel](*batch), vm[kernel](*batch))
-
-
-@pytest.mark.parametrize("name", ["planar2r", "scara", "wam7", "smooth"])
+@pytest.mark.parametrize("name", ["scara", "smooth"])
 def test_a_saved_casadi_file_loads_in_casadi_and_agrees(name, tmp_path):
     evaluator = loaded(name, "casadi")
     tree = symgen.generate(evaluator.model, target="casadi")
@@ -152,7 +110,7 @@ def test_a_saved_casadi_file_loads_in_casadi_and_agrees(name, tmp_path):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("name", ["planar2r", "emps", "tx40", "smooth"])
+@pytest.mark.parametrize("name", ["planar2r", "emps", "smooth"])
 def test_shapes_follow_the_model(name, backend):
     evaluator = loaded(name, backend)
     model = evaluator.model
@@ -179,13 +137,8 @@ def test_an_empty_batch_gives_an_empty_result(backend):
     ("q", "qd"),
     [
         ((3,), (3,)),
-        ((1,), (1,)),
-        ((5,), (2,)),
         ((2,), (3, 2)),
-        ((3, 2), (2,)),
         ((3, 2), (4, 2)),
-        ((3, 2), (1, 2)),
-        ((3, 3), (3, 3)),
         ((2, 3), (2, 3)),
         ((2, 2, 2),) * 2,
         ((), ()),

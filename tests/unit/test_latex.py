@@ -39,6 +39,7 @@ def test_closed_forms_have_the_values_of_the_kernel(robot):
         np.testing.assert_allclose(formulas, out, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_too_long_for_a_page_has_no_closed_form():
     model = symgen.derive("puma560", ("inverse_dynamics",))
     assert model.closed_form("inverse_dynamics") is None

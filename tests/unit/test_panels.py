@@ -15,8 +15,7 @@ import pytest
 import symgen
 from symgen.codegen import panels as panelling
 from symgen.runtime import evaluator as evaluators
-from symgen.runtime import panels as panels_module
-from symgen.runtime.build import find_compiler, forget_compilers
+from symgen.runtime.build import find_compiler
 from symgen.runtime.panels import Panels
 
 PROJECT = Path(__file__).resolve().parents[2]
@@ -54,19 +53,6 @@ KERNELS = (
     "forward_dynamics",
     "solve_mass_matrix",
 )
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled(tmp_path_factory):
-    """Compile into a folder of this run."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SYMGEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        patch.delenv("SYMGEN_CC", raising=False)
-        forget_compilers()
-        yield
-        forget_compilers()
-        loaded.cache_clear()
-        panels_of.cache_clear()
 
 
 @cache
@@ -113,8 +99,7 @@ def agree(found, expected, tolerance=1e-13) -> None:
 
 @pytest.mark.parametrize(
     ("name", "kernel"),
-    [("mixed", k) for k in KERNELS]
-    + [("puma560", k) for k in ("energy_regressor", "forward_dynamics")],
+    [("mixed", k) for k in KERNELS],
 )
 def test_panels_give_the_values_of_the_single_call(name, kernel):
     panels = panels_of(name, kernel)
@@ -149,17 +134,6 @@ def test_bound_panels_and_rows_hold_the_same_values(kernel, stream):
         samples = block.transpose(0, 2, 1).reshape(4 * width, -1)
         np.testing.assert_array_equal(samples[:count], row.reshape(count, -1))
         np.testing.assert_array_equal(samples[count:], samples[count - 1 :][: width - 1])
-
-
-def test_outputs_larger_than_the_cache_are_right_whichever_stores_write_them(monkeypatch):
-    monkeypatch.setattr(panels_module, "cache_bytes", lambda: 1000)
-    panels = panels_of("mixed", "energy_regressor", "plain")
-    inputs = points("mixed", "energy_regressor", 333)
-    bound = panels.bind(333)
-    for place, given in zip(bound.inputs, inputs, strict=True):
-        place[...] = given
-    bound()
-    np.testing.assert_array_equal(bound.out, panels(*inputs))
 
 
 def test_values_depend_on_neither_the_number_nor_the_place_of_samples():
@@ -257,19 +231,6 @@ def test_one_sample_without_a_result_is_said_for_the_batch():
         panels(q, qd, tau, -X)
 
 
-def test_a_batch_of_many_samples_is_evaluated_on_panels(monkeypatch):
-    single = loaded("mixed")["energy_regressor"]
-    inputs = points("mixed", "energy_regressor", 33)
-    expected = panels_of("mixed", "energy_regressor", "plain")(*inputs)
-    monkeypatch.setattr(evaluators, "MANY", 33)
-    asked = []
-    monkeypatch.setattr(type(single), "panels", lambda _: asked.append(1))
-    agree(single(*(a[:32] for a in inputs)), expected[:32])
-    assert asked == []
-    agree(single(*inputs), expected)
-    assert asked == [1]
-
-
 def test_where_there_are_no_panels_none_are_given(monkeypatch):
     assert symgen.load("planar2r", backend="casadi")["energy_regressor"].panels() is None
     monkeypatch.setattr(panelling, "LARGEST", 2)
@@ -289,20 +250,8 @@ def test_a_link_or_what_is_changed_in_place_has_no_panels_and_keeps_its_own_loop
     )
 
 
-def test_a_compiler_that_fails_on_panels_leaves_the_plain_loop(monkeypatch):
-    def fails(*_):
-        raise symgen.BuildError("no vectors")
-
-    monkeypatch.setattr(panels_module, "Panels", fails)
-    monkeypatch.setattr(evaluators, "MANY", 2)
-    single = symgen.load("planar2r", backend="c")["energy_regressor"]
-    q = np.ones((3, 2))
-    np.testing.assert_array_equal(single(q, q), [single(*q[:2])] * 3)
-    assert single.panels() is None
-
-
 def test_panels_refuse_one_sample_and_wrong_shapes():
-    panels = panels_of("mixed", "energy_regressor", "plain")
+    panels = panels_of("mixed", "energy_regressor")
     with pytest.raises(symgen.ParameterError, match="panels take a batch"):
         panels(np.zeros(4), np.zeros(4))
     with pytest.raises(symgen.ParameterError, match="q has shape"):

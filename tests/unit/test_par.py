@@ -93,18 +93,6 @@ def test_prismatic_joints_and_trees():
     assert {name for name, _ in robot.geometry} == {"L2", "gam5", "B3", "D3", "R4"}
 
 
-def test_zeros_leave_friction_and_rotors_out():
-    text = changed(IA="{IA1,0,0,0,0,0.2}", FS="{0,0,0,0,0,0}", FV="{FV1,0.5,0,0,0,0}")
-    joints = import_par(text).robot.joints
-    assert [j.rotor_inertia for j in joints] == [True, False, False, False, False, True]
-    assert [j.friction for j in joints] == [("viscous",), ("viscous",), (), (), (), ()]
-
-
-def test_lists_may_run_over_lines_and_keys_be_capital():
-    text = ARM.replace("ant = {0,1,2,", "Ant = {0,\n 1,2,").replace("alpha", "Alpha")
-    assert import_par(text).robot == import_par(ARM).robot
-
-
 @pytest.mark.parametrize(
     ("entries", "word"),
     [

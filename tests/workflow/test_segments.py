@@ -18,8 +18,8 @@ import symgen
 from symgen.data import long_logs
 
 slow = partial(pytest.param, marks=pytest.mark.slow)
-#: Of samples, for these tests: half of it is a segment.
-LIMIT = 1800
+#: Of samples, for these tests.
+LIMIT = 900
 
 
 @pytest.fixture(scope="module")

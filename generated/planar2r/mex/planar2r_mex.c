@@ -18,9 +18,9 @@ typedef struct {
         size_t width;
         int shared; /* nonzero: one for all samples */
         int links;  /* of a link's number: how many there are; otherwise 0 */
-    } input[6];
+    } input[5];
     size_t outputs;
-    size_t shape[5][3]; /* 0 for an index that an array does not have */
+    size_t shape[3][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -37,7 +37,6 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 2, 0, 0 }, }, 1, { { 2, 4, 4 }, } },
     { "jacobian", 1, { { "q", 2, 0, 0 }, }, 1, { { 6, 2, 0 }, } },
-    { "all_terms", 3, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 5, { { 2, 2, 0 }, { 2, 0, 0 }, { 2, 0, 0 }, { 6, 2, 0 }, { 2, 4, 4 }, } },
     { "slotine_li_regressor", 4, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "qdr", 2, 0, 0 }, { "qddr", 2, 0, 0 }, }, 1, { { 2, 4, 0 }, } },
     { "slotine_li_torque", 5, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "qdr", 2, 0, 0 }, { "qddr", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 1, { { 2, 0, 0 }, } },
     { "generalized_momentum", 3, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 2, { { 2, 0, 0 }, { 2, 0, 0 }, } },
@@ -48,7 +47,6 @@ static const kernel kernels[] = {
     { "mass_matrix_factor", 2, { { "q", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 2, { { 2, 2, 0 }, { 2, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, }, 1, { { 6, 2, 0 }, } },
     { "link_drift", 4, { { "q", 2, 0, 0 }, { "qd", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, }, 1, { { 6, 0, 0 }, } },
-    { "operational_space", 6, { { "q", 2, 0, 0 }, { "link", 1, 1, 2 }, { "point", 3, 0, 0 }, { "select", 6, 0, 0 }, { "tau", 2, 0, 0 }, { "X", 4, 1, 0 }, }, 3, { { 6, 6, 0 }, { 2, 6, 0 }, { 2, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 20, 1, 0 }, }, 1, { { 4, 0, 0 }, } },
     { "add_body", 5, { { "X", 4, 1, 0 }, { "link", 1, 1, 2 }, { "mass", 1, 1, 0 }, { "com", 3, 1, 0 }, { "inertia", 6, 1, 0 }, }, 1, { { 4, 0, 0 }, } },
 };
@@ -56,7 +54,7 @@ static const kernel kernels[] = {
 enum { KERNELS = sizeof kernels / sizeof kernels[0] };
 
 /* Call a kernel. Returns 0; nonzero: the mass matrix is not positive definite. */
-static int call(size_t index, planar2r_real in[][20], planar2r_real out[][36])
+static int call(size_t index, planar2r_real in[][20], planar2r_real out[][32])
 {
     switch (index) {
     case 0:
@@ -98,39 +96,34 @@ static int call(size_t index, planar2r_real in[][20], planar2r_real out[][36])
         planar2r_jacobian(in[0], out[0]);
         break;
     case 13:
-        planar2r_all_terms(in[0], in[1], in[2], out[0], out[1], out[2], out[3], out[4]);
-        break;
-    case 14:
         planar2r_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
         break;
-    case 15:
+    case 14:
         planar2r_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
         break;
-    case 16:
+    case 15:
         planar2r_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
         break;
-    case 17:
+    case 16:
         planar2r_friction(in[0], in[1], out[0]);
         break;
-    case 18:
+    case 17:
         planar2r_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
         break;
-    case 19:
+    case 18:
         return planar2r_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
-    case 20:
+    case 19:
         return planar2r_solve_mass_matrix(in[0], in[1], in[2], out[0]);
-    case 21:
+    case 20:
         return planar2r_mass_matrix_factor(in[0], in[1], out[0], out[1]);
-    case 22:
+    case 21:
         return planar2r_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
-    case 23:
+    case 22:
         return planar2r_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
-    case 24:
-        return planar2r_operational_space(in[0], (size_t)in[1][0], in[2], in[3], in[4], in[5], out[0], out[1], out[2]);
-    case 25:
+    case 23:
         planar2r_base_parameters(in[0], out[0]);
         break;
-    case 26:
+    case 24:
         (void)memcpy(out[0], in[0], 4 * sizeof in[0][0]);
         return planar2r_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
     default:
@@ -147,7 +140,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, operational_space, base_parameters, add_body",
+    mexErrMsgIdAndTxt("planar2r:kernel", "kernel %s; accepted: energy_regressor, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -224,10 +217,10 @@ static void store(const planar2r_real *from, const size_t *shape, size_t sample,
 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
-    planar2r_real in[6][20];
-    planar2r_real out[5][36];
-    const double *from[6];
-    size_t rows[6];
+    planar2r_real in[5][20];
+    planar2r_real out[3][32];
+    const double *from[5];
+    size_t rows[5];
     size_t samples = 1;
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];

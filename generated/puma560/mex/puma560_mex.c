@@ -18,9 +18,9 @@ typedef struct {
         size_t width;
         int shared; /* nonzero: one for all samples */
         int links;  /* of a link's number: how many there are; otherwise 0 */
-    } input[6];
+    } input[5];
     size_t outputs;
-    size_t shape[5][3]; /* 0 for an index that an array does not have */
+    size_t shape[3][3]; /* 0 for an index that an array does not have */
 } kernel;
 
 static const kernel kernels[] = {
@@ -39,7 +39,6 @@ static const kernel kernels[] = {
     { "energy", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 1, 0, 0 }, { 1, 0, 0 }, } },
     { "frames", 1, { { "q", 6, 0, 0 }, }, 1, { { 6, 4, 4 }, } },
     { "jacobian", 1, { { "q", 6, 0, 0 }, }, 1, { { 6, 6, 0 }, } },
-    { "all_terms", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 5, { { 6, 6, 0 }, { 6, 0, 0 }, { 6, 0, 0 }, { 6, 6, 0 }, { 6, 4, 4 }, } },
     { "slotine_li_regressor", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdr", 6, 0, 0 }, { "qddr", 6, 0, 0 }, }, 1, { { 6, 52, 0 }, } },
     { "slotine_li_torque", 5, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "qdr", 6, 0, 0 }, { "qddr", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 1, { { 6, 0, 0 }, } },
     { "generalized_momentum", 3, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 0, 0 }, { 6, 0, 0 }, } },
@@ -50,7 +49,6 @@ static const kernel kernels[] = {
     { "mass_matrix_factor", 2, { { "q", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 2, { { 6, 6, 0 }, { 6, 0, 0 }, } },
     { "link_jacobian", 3, { { "q", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 6, 0 }, } },
     { "link_drift", 4, { { "q", 6, 0, 0 }, { "qd", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, }, 1, { { 6, 0, 0 }, } },
-    { "operational_space", 6, { { "q", 6, 0, 0 }, { "link", 1, 1, 6 }, { "point", 3, 0, 0 }, { "select", 6, 0, 0 }, { "tau", 6, 0, 0 }, { "X", 52, 1, 0 }, }, 3, { { 6, 6, 0 }, { 6, 6, 0 }, { 6, 0, 0 }, } },
     { "base_parameters", 1, { { "standard", 78, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
     { "add_body", 5, { { "X", 52, 1, 0 }, { "link", 1, 1, 6 }, { "mass", 1, 1, 0 }, { "com", 3, 1, 0 }, { "inertia", 6, 1, 0 }, }, 1, { { 52, 0, 0 }, } },
 };
@@ -106,39 +104,34 @@ static int call(size_t index, puma560_real in[][78], puma560_real out[][312])
         puma560_jacobian(in[0], out[0]);
         break;
     case 15:
-        puma560_all_terms(in[0], in[1], in[2], out[0], out[1], out[2], out[3], out[4]);
-        break;
-    case 16:
         puma560_slotine_li_regressor(in[0], in[1], in[2], in[3], out[0]);
         break;
-    case 17:
+    case 16:
         puma560_slotine_li_torque(in[0], in[1], in[2], in[3], in[4], out[0]);
         break;
-    case 18:
+    case 17:
         puma560_generalized_momentum(in[0], in[1], in[2], out[0], out[1]);
         break;
-    case 19:
+    case 18:
         puma560_friction(in[0], in[1], out[0]);
         break;
-    case 20:
+    case 19:
         puma560_inverse_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1]);
         break;
-    case 21:
+    case 20:
         return puma560_forward_dynamics_derivatives(in[0], in[1], in[2], in[3], out[0], out[1], out[2]);
-    case 22:
+    case 21:
         return puma560_solve_mass_matrix(in[0], in[1], in[2], out[0]);
-    case 23:
+    case 22:
         return puma560_mass_matrix_factor(in[0], in[1], out[0], out[1]);
-    case 24:
+    case 23:
         return puma560_link_jacobian(in[0], (size_t)in[1][0], in[2], out[0]);
-    case 25:
+    case 24:
         return puma560_link_drift(in[0], in[1], (size_t)in[2][0], in[3], out[0]);
-    case 26:
-        return puma560_operational_space(in[0], (size_t)in[1][0], in[2], in[3], in[4], in[5], out[0], out[1], out[2]);
-    case 27:
+    case 25:
         puma560_base_parameters(in[0], out[0]);
         break;
-    case 28:
+    case 26:
         (void)memcpy(out[0], in[0], 52 * sizeof in[0][0]);
         return puma560_add_body(out[0], (size_t)in[1][0], in[2][0], in[3], in[4]);
     default:
@@ -155,7 +148,7 @@ static size_t find(const mxArray *word)
             return i;
         }
     }
-    mexErrMsgIdAndTxt("puma560:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, all_terms, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, operational_space, base_parameters, add_body",
+    mexErrMsgIdAndTxt("puma560:kernel", "kernel %s; accepted: energy_regressor, friction_power, friction_torque, power_regressor, momentum_regressor, torque_regressor, inverse_dynamics, mass_matrix, gravity_torque, coriolis, bias_torque, forward_dynamics, energy, frames, jacobian, slotine_li_regressor, slotine_li_torque, generalized_momentum, friction, inverse_dynamics_derivatives, forward_dynamics_derivatives, solve_mass_matrix, mass_matrix_factor, link_jacobian, link_drift, base_parameters, add_body",
         text != NULL ? text : "is no text");
     return 0;
 }
@@ -232,10 +225,10 @@ static void store(const puma560_real *from, const size_t *shape, size_t sample, 
 
 void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
 {
-    puma560_real in[6][78];
-    puma560_real out[5][312];
-    const double *from[6];
-    size_t rows[6];
+    puma560_real in[5][78];
+    puma560_real out[3][312];
+    const double *from[5];
+    size_t rows[5];
     size_t samples = 1;
     const size_t index = find(nrhs > 0 ? prhs[0] : NULL);
     const kernel *k = &kernels[index];

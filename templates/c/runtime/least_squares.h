@@ -113,7 +113,7 @@ void NAME_least_squares_back(const NAME_least_squares *s, NAME_real *x);
  * whatever is added to s meanwhile.
  */
 typedef struct NAME_least_squares_solution {
-    NAME_real X[NAME_PARAMETERS];   /* as NAME_least_squares_solve gives them; the last good ones */
+    NAME_real X[NAME_PARAMETERS];   /* as solve gives them; the last good ones */
     NAME_real std[NAME_PARAMETERS]; /* until a solution is complete */
     int missing; /* 0, or the number (from 1) of the first parameter that is not determined */
     int left;    /* pieces to go */
