@@ -68,8 +68,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     (line,) = [x for x in lines if x.startswith(("next: ", "try: "))]
     typed = shlex.split(line.removeprefix("next: symgen "))
     assert typed[:2] == ["identify", str(into / "robot.toml")]
-    assert run(*typed)[0] in (0, 1)  # of its verdict: a robot without friction is odd
-    assert (tmp_path / "out-better" / "estimate.json").is_file()
 
     content = json.loads((into / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     keys = {"schema", "robot", "verdict", "cutoff_hz", "gap", "where", "effects", "rejected"}

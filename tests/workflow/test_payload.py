@@ -172,6 +172,7 @@ def test_friction_that_changed_since_has_no_say(robot, parameters, monkeypatch) 
     assert found.residual.after < 1.05 * before.residual.after
 
 
+@pytest.mark.slow
 def test_what_the_motion_does_not_show_has_no_value() -> None:
     """A planar arm across gravity's axis sees mass and centre in its plane, and not beside it."""
     robot = symgen.read_robot("planar2r")

@@ -40,6 +40,12 @@ def estimated(arm: str, model: str = "auto") -> dict:
     return simulated_runs.identified(drawn(arm), model=model)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _compiled() -> None:
+    """The estimate that most tests look at."""
+    estimated("planar3r")
+
+
 def true_error(run: clean_runs.Run, estimate: dict) -> float:
     truth = simulated_runs.Truth(run, estimate["band"]["comparison_hz"])
     return truth.error(np.array([p["value"] for p in estimate["parameters"]]))
