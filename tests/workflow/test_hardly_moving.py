@@ -68,9 +68,12 @@ def slowed(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.minimum(t, t[-1] - 2.0) + (x + np.sin(x)) / np.pi, pace, slope
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def robot() -> symgen.Robot:
-    return symgen.parse_robot(ROBOT)
+    """The robot, its model compiled."""
+    found = symgen.parse_robot(ROBOT)
+    symgen.identify(found, log("a", 1.0, 2), model="torque")
+    return found
 
 
 URDF = """<robot name="two"><link name="a"/><link name="b"/><link name="c"/>
