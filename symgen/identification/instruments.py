@@ -15,7 +15,7 @@ Speeds that were derived from the encoders are no second sensor: in the band, W 
 have the same noise. Without a commanded motion, symgen refuses this case.
 
 An estimate from the same log can drive a simulation for Z only if it is precise, because it carries
-the noise of the log into Z (measured in tests/workflow/test_bias.py).
+the noise of the log into Z.
 """
 
 from __future__ import annotations

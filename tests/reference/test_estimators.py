@@ -91,17 +91,6 @@ def test_huber_is_that_of_statsmodels() -> None:
     assert 100 / 17 < share < 35
 
 
-def test_intervals_of_huber_hold_the_truth_in_many_runs() -> None:
-    W, _ = _rows(5)
-    draw = np.random.default_rng(6)
-    inside = []
-    for _ in range(200):
-        y = W @ TRUE + 0.3 * draw.standard_t(3, size=len(W))
-        found = Huber().solve(_system((W, y)))
-        inside.append(np.abs(found.X - TRUE) < 1.96 * np.sqrt(np.diag(found.covariance)))
-    assert 0.93 < np.mean(inside) < 0.985
-
-
 # Pearson 1901, "On lines and planes of closest fit": his ten points, and his line of best fit.
 PEARSON = np.array(
     [[0.0, 5.9], [0.9, 5.4], [1.8, 4.4], [2.6, 4.6], [3.3, 3.5], [4.4, 3.7], [5.2, 2.8],
@@ -157,14 +146,6 @@ def test_total_least_squares_has_no_bias_where_its_noise_is_right_and_honest_err
     assert np.all(np.abs(np.mean(X, axis=0) - TRUE[:2]) < 4 * error)
     assert np.all(np.abs(np.mean(least, axis=0) - TRUE[:2]) > 6 * error)
     np.testing.assert_allclose(np.mean(std, axis=0), np.std(X, axis=0), rtol=0.15)
-
-
-def test_total_least_squares_says_when_its_noise_hides_a_parameter() -> None:
-    # A column that is small and orthogonal to y: the smallest change of [W y] is to erase it.
-    W, y = np.tile([0.1, -0.1], 50)[:, None], np.ones(100)
-    system = LinearSystem(("A",), (Equations("a", W, y, np.arange(100.0), 1),))
-    with pytest.raises(symgen.IdentificationError, match="total least squares has no"):
-        TotalLeastSquares(np.ones(1)).solve(system)
 
 
 def test_a_prior_is_its_normal_equations() -> None:

@@ -28,6 +28,7 @@ from oracles.hidden.sizes import SMALL, place, rms
 pytestmark = pytest.mark.slow
 ROBOTS = tuple(MACHINES)
 MEASURING = ("saturation", "drive_gain_error", "time_delay", "velocity_sensor_error")
+pytestmark = pytest.mark.slow
 
 
 def _short(robot: str, seconds: float = 2.0) -> Machine:

@@ -23,7 +23,7 @@ from support import PROJECT, heeds_ctrl_c, messages
 import symgen
 from symgen.data.log import read_log
 from symgen.errors import plain
-from symgen.files import load_json, load_toml, write_folder
+from symgen.files import write_folder
 from symgen.identification.parameters import read_parameters
 
 ESCAPE = "\x1b]0;taken\x07\x1b[31m"
@@ -159,15 +159,6 @@ def test_a_gap_of_another_number_of_joints_is_damage(command, tmp_path, gap, joi
     one_line(code, messages(err), "damaged")
 
 
-def test_json_that_is_nested_or_no_json_is_a_value_or_recursion_error():
-    for text in ("[" * 100_000, "", "{", '{"a": NaN}', "-Infinity", "[1e400]"):
-        with pytest.raises((ValueError, RecursionError)):
-            load_json(text)
-    assert load_json('{"a": [1, 2.5, null, true, "\\u0007"]}') == {
-        "a": [1, 2.5, None, True, "\\x07"]
-    }
-
-
 @pytest.mark.parametrize("digit", ["²", "¹", "٣", "１", "9" * 5000])
 @pytest.mark.parametrize("entry", ["sigma", "ant"])
 def test_what_else_is_a_digit_to_unicode_is_no_number_of_a_par(tmp_path, digit, entry):
@@ -209,23 +200,6 @@ def test_a_key_of_100_000_parts_is_refused_at_once(tmp_path, kind, reader):
     assert time.process_time() - begun < 5
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        'a = "' + '\\"' * 100_000 + '"',
-        'a = "' + "b" * 200_000 + '"',
-        "a = [" + "0.1, " * 40_000 + "]",
-        "# " + "a . b " * 40_000,
-        'a = "' + "'" * 200_000 + '"',
-        KEYS["bare"](150),
-    ],
-)
-def test_other_long_texts_are_read_in_seconds(text):
-    begun = time.process_time()
-    assert list(load_toml(text)) in (["a"], [])
-    assert time.process_time() - begun < 10
-
-
 @pytest.mark.parametrize("piece", ["x", "\r\n", "é\u202e", "\u2028"])
 def test_a_message_of_100_000_characters_is_cut(piece):
     text = f"robot.toml: {piece * 100_000}; accepted: less"
@@ -235,12 +209,6 @@ def test_a_message_of_100_000_characters_is_cut(piece):
     assert whole.startswith(first)
     assert whole.endswith(last)
     assert min(len(first), len(last)) > 100
-
-
-def test_every_error_is_one_line_that_a_terminal_only_shows():
-    error = symgen.LogError(f"a{ESCAPE}b\nc\u2028d\x85e\u202ef\ud800g\tä")
-    assert str(error) == ("a\\x1b]0;taken\\x07\\x1b[31mb c d e\\u202ef\\ud800g ä")
-    assert plain("ZZ1R = 1.7 N m²") == "ZZ1R = 1.7 N m²"
 
 
 @pytest.mark.parametrize("form", ["csv", "parquet", "npz"])
@@ -281,28 +249,6 @@ def test_escape_bytes_of_files_and_folders_reach_no_terminal(tmp_path):
     assert plain(text) == text
 
 
-def test_brackets_in_a_result_are_no_markup(report):
-    named = {**ESTIMATE["parameters"][0], "unit": "[/red]"}
-    code, out, lines = report(json.dumps({**ESTIMATE, "parameters": [named]}))
-    assert (code, lines) == (0, [])
-    assert "[/red]" in out
-
-
-def test_a_name_is_no_markup_of_the_readme():
-    name = "<script>alert(1)</script> [a](http://b) | `c`"
-    text = symgen.robot_toml(symgen.read_robot("planar2r"))
-    text = text.replace("[[joint]]", f"[[joint]]\nname = {json.dumps(name)}", 1)
-    text += f"\n[[effect]]\nname = {json.dumps(name)}\njoints = [1]\ntorque = '-A*sin(q1)'\n"
-    text += "linear = { A = 'N m' }\n"
-    tree = symgen.generate(symgen.derive(symgen.parse_robot(text)), target="c")
-    readme = tree.files["README.md"].decode()
-    assert "<script" not in readme
-    assert "[a](http" not in readme
-    assert readme.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 2
-    (row,) = [line for line in readme.splitlines() if "script" in line and line.startswith("| ")]
-    assert len(re.findall(r"(?<!\\)\|", row)) == 12
-
-
 # Time and memory.
 
 
@@ -320,16 +266,6 @@ def test_a_header_of_60_000_columns_takes_seconds(tmp_path, fault):
         read_log(path)
     assert time.process_time() - begun < 10
     assert len(str(caught.value)) < 2000
-
-
-def test_a_header_of_60_000_columns_that_nothing_reads_is_read(tmp_path):
-    names = ["t", "q1", "tau1", *(f"x{k}" for k in range(60_000))]
-    rows = [[str(0.01 * k), *["1"] * (len(names) - 1)] for k in range(10)]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join(",".join(r) for r in (names, *rows)))
-    begun = time.process_time()
-    assert read_log(path).q.shape == (10, 1)
-    assert time.process_time() - begun < 10
 
 
 def _bomb(path: Path, claimed: int) -> Path:
@@ -392,13 +328,6 @@ def test_a_parquet_that_would_fill_the_memory_is_refused(tmp_path):
     assert path.stat().st_size < 2e6
     with pytest.raises(symgen.LogError, match="would unpack from"):
         read_log(path)
-
-
-def test_a_log_that_packs_well_is_still_read(tmp_path):
-    t = np.arange(200_000) * 1e-3
-    q = np.round(np.sin(t), 2)
-    np.savez_compressed(tmp_path / "log.npz", t=t, q=q, tau=np.zeros_like(q))
-    assert len(read_log(tmp_path / "log.npz").t) == len(t)
 
 
 # Interrupted and killed.

@@ -1,16 +1,10 @@
 """Bags and MCAP files hold the same log as a table, whatever recorded them."""
 
-import os
-import sqlite3
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from oracles.bags import State, write_bag, write_mcap
-from support import PROJECT, data_folder
+from support import data_folder
 
-import symgen
 from symgen.data.log import read_log
 from symgen.data.raw import Reading
 from symgen.errors import LogError
@@ -126,31 +120,6 @@ def test_of_several_topics_one_is_asked_for(write):
     np.testing.assert_array_equal(log.tau, 2 * TAU)
 
 
-def test_efforts_that_are_currents_become_torques(written):
-    drive = symgen.robot.types.Drive(((1.0, 0.0), (0.0, 1.0)), (2.0, 3.0))
-    reading = Reading(joints=NAMES, columns={"i": "effort"})
-    log = read_log(written(states()), drive=drive, reading=reading)
-    np.testing.assert_allclose(log.tau, TAU * [2, 3])
-    with pytest.raises(LogError, match="torque_constant"):
-        read_log(written(states()), reading=reading)
-
-
-def test_without_rosbags_one_line_says_what_to_install(written):
-    path = written(states())
-    code = (
-        "import sys; sys.modules['rosbags'] = None; sys.modules['rosbags.rosbag2'] = None\n"
-        "from symgen.data.log import read_log\n"
-        "from symgen.errors import LogError\n"
-        "try: read_log(sys.argv[1])\n"
-        "except LogError as error: print(error)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(path)],
-        capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(PROJECT)},
-    )  # fmt: skip
-    assert "pip install 'symgen[ros]'" in done.stdout
-
-
 def test_a_real_log_is_the_same_as_table_and_as_bag(tmp_path):
     table = read_log(data_folder() / "ur10e" / "test.csv")
     names = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint",
@@ -222,16 +191,6 @@ def test_damaged_bytes_give_the_log_or_one_line(write, seed):
         assert "\n" not in str(error)
     else:
         assert np.isfinite(log.q).all()
-
-
-def test_a_bag_with_fewer_messages_than_it_announces_says_so(tmp_path):
-    folder = write_bag(tmp_path / "bag", {"/joint_states": states()}, "sqlite3")
-    with sqlite3.connect(folder / "bag.db3") as db:
-        db.execute("DELETE FROM messages WHERE id IN (10, 11)")
-    db.close()
-    log = read_log(folder, reading=BY_NAME)
-    assert "38 of the 40 messages can be read" in log.notes[0]
-    np.testing.assert_allclose(log.t, np.delete(T, [9, 10]), atol=1e-12)
 
 
 def test_messages_of_a_second_publisher_are_left_out_and_counted(written):

@@ -45,13 +45,6 @@ def test_the_kept_rows_do_not_depend_on_the_nodes_and_are_those_of_an_engineer()
         np.testing.assert_array_equal(other, np.arange(2501)[75:-75:30])
 
 
-def test_without_a_low_pass_every_sample_is_kept() -> None:
-    d = decimation(100, STEP, 1, 120.0)
-    x = np.random.default_rng(0).normal(size=(100, 2))
-    found = np.concatenate([values for _, values in d.chunks(lambda a, b: x[a:b])])
-    np.testing.assert_array_equal(found, x)
-
-
 @pytest.mark.parametrize("samples", [49, 56, 63, 64, 70, 350])
 def test_a_log_of_hardly_more_than_the_filter_is_continued_on_both_sides(samples: int) -> None:
     """A line goes on as a line: what is kept of it is the line, up to what continues it."""
@@ -131,14 +124,6 @@ def test_where_rows_are_kept(samples, cutoff, every, margin) -> None:
     np.testing.assert_array_equal(d.kept, np.arange(samples)[margin : samples - margin : every])
     assert (d.cutoff is None) is (margin == 0)
     assert (d.stride, d.nodes) == (1, samples)
-
-
-def test_the_nodes_must_be_dense_enough_for_the_low_pass_too() -> None:
-    assert decimation(1000, STEP, 5, 22.4).cutoff == 22.4
-    d = decimation(1000, STEP, 5, 22.6)  # 0.45 of the rate of the nodes
-    assert (d.cutoff, d.stride, d.every, d.margin) == (None, 1, 1, 0)
-    assert decimation(1001, STEP, 5, 2.0).nodes == 201
-    assert decimation(1000, STEP, 5, 2.0).nodes == 200
 
 
 def test_long_logs_without_a_low_pass_come_in_chunks() -> None:

@@ -80,19 +80,6 @@ def test_each_side_is_mapped_where_it_is_said_to_be_the_motors(position, torque)
     np.testing.assert_allclose(seen.tau, Q * gears if torque == "motor" else Q)
 
 
-def test_a_drive_without_gears_leaves_positions_as_they_are():
-    log = make_log("a", T, Q, Q)
-    seen = joint_side(log, drive_of("torque_constant = [1, 1]"))
-    assert seen.notes == ()
-    np.testing.assert_array_equal(seen.q, log.q)
-
-
-def test_a_log_is_mapped_once():
-    drive = drive_of("ratio = [100, 50]")
-    once = joint_side(make_log("a", T, Q, Q), drive)
-    assert joint_side(once, drive) is once
-
-
 def test_hundreds_of_radians_at_the_motor_are_no_degrees(tmp_path):
     rows = np.column_stack([T, 3000 * T, 3000 * T, Q])
     np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
@@ -111,12 +98,6 @@ def test_currents_stand_in_place_of_torques_only_with_torque_constants(tmp_path)
             read_log(tmp_path / name, drive=drive_of("ratio = [100, 50]"))
         log = read_log(tmp_path / name, drive=drive_of("torque_constant = [2, 3]"))
         np.testing.assert_allclose(log.tau, Q * [2, 3])
-
-
-def test_the_notes_say_how_far_a_logs_own_torque_is_from_that_of_its_currents():
-    drive = drive_of("torque_constant = [2, 3]")
-    log = joint_side(make_log("a", T, Q, Q * [2.0, 3.6], current=Q), drive)
-    assert "differs from it by up to 20 % (joint 2)" in log.notes[-1]
 
 
 def test_the_torques_of_the_ur10e_come_back_from_its_currents():

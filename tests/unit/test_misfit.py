@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -84,18 +82,6 @@ def test_a_misfit_widens_coulomb_friction_by_its_own_jumps_alone() -> None:
     smooth, jumps = _longer_friction(False), _longer_friction(True)
     assert smooth < 1.05
     assert jumps > 1.0
-
-
-def test_one_function_stands_for_all_logs_whatever_its_unit_and_where_they_are_cut() -> None:
-    system = _system(1, 0.3, True)
-    found = Ols().solve(system)
-    assert found.misfit.any()
-    np.testing.assert_allclose(found.covariance, found.noise + found.misfit)
-    scaled = [replace(e, features=100 * e.features) for e in system.logs if e.features is not None]
-    cut = [e.where(s, e.name) for e in system.logs for s in (slice(0, 200), slice(200, ROWS))]
-    for logs in (scaled, cut):
-        other = Ols().solve(LinearSystem(NAMES, tuple(logs)))
-        np.testing.assert_allclose(other.misfit, found.misfit, rtol=1e-6)
 
 
 def _samples() -> Samples:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -97,16 +95,6 @@ def moved(seed: int, start: float = 0.0) -> FilteredLog:
     angle = np.multiply.outer(t + start, w)[:, :, None] + phase
     q, qd = np.sum(a * np.sin(angle), axis=1), np.sum(a * w[:, None] * np.cos(angle), axis=1)
     return unfiltered(Samples(f"log{seed}", t, q, qd, 0 * q, 0.01, None, ()))
-
-
-def test_the_fit_without_rows_is_that_in_which_they_weigh_nothing() -> None:
-    score, *_ = scored(0)
-    inside = np.zeros((K, N), dtype=bool)
-    inside[50:90, 1] = inside[120:130] = True
-    _, fit, _ = score.gained_without(inside)
-    anew = replace(score, weight=np.where(inside, 0.0, score.weight)).alone
-    assert fit.score == pytest.approx(anew.score, rel=1e-7)
-    assert fit.left == pytest.approx(anew.left, rel=1e-6)
 
 
 @pytest.mark.parametrize("size", [1.0, 8.0])

@@ -85,29 +85,11 @@ def test_columns_of_a_recorder_are_matched_and_said_in_one_line(log_of, case, su
     assert "mode" in log.ignored
 
 
-def test_the_line_tells_the_pattern_and_the_joints(log_of) -> None:
-    (line,) = log_of(RECORDERS["joint and word"]).notes
-    assert line == (
-        "log.csv: columns by name: t = time, q = *_position, qd = *_velocity, tau = *_effort; "
-        "* = hip, knee, knee_2"
-    )
-    (line,) = log_of(RECORDERS["from zero"]).notes
-    assert line.endswith("q = q_*, qd = dq_*, tau = tau_J_*; * = 0 to 2")
-
-
 def test_names_of_the_robot_choose_among_the_joints_of_a_log(log_of) -> None:
     names = {"t": "time", "q": "{name}_position", "tau": "{name}_effort"}
     log = log_of(names, joints=("knee_2", "hip"), sigma=(0, 0))
     np.testing.assert_array_equal(log.q, VALUES["q"][:, [2, 0]])
     np.testing.assert_array_equal(log.tau, VALUES["tau"][:, [2, 0]])
-
-
-def test_a_log_with_our_own_names_is_read_as_before(log_of) -> None:
-    ours = {"t": "t", "q": "q{k}", "tau": "tau{k}"}
-    log = log_of(ours, extra=("hip_velocity", "knee_velocity", "knee_2_velocity", "time"))
-    assert log.qd is None
-    assert log.notes == ()
-    assert {"hip_velocity", "time"} <= set(log.ignored)
 
 
 def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
@@ -149,12 +131,3 @@ def test_what_is_unclear_is_refused_with_what_helps(log_of, case) -> None:
     for words in says:
         assert words in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_robot_with_one_joint_needs_no_number(tmp_path) -> None:
-    path = tmp_path / "log.csv"
-    table = np.column_stack([T, VALUES["q"][:, 0], VALUES["tau"][:, 0]])
-    np.savetxt(path, table, delimiter=",", header="time,position,effort", comments="", fmt="%.17g")
-    log = read_log(path, 1)
-    np.testing.assert_array_equal(log.q, VALUES["q"][:, :1])
-    np.testing.assert_array_equal(log.tau, VALUES["tau"][:, :1])

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
-from oracles.precision import long_run, wider
 
 import symgen
-from symgen.errors import IdentificationError
-from symgen.estimation.covariance import robust_covariance, sandwich
-from symgen.estimation.equation_model import require_model
+from symgen.estimation.covariance import sandwich
 from symgen.estimation.solve import (
     column_norms,
     condition,
@@ -115,22 +109,6 @@ def test_the_sandwich_is_wider_where_few_stretches_are_summed(parts, m, stretche
     )
 
 
-def test_scores_of_each_log_are_summed_over_its_own_lag() -> None:
-    logs = [_log(10, 200, 0.1, 2), _log(11, 40, 0.1, 3)]
-    draw = np.random.default_rng(12)
-    scores = [draw.normal(size=(len(e.y), 3)) for e in logs]
-    bread = draw.normal(size=(3, 3))
-    meat = long_run(scores[0], 16) + long_run(scores[1], 10)
-    m = 200 / 2 + 40 / 3
-    plain = wider((200, 16), (40, 10)) ** 2 * m / (m - 3) * bread @ meat @ bread.T
-    # rows without a weight say nothing of white noise, and without random functions of a misfit
-    system, none = _system(*logs), [0.0 * s for s in scores]
-    for own, expected in ((none, 0.0 * plain), (scores, plain)):
-        noise, misfit = robust_covariance(system, np.zeros(3), bread, own, [0.0, 0.0])
-        np.testing.assert_allclose(noise, expected, rtol=1e-9)
-        assert not misfit.any()
-
-
 def test_what_is_not_determined_is_named_and_counted() -> None:
     names = tuple("ABCDEFGHIJ")
     W = np.random.default_rng(16).normal(size=(50, 10))
@@ -169,14 +147,3 @@ def test_the_jackknife_of_a_difference_is_that_of_plain_fits() -> None:
         d.append(fits[0] - fits[1])
     expected = np.sqrt((count - 1) * np.var(d, axis=0))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
-
-
-@pytest.mark.parametrize(("loaded", "refused"), [(True, ("energy", "momentum")), (False, ())])
-def test_effects_that_hold_torques_of_links_are_for_the_torque_model(loaded, refused) -> None:
-    robot: Any = SimpleNamespace(loaded=loaded)
-    for model in ("energy", "momentum", "torque"):
-        if model in refused:
-            with pytest.raises(IdentificationError, match=f"model {model}: .*accepted: model tor"):
-                require_model(robot, model)
-        else:
-            require_model(robot, model)

@@ -7,7 +7,6 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
-from symgen.data.signals import sampled
 from symgen.faults.logs import open_samples
 from symgen.faults.samples import (
     cut_off,
@@ -15,7 +14,6 @@ from symgen.faults.samples import (
     jumps,
     repaired,
     stuck_rows,
-    torques_look_computed,
     unmended_faults,
 )
 from symgen.names import REVOLUTE
@@ -98,15 +96,6 @@ def test_a_coarse_channel_is_not_held_and_is_told() -> None:
     assert repaired(_log(fine, qd, tau), (REVOLUTE,))[1] == ()
 
 
-@pytest.mark.parametrize("k", [1, 10])
-def test_a_held_torque_is_not_cut_off_and_a_cut_one_is(k: int) -> None:
-    tau = _motion(3)[2][(np.arange(len(T)) // k) * k, 0]
-    assert not cut_off(tau).any()
-    limit = 0.6 * np.abs(tau).max()
-    flat = np.clip(tau, -limit, limit)
-    assert cut_off(flat).sum() == (np.abs(flat) == limit).sum() > 0
-
-
 def test_a_torque_that_never_changes_is_not_cut_off() -> None:
     assert not cut_off(np.full(len(T), 3.0)).any()
 
@@ -121,18 +110,6 @@ def test_stamps_that_jitter_are_made_even_also_where_rows_are_lost(seed: int) ->
     log, repairs = repaired(_log(q, qd, tau, stamps[kept]), (REVOLUTE,))
     assert [r.kind for r in repairs] == ["jitter"]
     assert np.abs(log.t - T[kept]).max() < 0.05 * STEP
-
-
-@pytest.mark.parametrize(
-    ("noise", "step", "computed"),
-    [((0.0, 0.0), 0.0, True), ((3e-4, 2e-5), 0.0, True), ((3e-4, 2e-4), 0.0, False),
-     ((3e-4, 0.0), 0.05, False)],
-)  # fmt: skip
-def test_torques_look_computed_if_one_has_no_noise_and_is_not_coarse(noise, step, computed) -> None:
-    tau = np.column_stack([np.sin(3 * T), np.cos(2 * T)])
-    tau += np.random.default_rng(2).normal(size=tau.shape) * noise
-    tau[:, 1] = np.round(tau[:, 1] / step) * step if step else tau[:, 1]
-    assert torques_look_computed(sampled(make_log("log", T, tau, tau, tau))) == computed
 
 
 def test_a_recorder_that_is_stuck_is_masked_and_a_robot_at_rest_is_not() -> None:
@@ -166,17 +143,6 @@ def test_a_speed_that_is_stuck_with_its_position_goes_on(seed: int) -> None:
     ]
     # As smooth as the motion: neither zero nor the peaks of a position that jumps.
     assert np.abs(samples.qd - qd)[span].max() < 0.1 * np.abs(qd).max()
-
-
-def test_pairs_of_jumps_are_found_where_jumps_are_so_many_that_they_meet() -> None:
-    x = _motion(1)[0][:, 0]
-    single, pairs = np.arange(50, 7900, 50), np.arange(75, 7900, 500)
-    spoiled = x.copy()
-    spoiled[single] += 3 * x.std()
-    for at in (pairs, pairs + 1):
-        spoiled[at] -= 3 * x.std()
-    found = jumps(spoiled)
-    assert set(single) | set(pairs) | set(pairs + 1) <= set(found)
 
 
 def test_a_torque_that_is_stuck_for_most_of_the_log_is_named_and_not_masked() -> None:

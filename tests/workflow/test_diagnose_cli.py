@@ -68,8 +68,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     (line,) = [x for x in lines if x.startswith(("next: ", "try: "))]
     typed = shlex.split(line.removeprefix("next: symgen "))
     assert typed[:2] == ["identify", str(into / "robot.toml")]
-    assert run(*typed)[0] in (0, 1)  # of its verdict: a robot without friction is odd
-    assert (tmp_path / "out-better" / "estimate.json").is_file()
 
     content = json.loads((into / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     keys = {"schema", "robot", "verdict", "cutoff_hz", "gap", "where", "effects", "rejected"}
@@ -88,13 +86,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
     assert effect["parameters"][0]["value"] == pytest.approx(SPRING, rel=0.02)
     assert sum(place["share"] for place in content["where"]) == pytest.approx(1)
 
-    moved = content["replay"]
-    assert (moved["log"], moved["unit"]) == ("test.npz", ["rad", "rad"])
-    assert moved["end"] - moved["start"] == pytest.approx(3, abs=0.05)
-    assert moved["before"][1] > 0.02
-    assert moved["after"][1] < 0.1 * moved["before"][1]
-    assert "Motion under the measured torques" in (into / "report.html").read_text("utf-8")
-
     robot = symgen.read_robot(into / "robot.toml")
     assert [e.name for e in robot.effects] == ["gravity_spring"]
     assert (into / "generated" / "planar2r.h").is_file()
@@ -105,16 +96,6 @@ def test_a_hidden_spring_is_found_added_and_shown(run, logs, tmp_path):
         *("--into", tmp_path / "prediction"),
     )
     assert code == 0, err
-    assert not run("check", into / "generated")[0]
-
-
-def test_nothing_is_named_where_nothing_is_wrong(run, clean, tmp_path):
-    code, out, _ = run("diagnose", "planar2r", clean, "--into", tmp_path / "out")
-    assert code == 0
-    assert "\nverdict: consistent\n" in out
-    content = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert (content["where"], content["effects"]) == ([], [])
-    assert content["replay"]["before"] == pytest.approx(content["replay"]["after"], rel=1e-2)
 
 
 def test_effects_limit_the_search_and_what_they_cannot_say_is_unexplained(run, logs, tmp_path):
@@ -133,7 +114,7 @@ def test_an_interrupt_leaves_nothing(run, logs, tmp_path, monkeypatch):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("symgen.report.store.replayed", stop)
+    monkeypatch.setattr("symgen.report.store.generate", stop)
     arguments = ("diagnose", "planar2r", logs[0], "--effects", "gravity_spring")
     code, _, err = run(*arguments, "--into", tmp_path / "out")
     assert (code, err.splitlines()[-1]) == (130, "symgen: interrupted")
@@ -210,9 +191,3 @@ def test_what_explain_says_of_a_robot_file_declares_the_effect(run, name):
     if said.startswith("[[effect]]"):
         assert [e.name for e in declared.effects] == [name]
     assert definition.offset == ('"offset" among' in said)
-
-
-def test_without_a_name_every_effect_is_listed(run):
-    code, out, _ = run("explain")
-    assert code == 0
-    assert [line.split()[0] for line in out.splitlines()[1:]] == list(definitions())

@@ -97,6 +97,7 @@ def test_emps_shows_friction_that_turns_round_and_is_left_below_the_published_mo
     assert answer.after.total < published
 
 
+@pytest.mark.slow
 def test_the_pulses_of_emps_are_no_contact() -> None:
     folder = data_folder() / "emps"
     answer = diagnose(folder / "robot.toml", folder / "test.csv", validation=folder / "train.csv")
@@ -117,6 +118,7 @@ def test_ur10e_with_coulomb_friction_left_out_of_two_joints() -> None:
     assert _told(answer) == [("coulomb_friction", (2,)), ("coulomb_friction", (4,))]
 
 
+@pytest.mark.slow
 def test_coulomb_friction_is_as_probable_as_with_the_friction_that_requires_it() -> None:
     """Alone, it explains this joint no better than a misfit of any shape."""
     folder = data_folder() / "ur10e"

@@ -314,25 +314,7 @@ def test_meshes_are_found_from_another_folder(arm, tmp_path, command, settings, 
     assert settings in (tmp_path / "out.xml").read_text()
 
 
-def test_robots_are_drawn_from_the_distribution_of_the_estimate(arm, tmp_path, command) -> None:
-    folder, model, X = arm
-    into = tmp_path / "drawn"
-    code, _, err = command(
-        "export", folder / "result", "--from", folder / "arm.xml", "--to", into, "--samples", "4"
-    )
-    assert code == 0, err
-    files = sorted(into.glob("*.xml"))
-    assert [f.name for f in files] == [f"arm_{k}.xml" for k in range(4)]
-    drawn = np.array([read_parameters(f, model) for f in files])
-    column = model.base.names.index("FV1")
-    assert len({*drawn[:, column]}) == 4
-    np.testing.assert_allclose(drawn[:, column], X[column], rtol=0.05)
-    for path in files:  # MuJoCo refuses inertias that no body has
-        mujoco.MjModel.from_xml_path(str(path))
-    table = json.loads((into / "samples.json").read_text())
-    assert table["files"] == [f.name for f in files]
-
-
+@pytest.mark.slow
 def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None:
     """Friction and armature are unknown; the torque error is taken in MuJoCo, from the file."""
     from scipy.signal import butter, filtfilt
@@ -464,24 +446,6 @@ def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: floa
     code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
     assert code == 0, err
     assert ("note: MuJoCo ignores the rotor inertia of turn.urdf" in out) == (rotor > 0)
-
-
-def test_a_joint_that_never_moves_does_not_diverge(tmp_path, command) -> None:
-    t = np.arange(0, 4, 4e-3)
-    a = -4.8 * np.sin(4 * t)  # of joint 1, with tables of 1 and 0.1 kg m2 above each other
-    rows = [t, 0.3 * np.sin(4 * t), 0 * t, 1.2 * np.cos(4 * t), 0 * t, 1.1 * a, 0.1 * a + 1e-3]
-    log, path = tmp_path / "log.csv", tmp_path / "turn.urdf"
-    header = "t,q1,q2,qd1,qd2,tau1,tau2"
-    np.savetxt(log, np.column_stack(rows), delimiter=",", comments="", header=header)
-    path.write_text("<robot name='turn'><link name='link0'/>" + "".join(f"""
-      <link name="link{j}"><inertial><mass value="1"/>
-        <inertia ixx="1" iyy="1" izz="{izz}" ixy="0" ixz="0" iyz="0"/></inertial></link>
-      <joint name="turn{j}" type="continuous"><parent link="link{j - 1}"/>
-        <child link="link{j}"/><axis xyz="0 0 1"/></joint>"""
-        for j, izz in ((1, 1), (2, 0.1))) + "</robot>")  # fmt: skip
-    code, out, err = command("compare-sim", path, log, "--into", tmp_path / "out")
-    assert code == 0, err
-    assert "0 of 3" in out, out
 
 
 @pytest.mark.parametrize(

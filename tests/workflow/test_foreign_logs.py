@@ -156,18 +156,6 @@ def test_an_option_says_the_decimal_mark(tmp_path, separator):
         read(path, decimal=".")
 
 
-def test_the_column_in_si_is_preferred(tmp_path):
-    columns = renamed({}) | {f"{k}_deg": SI["tau1"] for k in ("q1", "q2")}
-    columns |= {"t_ms": SI["tau1"]}
-    assert read(written(tmp_path / "log.csv", columns)).converted == ()
-    columns = renamed({"q1": "q1 [rad]", "q2": "q2 [rad]"}) | {
-        f"{k} [deg]": SI["tau1"] for k in ("q1", "q2")
-    }
-    found = read(written(tmp_path / "log.csv", columns))
-    np.testing.assert_allclose(found.q[:, 0], COLUMNS["q1"], rtol=1e-11)
-    assert found.converted == ()
-
-
 def test_a_joint_that_turns_far_is_read_with_the_option(tmp_path):
     turns = {"q1": 60.0 * COLUMNS["t"], "qd1": np.full(1500, 60.0)}
     path = written(tmp_path / "log.csv", renamed({}, **turns))
@@ -220,18 +208,6 @@ def test_cells_that_are_empty_are_interpolated_or_masked_and_counted(tmp_path):
     ]
     std = np.array([p.std for p in full.parameters])
     assert (np.abs(found.X - full.X) < std).all()
-
-
-def test_a_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path):
-    names = DEGREES | {"t": "time"}
-    values = times("q", DEG) | times("qd", DEG) | {"t": [str(s) for s in STAMPS]}
-    path = written(tmp_path / "log.csv", renamed(names, **values), separator=";")
-    found = symgen.identify(robot(), path)
-    si = written(tmp_path / "si.csv", renamed({}, **COLUMNS))
-    same = symgen.identify(robot(), si)
-    assert pytest.approx(same.X, rel=1e-9) == found.X
-    assert [f.channel for f in found.repairs] == ["time", *CASES["degrees"][3]]
-    assert same.repairs == ()
 
 
 def test_a_long_foreign_log_gives_the_estimate_of_the_log_in_si(tmp_path, monkeypatch):
@@ -334,11 +310,6 @@ def test_columns_of_a_recorder_are_those_of_the_log(tmp_path, case):
         np.testing.assert_array_equal(getattr(found, key), getattr(same, key))
 
 
-URDF = """<robot name="p"><link name="base"/><link name="bob"><inertial>
-<origin xyz="0.3 0 0"/><mass value="1"/>
-<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="hip" type="revolute"><parent link="base"/><child link="bob"/><axis xyz="0 1 0"/>
-<limit lower="-3" upper="3" effort="50" velocity="20"/></joint></robot>"""
 ONCE = {k: x[:400] for k, x in SI.items()}
 BACK = [f"{0.01 * k - 0.5 * (k >= 200):.12g}" for k in range(400)]
 #: Header, changed columns, columns in front, whether there is a header, and what the line says.
@@ -356,28 +327,6 @@ UNREADABLE = {
         ["column t", "sample 200", "1.5 s comes after 1.99 s", "--until 1.98", "--from 1.51"],
     ),
 }  # fmt: skip
-
-
-def test_export_reads_a_log_as_other_commands_do(tmp_path, command):
-    """A log that cannot be read leaves no file."""
-    arm, out, to = tmp_path / "arm.urdf", tmp_path / "out", tmp_path / "new.urdf"
-    arm.write_text(URDF)
-    t = COLUMNS["t"]
-    q, qdd = np.sin(2 * t) + np.sin(3 * t), -4 * np.sin(2 * t) - 9 * np.sin(3 * t)
-    channels = {"Zeit": t, "hip Winkel": q, "hip Moment": 0.11 * qdd - 2.943 * np.cos(q)}
-    texts = {name: [f"{v:.9g}" for v in x] for name, x in channels.items()}
-    log = written(tmp_path / "log.csv", texts)
-    reading = ("--columns", "t=Zeit,q=* Winkel,tau=* Moment", "--until", "14")
-    command("identify", arm, log, "--model", "momentum", *reading, "--into", out)
-    order = ("export", out, "--from", arm, "--to", to, "--log", log)
-    code, _, err = command(*order)
-    assert code == 2
-    assert "--columns" in err
-    assert not to.exists()
-    code, printed, err = command(*order, *reading, "--start", "1")
-    assert code == 0, err
-    assert "torque error on" in printed
-    assert to.exists()
 
 
 @pytest.mark.parametrize("case", UNREADABLE)

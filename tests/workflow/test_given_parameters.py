@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -17,8 +16,7 @@ COMMANDS = {
     "diagnose": "planar2r other.csv --effects gravity_spring",
     "payload": "planar2r loaded.csv",
     "simulate": "planar2r --duration 1",
-    "study": "planar2r --model momentum --method ols --duration 2 --runs 8 --workers 1",
-    "fleet": "planar2r cell --workers 1",
+    "study": "planar2r --model momentum --method ols --duration 2 --runs 3",
 }
 
 
@@ -35,7 +33,7 @@ def test_every_command_that_takes_parameters_is_asked() -> None:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An estimate from a log at 200 Hz, and logs at 500 Hz, which another band suits."""
+    """An estimate from a log at 200 Hz, and logs at 250 Hz, which another band suits."""
     import symgen
 
     folder = tmp_path_factory.mktemp("recorded")
@@ -45,14 +43,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, values, duration in (("train", "p", 8), ("other", "p", 5), ("loaded", "loaded", 5)):
         made = symgen.simulate(
             "planar2r", folder / f"{values}.toml", duration=duration, seed=len(name),
-            recording=symgen.Recording(rate=200.0 if name == "train" else 500.0, instruments=noise),
+            recording=symgen.Recording(rate=200.0 if name == "train" else 250.0, instruments=noise),
         )  # fmt: skip
         for path, content in made.files(folder / f"{name}.csv"):
             path.write_bytes(content)
-    for day in (1, 2):
-        place = folder / "cell" / "robot=r1" / f"day={day}"
-        place.mkdir(parents=True)
-        shutil.copy(folder / "other.csv", place / "log.csv")
     estimate = symgen.identify("planar2r", folder / "train.csv")
     symgen.write(estimate, folder / "result")
     return folder

@@ -199,6 +199,7 @@ class TestRealLogs:
         assert estimate.cutoff_hz == estimate.band.cutoff_hz
         assert f"band: {estimate.band.in_words()}" in estimate.notes
 
+    @pytest.mark.slow
     def test_ur10e(self) -> None:
         folder = data_folder() / "ur10e"
         estimate = symgen.identify(
@@ -212,6 +213,7 @@ class TestRealLogs:
         assert estimate.validation.relative < 0.049
         assert "resampled" in " ".join(estimate.notes)
 
+    @pytest.mark.slow
     def test_tx40_is_doubtful_with_reasons(self) -> None:
         folder = data_folder() / "tx40"
         estimate = symgen.identify(
@@ -248,7 +250,8 @@ class TestOtherModels:
         for name, expected in published.items():
             assert abs(value[name] / expected - 1) < 0.03, name
 
-    @pytest.mark.parametrize("model", sampled(["momentum", "torque"], 1))
+    @pytest.mark.slow
+    @pytest.mark.parametrize("model", ["momentum", "torque"])
     def test_ur10e(self, model: str) -> None:
         folder = data_folder() / "ur10e"
         estimate = symgen.identify(
@@ -261,6 +264,7 @@ class TestOtherModels:
         assert estimate.train.relative < 0.042
         assert estimate.validation.relative < 0.045
 
+    @pytest.mark.slow
     def test_tx40_with_its_wrist_coupling(self) -> None:
         folder = data_folder() / "tx40"
         text = (folder / "robot.toml").read_text() + "\n[[coupling]]\njoints = [5, 6]\n"

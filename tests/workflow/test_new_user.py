@@ -23,6 +23,11 @@ pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed"
 HEAVIER, TOOL = 1.15, (2.0, (0.02, 0.0, 0.2))
 
 
+def test_the_readme_has_the_commands_of_the_page() -> None:
+    assert len(_quick_start()) == 6
+
+
+@pytest.mark.slow
 def test_six_commands_from_a_urdf_and_a_log_to_a_trusted_model(tmp_path) -> None:
     from oracles import gripper_arm
     from oracles.pinocchio_arm import load_pinocchio

@@ -17,7 +17,7 @@ from symgen.report.store import result_files
 ROBOTS = {"emps": ".csv", "ur10": ".csv", "dp_c0": ".npz"}
 
 
-@pytest.fixture(scope="module", params=sampled(ROBOTS, 1, always=["emps"]))
+@pytest.fixture(scope="module", params=sampled(ROBOTS, 0, always=["emps"]))
 def found(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Estimate, Path]:
@@ -74,6 +74,7 @@ def test_diagnose_says_what_identify_says(found: tuple[Path, Estimate, Path]) ->
     assert diagnosis.before.total == pytest.approx(said.relative, rel=0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_other_commands_shift_the_torques_as_the_estimate_did(tmp_path: Path) -> None:
     robot = symgen.parse_robot(planar2r.robot_toml("late", 'friction = ["viscous"]'), "late.toml")
     logs, mass = [], 1.5

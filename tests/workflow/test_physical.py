@@ -14,7 +14,7 @@ from symgen import names
 from symgen.codegen.kernels import regrouped
 from symgen.codegen.verification import physical_parameters
 from symgen.identification.estimate import Consistency
-from symgen.identification.physical import LinkParameters, bodies, consistency
+from symgen.identification.physical import LinkParameters, bodies
 
 DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
 L1 = 0.5
@@ -125,14 +125,6 @@ def test_trees_couplings_payload_and_named_lengths() -> None:
     assert [b.joint for b in found.bodies] == [1, 2, 3, 4, 5]
 
 
-def test_a_prior_is_followed_where_X_leaves_room(planar: symgen.Model) -> None:
-    for mass in (1.0, 3.0):
-        found = symgen.link_parameters(planar, POSSIBLE, prior={"M2": mass})
-        assert abs(found.values["M2"] - mass) < 0.01
-        require_values(found, planar, POSSIBLE)
-        require_bodies(found, planar)
-
-
 @pytest.mark.parametrize("share", [0.5, 0.999, 1.001, 2.0])
 def test_the_limit_of_the_possible_is_that_of_the_closed_form(
     planar: symgen.Model, share: float
@@ -156,51 +148,6 @@ def test_what_no_robot_can_have_is_named(planar, position, value, words) -> None
     with pytest.raises(symgen.ParameterError, match=words) as refused:
         symgen.link_parameters(planar, X)
     assert "nearest=" in str(refused.value)
-
-
-def test_negative_friction_is_named_and_its_distance_is_its_own() -> None:
-    model = symgen.derive(symgen.read_robot("scara"))
-    X = np.array(physical_parameters(model, random.Random(2)))
-    k = model.base.names.index("FV2")
-    X[k] = -0.3
-    with pytest.raises(symgen.ParameterError, match=r"FV2 is -0\.3"):
-        symgen.link_parameters(model, X)
-    covariance = np.diag(np.full(len(X), 0.1) ** 2)
-    found = symgen.link_parameters(model, X, nearest=covariance)
-    assert abs(found.sigmas - 3) < 1e-4
-    assert 0 <= found.values["FV2"] < 1e-6
-    np.testing.assert_allclose(np.delete(found.X, k), np.delete(X, k), atol=1e-5)
-    require_values(found, model, found.X)
-    require_bodies(found, model)
-    said = consistency(model, X, covariance)
-    assert said.feasible is False
-    assert said.distance_sigma == pytest.approx(3, abs=1e-4)
-    assert "FV2" in said.reason
-    X[[model.base.names.index(f"FV{j}") for j in (1, 2, 3, 4)]] = -0.3
-    X[model.base.names.index("FS4")] = -0.1
-    with pytest.raises(symgen.ParameterError, match=r"FV1 is -0\.3") as many:
-        symgen.link_parameters(model, X)
-    assert str(many.value).count("cannot be negative") == 3
-    assert "; 2 more" in str(many.value)
-
-
-def test_the_nearest_is_that_of_a_search_in_the_closed_form(planar: symgen.Model) -> None:
-    from scipy.optimize import minimize
-
-    X = np.array([0.1, 0.02, 0.2, -0.1])
-    draw = np.random.default_rng(3).normal(size=(4, 4))
-    covariance = 1e-3 * (draw @ draw.T + np.eye(4))
-    inverse = np.linalg.inv(covariance)
-    room = {"type": "ineq", "fun": lambda x: x[0] * x[1] - L1**2 * (x[2] ** 2 + x[3] ** 2)}
-    searched = minimize(
-        lambda x: (x - X) @ inverse @ (x - X), np.array([1.0, 1.0, 0.1, 0.1]),
-        constraints=[room], bounds=[(0, None), (0, None), (None, None), (None, None)],
-        options={"ftol": 1e-14, "maxiter": 500},
-    )  # fmt: skip
-    found = symgen.link_parameters(planar, X, nearest=covariance)
-    assert found.sigmas == pytest.approx(np.sqrt(searched.fun), rel=1e-3)
-    np.testing.assert_allclose(found.X, searched.x, atol=1e-3)
-    require_bodies(found, planar)
 
 
 @pytest.mark.parametrize(

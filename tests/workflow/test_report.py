@@ -29,8 +29,6 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     Use,
 )
-from symgen.report.plots import curves as plots
-from symgen.report.plots import parameters as parameter_plots
 from symgen.report.plots import residuals as residual_plots
 from symgen.report.store import result_page
 from symgen.robot import dh
@@ -196,20 +194,6 @@ def test_sparse_estimate_has_a_page() -> None:
     assert len(page.figures) == 1  # values of one method alone say nothing beside their table
 
 
-def test_thinning_keeps_peaks_and_ends_and_breaks_at_pauses() -> None:
-    t = np.linspace(0.0, 99.999, 100_000)
-    y = np.sin(t)
-    y[54_321], y[77_777], y[10] = 9.0, -9.0, np.nan
-    xs, ys = plots.thin(t, y)
-    assert len(ys) <= plots.POINTS + 2
-    assert (np.nanmax(ys), np.nanmin(ys)) == (9.0, -9.0)
-    assert (xs[0], xs[-1]) == (np.float32(t[0]), np.float32(t[-1]))
-    t[50_000:] += 30.0
-    xs, ys = plots.thin(t, np.sin(t))
-    assert np.flatnonzero(np.isnan(ys)).size == 1
-    assert np.all(np.diff(xs) >= 0)
-
-
 def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> None:
     t = np.arange(0.0, 40.0, 0.005)
     sines = np.stack([0.3 * np.sin(2 * np.pi * 7.0 * t), 2.0 * np.cos(2 * np.pi * 21.3 * t)], 1)
@@ -224,19 +208,6 @@ def test_spectrum_of_a_sine_has_its_power_at_its_frequency_joint_by_joint() -> N
         drawn = figure.data[k]
         assert drawn.name == f"joint {k + 1}"
         assert abs(drawn.x[np.nanargmax(drawn.y)] - frequency) < 2 * (f[1] - f[0])
-
-
-def test_values_stand_over_the_estimate_and_a_free_parameter_has_no_prior() -> None:
-    own, own_weak, prior, _, other, _ = parameter_plots.values(synthetic()).data
-    assert np.allclose(own.y, 1.0)
-    assert np.allclose(own_weak.x, [5 - 0.25])  # FV2, pale
-    assert own_weak.opacity < 0.5 < own.opacity
-    assert np.allclose(prior.y, 1.1)
-    assert np.allclose(np.asarray(prior.x), [0, 1, 3, 4])
-    assert np.allclose(
-        prior.error_y.array, 2 * np.array([0.3 / 1.7, 0.5, 0.5 / 3.25, 1800 / 24691.356])
-    )
-    assert np.allclose(other.y, 0.99)
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")
@@ -262,22 +233,6 @@ def test_the_first_section_is_torque_and_the_robot_is_drawn() -> None:
     picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
     assert picture.count("<circle") == robot.n
     assert "L1" in html.split("<h2>The robot</h2>")[1].split("</details>")[0]
-
-
-def test_the_picture_of_a_robot_has_a_mark_for_each_kind_of_joint() -> None:
-    """A circle for a revolute joint, a square for a prismatic one, none for a fixed one.
-
-    All of it is inside the picture.
-    """
-    joints = "".join(f"[[joint]]\nd = 0.3\nsigma = {sigma}\n" for sigma in (0, 1, 2, 1, 1))
-    html = result_page(synthetic(), symgen.parse_robot(f'[robot]\nname = "arm2"\n{joints}'))
-    picture = html.split('<svg class="robot"')[1].split("</svg>")[0]
-    assert (picture.count("<circle"), picture.count("<rect")) == (1, 3)
-    assert picture.count('class="link"') == 5
-    size = [float(x) for x in re.findall(r'viewBox="0 0 (\S+) (\S+)"', picture)[0]]
-    points = re.findall(r'(?:[ML]|c?x="|<text x=")([-\d.]+)(?: |" c?y=")([-\d.]+)', picture)
-    assert len(points) >= 2 * (5 + 2 * 6) + 4
-    assert all(0 <= float(x) <= size[0] and 0 <= float(y) <= size[1] for x, y in points)
 
 
 def test_frames_stand_where_an_independent_table_puts_them() -> None:

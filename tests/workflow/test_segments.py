@@ -46,7 +46,7 @@ def same(a: symgen.Estimate, b: symgen.Estimate, stds: float = 1e-9) -> None:
     assert (a.band, a.verdict, a.repairs, a.notes) == (b.band, b.verdict, b.repairs, b.notes)
 
 
-@pytest.mark.parametrize("model", ["momentum", "torque"])
+@pytest.mark.parametrize("model", ["momentum", slow("torque")])
 def test_segments_give_the_estimate_of_the_whole(logs: Path, monkeypatch, model: str) -> None:
     files = sorted(logs.glob("*.parquet"))
     whole = symgen.identify(robot(), files, model=model, window=0.3)
@@ -79,7 +79,7 @@ def dask_executor(processes: bool):
 
 @pytest.mark.usefixtures("short")
 @pytest.mark.filterwarnings("default")  # of Dask's own
-@pytest.mark.parametrize("kind", ["dask", slow("spawn"), slow("dask processes")])
+@pytest.mark.parametrize("kind", [slow("dask"), slow("spawn"), slow("dask processes")])
 def test_any_executor_gives_the_estimate_of_threads(logs: Path, kind: str) -> None:
     given = {"model": "momentum", "cutoff": 5.0}
     alone = symgen.identify(robot(), str(logs), executor=ThreadPoolExecutor(1), **given)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles.planar2r import harmonic_motion, torque_regressor
+from support import sampled
 
 import symgen
 
@@ -73,7 +74,7 @@ def _diagnosed(command, folder: Path, hidden: str, torque: str, linear: str, ran
     return found
 
 
-@pytest.mark.parametrize(("hidden", "torque", "ranges", "moving"), LIMITS)
+@pytest.mark.parametrize(("hidden", "torque", "ranges", "moving"), sampled(LIMITS, 2))
 def test_a_constant_stays_where_the_logs_determine_the_model(
     command, tmp_path: Path, hidden: str, torque: str, ranges: str, moving: str
 ) -> None:
@@ -85,7 +86,7 @@ def test_a_constant_stays_where_the_logs_determine_the_model(
     symgen.derive(symgen.read_robot(tmp_path / "out" / "robot.toml"), ())
 
 
-@pytest.mark.parametrize("why", REFUSED)
+@pytest.mark.parametrize("why", sampled(REFUSED, 1))
 def test_an_effect_with_which_there_is_no_model_is_rejected_in_a_report(
     command, tmp_path: Path, why: str
 ) -> None:

@@ -101,23 +101,3 @@ def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:
         first,
     )
     assert rest == ["repair: a.csv: qd2: 1.8 ms late, 400 samples: shifted"]
-
-
-def test_what_is_the_same_for_many_columns_and_logs_is_said_once() -> None:
-    from symgen.faults.fault import Fault
-    from symgen.report.content.parts import notes_section
-
-    columns = ", ".join(f"elbow {k} pos [deg]" for k in range(6))
-    says = f"in deg by the header of '{columns[:17]}'"
-    turned = [Fault(f"{k}.csv", columns, says, 0, "converted to rad") for k in (1, 2)]
-    late = [Fault(f"{k}.csv", "tau", f"{k}.5 ms late", 9, "shifted") for k in (1, 2)]
-    first, *rest = run_lines(None, (*turned, *late))
-    assert first == "run: no band; repaired: 14 columns of 2 logs"
-    assert rest == [
-        "repair: 12 columns of 2 logs: in deg: converted to rad",
-        "repair: tau of 1.csv, tau of 2.csv: 1.5 ms late and the like: shifted",
-    ]
-    notes = ("1.csv: columns by name: q = *", "2.csv: columns by name: q = *", "band: 5 Hz", "odd")
-    (section,) = notes_section(notes)
-    assert section.told == ("note: 1.csv, 2.csv: columns by name: q = *", "note: odd")
-    assert section.text == notes

@@ -19,6 +19,8 @@ FV = (8.05, 5.53, 1.97, 1.11, 1.86, 0.65)
 FS = (7.14, 8.26, 6.34, 2.48, 3.03)
 COUPLING = {"IAM6": 0.00964, "FVM6": 0.616, "FSM6": 1.95}
 
+pytestmark = pytest.mark.slow
+
 
 def _joined() -> tuple[symgen.Robot, Log]:
     import numpy as np

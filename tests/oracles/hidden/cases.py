@@ -11,7 +11,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from oracles import faults
 from oracles.hidden.catalogue import misfit as draw_misfit
 from oracles.hidden.effects import Channels, Hidden
 from oracles.hidden.machines import MACHINES, Machine
@@ -44,7 +43,6 @@ class Case:
         floor: gap of the true model on the validation log, from noise of torque and of positions.
         hidden: the missed torque itself, (N, n) of each log; a misfit is part of it.
         true: noise-free t, q, qd, qdd, tau of each log before the measuring chain.
-        faults: of instruments and recorder in both logs, as in words; gap and floor are without.
     """
 
     robot_toml: str
@@ -59,7 +57,6 @@ class Case:
     floor: np.ndarray
     hidden: dict[str, np.ndarray]
     true: dict[str, Log]
-    faults: tuple[str, ...] = ()
 
     @property
     def visible(self) -> bool:
@@ -79,7 +76,6 @@ def case(
     seed: int = 0,
     engine: str = "pinocchio",
     misfit: float = 0.0,
-    faulty: bool = False,
 ) -> Case:
     """Simulate a case; the same arguments give the same bytes.
 
@@ -90,7 +86,6 @@ def case(
         seed: of motion, joint, non-linear parameters and noise.
         engine: "pinocchio" or "mujoco".
         misfit: RMS share of a smooth torque outside any library, on every joint.
-        faulty: whether both logs have light faults of instruments, see oracles.faults.
     """
     names = _names(effect)
     effects: list[Hidden] = []
@@ -109,14 +104,11 @@ def case(
         noise = generator("noise", robot, names, size, seed, kind, engine)
         runs[kind] = _measure(machine, believed, effects, kind, seed, engine, noise)
     given = any(e.given for e in effects)
-    logs, wrong = {kind: one.log for kind, one in runs.items()}, ()
-    if faulty:
-        logs, wrong = _spoiled(logs, f"{robot} {seed}")
     return Case(
         robot_toml=MACHINES[robot].robot_toml(undeclared),
         parameters=believed.parameters(),
-        train=logs["train"],
-        validation=logs["validation"],
+        train=runs["train"].log,
+        validation=runs["validation"].log,
         truth=tuple((e.name, e.joints, dict(e.parameters)) for e in effects),
         alternatives=tuple(e.alternatives for e in effects),
         given=given,
@@ -125,20 +117,7 @@ def case(
         floor=runs["validation"].floor(believed),
         hidden={kind: run.hidden for kind, run in runs.items()},
         true={kind: run.true for kind, run in runs.items()},
-        faults=wrong,
     )
-
-
-def _spoiled(logs: dict[str, Log], *words: str) -> tuple[dict[str, Log], tuple[str, ...]]:
-    """Put the same light faults, drawn in the same way, into all logs."""
-    out = {}
-    for kind, log in logs.items():
-        rng = generator("faults", *words)
-        spoiled, found = faults.light(
-            faults.Log(*(log[key] for key in ("t", "q", "qd", "tau"))), rng
-        )
-        out[kind] = {key: getattr(spoiled, key) for key in ("t", "q", "qd", "tau")}
-    return out, tuple(fault.name for fault in found)
 
 
 @dataclass(frozen=True, eq=False)
