@@ -67,7 +67,7 @@ _RUN = 3  # times the runs of other values
 #: Shortest run of a stuck channel in samples, and in lengths of its other runs.
 _STUCK, _LONGER = 20, 10.0
 _DEAD = 0.5  # of the log
-_SILENT = 1.5  # RMS of a torque in the band over that of its noise there, up to which it is noise
+_SILENT = 3.0  # standard deviations of the RMS of noise by which a torque must exceed noise
 #: Smallest jump of a position after it was stuck, over its largest usual step.
 _LEAVES = 3.0
 #: Speed of a moving robot, relative to the RMS over the log.
@@ -795,8 +795,9 @@ def _late(delay: float) -> str:
 def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, tuple[Fault, ...]]:
     """Take the torque of a joint as zero that is noise throughout while the joint moves.
 
-    Its RMS in the comparison band is at most 1.5 times that of white noise there, and that of
-    another joint is larger.
+    Its RMS in the comparison band is not above that of white noise there by three standard
+    deviations (of 2 B T values, each with a relative one of 1 / sqrt(2)), and that of another
+    joint is.
 
     Args:
         samples: a log with uniform steps.
@@ -804,7 +805,8 @@ def silenced_torques(samples: Samples, comparison_hz: float) -> tuple[Samples, t
     """
     step, band = samples.step, _within(comparison_hz, samples.step)
     low = lowpass(samples.tau, step, band)
-    drowned = rms(low) <= _SILENT * _noise(samples.tau - low, step, band)
+    most = 1 + _SILENT / math.sqrt(4 * band * step * len(low))
+    drowned = rms(low) <= most * _noise(samples.tau - low, step, band)
     silent = low.any(axis=0) & drowned & ~drowned.all() & ~standing(samples, comparison_hz)
     what = np.zeros(len(low)), "noise throughout while the joint moves", len(low), "taken as zero"
     found = (_mended(samples, "silent", "tau", int(j), *what) for j in np.flatnonzero(silent))

@@ -83,7 +83,7 @@ def test_each_side_is_mapped_where_it_is_said_to_be_the_motors(position, torque)
 def test_hundreds_of_radians_at_the_motor_are_no_degrees(tmp_path):
     rows = np.column_stack([T, 3000 * T, 3000 * T, Q])
     np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="t,q1,q2,tau1,tau2", comments="")
-    with pytest.raises(LogError, match="may be in deg"):
+    with pytest.raises(LogError, match="--unit deg"):
         read_log(tmp_path / "a.csv")
     log = read_log(tmp_path / "a.csv", drive=drive_of("ratio = [100, 100]"))
     np.testing.assert_allclose(log.q[:, 0], 30 * T)

@@ -49,7 +49,7 @@ def played(name: str, X: np.ndarray, torques: np.ndarray) -> tuple[np.ndarray, n
     tau = np.vstack([tau, tau[-1]])
     log = symgen.make_log("torques", t, np.zeros_like(tau), tau)
     rest = (np.zeros(n), np.zeros(n))
-    done = symgen.simulate(name, X, torque=log, hold=True, initial=rest, tolerance=1e-10)
+    done = symgen.simulate(name, X, torque=log, hold=True, initial=rest)
     return done.q[0, -1], done.qd[0, -1]
 
 
