@@ -40,6 +40,12 @@ _adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Of a field that has no key there where it is None.
 OPTIONAL = "optional"
+#: Keys of a file of some schema that earlier versions wrote; reading leaves them out.
+GONE = {
+    "symgen.estimate/1": {"whiteness"},
+    "symgen.estimate/2": {"whiteness"},
+    "symgen.diagnosis/1": {"replay"},
+}
 
 
 @dataclass(frozen=True)
@@ -196,4 +202,5 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
     if found not in schemas:
         accepted = " or ".join(schemas)
         raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
-    return dict(content)
+    gone = GONE.get(found, set())
+    return {key: value for key, value in content.items() if key not in gone}
