@@ -40,12 +40,6 @@ _adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Of a field that has no key there where it is None.
 OPTIONAL = "optional"
-#: Keys of a file of some schema that earlier versions wrote; reading leaves them out.
-GONE = {
-    "symgen.estimate/1": {"whiteness"},
-    "symgen.estimate/2": {"whiteness"},
-    "symgen.diagnosis/1": {"replay"},
-}
 
 
 @dataclass(frozen=True)
@@ -135,7 +129,7 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
     """Return the result that a JSON file holds.
 
     Args:
-        kind: the dataclass.
+        kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are left out.
         content: of the file, its schema known.
         file: for messages.
         beside: fields that do not stand in the file.
@@ -143,7 +137,8 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
     Raises:
         ParameterError: the content is another.
     """
-    given = {key: value for key, value in content.items() if key != "schema"}
+    gone = {"schema", *getattr(kind, "GONE", ())}
+    given = {key: value for key, value in content.items() if key not in gone}
     known = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
     try:
         text = json.dumps({**given, **dict.fromkeys(beside)})
@@ -202,5 +197,4 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
     if found not in schemas:
         accepted = " or ".join(schemas)
         raise ParameterError(f"{file}: its schema is {found!r}; accepted: {accepted}")
-    gone = GONE.get(found, set())
-    return {key: value for key, value in content.items() if key not in gone}
+    return dict(content)

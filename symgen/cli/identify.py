@@ -97,7 +97,6 @@ def identify(
     from symgen.parallel import executor_of
 
     source = symgen.read_robot(robot)
-    files = expanded(validation or logs)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
             robot,
@@ -115,6 +114,7 @@ def identify(
         if robot.endswith(".urdf"):
             try:
                 file = identified_file(robot, estimate, folder=into)
+                files = expanded(validation or logs)
                 if not is_long(files):
                     require_precise(file, source, files, estimate, options["reading"])
                 said = "; ".join(file.notes)

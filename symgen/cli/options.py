@@ -27,6 +27,11 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
     return list(map(CompletionItem, known)) or [CompletionItem(incomplete, type="file")]
 
 
+def _opposite(_context: Any, _option: Any, given: bool) -> bool:
+    """Return what a --no option says of the thing itself."""
+    return not given
+
+
 def one_of(*words: str) -> Callable[..., list[str]]:
     """Return the completion of an option that takes one of these words."""
     return lambda _context, _parameter, incomplete: [w for w in words if w.startswith(incomplete)]
@@ -149,7 +154,7 @@ _READING = (
         "--no-header",
         "header",
         is_flag=True,
-        callback=lambda _context, _option, out: not out,
+        callback=_opposite,
         help="The CSV has no header; --columns gives the numbers of its columns: t=1,q1=2,..",
     ),
 )
@@ -179,7 +184,7 @@ _RECORDING = (
         "--no-velocity",
         "velocity",
         is_flag=True,
-        callback=lambda _context, _option, out: not out,
+        callback=_opposite,
         help="Write no qd.",
     ),
     click.option(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,6 +188,8 @@ class Diagnosis(Viewable):
         moving: gap before and after, and noise floor, without static friction at rest.
         contacts: contacts in the logs, whose samples count in no fit and in no gap after.
     """
+
+    GONE: ClassVar = ("replay",)
 
     robot: str
     verdict: str

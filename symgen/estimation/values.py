@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ class Trace:
         predicted: shape (K, m).
         raw: unfiltered measured torque, shape (K, m); None for other quantities.
     """
+
+    GONE: ClassVar = ("spacing",)
 
     log: str
     kind: str

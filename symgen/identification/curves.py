@@ -46,12 +46,10 @@ def read_traces(path: Path) -> tuple[Trace, ...]:
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
-            index = json.loads(file["index"].tobytes())["traces"]
-            for entry in index:
-                entry.pop("spacing", None)  # of earlier versions
+            index = json.loads(file["index"].tobytes())
             return tuple(
                 from_json(Trace, entry, path, **_arrays(file, f"trace{k}", entry))
-                for k, entry in enumerate(index)
+                for k, entry in enumerate(index["traces"])
             )
     except Exception as error:  # a damaged archive raises one of two dozen kinds
         raise ParameterError(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -236,6 +236,8 @@ class Estimate(Viewable):
         uses: what the estimate may be used for.
         headline: what it is good for, one sentence a use, with BETWEEN_USES between them.
     """
+
+    GONE: ClassVar = ("whiteness",)
 
     robot: str
     joints: tuple[Joint, ...] = ()

@@ -200,9 +200,10 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
     if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
         before = round((samples.t[0] - clock[0]) / clock[1])
     samples = samples.cut(slice(-before % settings.unit(s.step), None))
-    middle = samples.cut(slice(max(len(samples.t) - _LOOKED, 0) // 2, None))
-    if mended_speeds(middle.cut(slice(_LOOKED)), settings.band.comparison_hz)[1]:
-        samples, more = mended_speeds(samples, settings.band.comparison_hz)
+    middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
+    looked, band = samples.cut(middle).cut(slice(_LOOKED)), settings.band.comparison_hz
+    if not segment.clean and mended_speeds(looked, band)[1]:
+        samples, more = mended_speeds(samples, band)
         repairs += more
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
