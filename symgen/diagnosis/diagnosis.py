@@ -189,7 +189,7 @@ class Diagnosis(Viewable):
         contacts: contacts in the logs, whose samples count in no fit and in no gap after.
     """
 
-    GONE: ClassVar = ("replay",)
+    GONE: ClassVar = ("replay", "free_functions")
 
     robot: str
     verdict: str

@@ -112,3 +112,10 @@ def test_every_schema_that_the_code_names_has_a_file_here():
     code = "".join(p.read_text("utf-8") for p in (PROJECT / "symgen").rglob("*.py"))
     named = set(re.findall(r"symgen\.[a-z]+/[0-9]+", code))
     assert named - ONLY_WRITTEN == {str(_content(p)["schema"]) for p in WRITTEN.iterdir()}
+
+
+def test_curves_without_a_law_of_an_older_diagnosis_are_left_out(tmp_path):
+    folder = shutil.copytree(WRITTEN / "diagnosis-1", tmp_path / "old")
+    content = _content(WRITTEN / "diagnosis-1") | {"free_functions": [{"joint": 1}]}
+    (folder / "diagnosis.json").write_text(json.dumps(content), "utf-8")
+    assert read_result(folder).verdict == content["verdict"]
