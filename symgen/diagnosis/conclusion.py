@@ -50,8 +50,6 @@ from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
 from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
-    LEAST,
-    SURE,
     PredictiveScore,
     dense,
     everywhere,
@@ -64,6 +62,7 @@ from symgen.estimation.torque_error import TorqueFit, percent, relative_error, s
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import undo_faults
 from symgen.identification.parameters import base_values
+from symgen.policy import LEAST, SURE
 from symgen.robot.effect import definitions, numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

@@ -22,7 +22,6 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
 )
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import MISFIT
 from symgen.faults.causes import ANOTHER, find_cause, unmendable
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
@@ -35,6 +34,7 @@ from symgen.faults.model import (
 from symgen.faults.samples import lasting, unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.names import REVOLUTE
+from symgen.policy import MISFIT
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

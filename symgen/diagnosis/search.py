@@ -33,17 +33,10 @@ from symgen.diagnosis.terms import NAME as UNNAMED
 from symgen.diagnosis.terms import Expressions
 from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
 from symgen.estimation.misfit_evidence import MisfitEvidence
-from symgen.estimation.predictive_score import (
-    LEAST,
-    MISFIT,
-    Columns,
-    Fit,
-    Folded,
-    PredictiveScore,
-    price_of_size,
-)
+from symgen.estimation.predictive_score import Columns, Fit, Folded, PredictiveScore, price_of_size
 from symgen.estimation.values import FloatArray
 from symgen.parallel import Say, silent
+from symgen.policy import LEAST, MISFIT
 
 #: Name and joints of a candidate.
 Key = tuple[str, tuple[int, ...]]

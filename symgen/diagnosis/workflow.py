@@ -49,7 +49,6 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.masking import rests_in_words
-from symgen.estimation.predictive_score import LEAST, MISFIT
 from symgen.estimation.values import FloatArray
 from symgen.faults.causes import find_cause
 from symgen.faults.fault import MASKED, Fault, undo_faults
@@ -59,6 +58,7 @@ from symgen.faults.scene import Rows, Scene
 from symgen.identification.parameters import read_given
 from symgen.identification.segments import sample_logs
 from symgen.parallel import own_threads
+from symgen.policy import LEAST, MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot

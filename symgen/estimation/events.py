@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
-from symgen.estimation.predictive_score import FREEDOM, MISFIT, TEMPERATURE, Fit, PredictiveScore
+from symgen.estimation.predictive_score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
 from symgen.estimation.values import FloatArray
+from symgen.policy import MISFIT
 
 #: Longest event, as a part of its log; ratio of the lengths that are tried; starts in a length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8

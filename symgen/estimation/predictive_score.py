@@ -33,12 +33,8 @@ from symgen.estimation.values import FloatArray
 #: Columns (K, m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
 FOLDS = 6
-#: Of its joint's torque: what matters to anybody, and what no model is righter than.
-LEAST, MISFIT = 0.008, 0.004
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
-#: Log-odds above which one of two explanations is certain: nine to one.
-SURE = math.log(9.0)
 FREEDOM = 3.0  # of Student's t, the law of sizes that are expected but not known
 _REGIONS = 12  # of state, from which the folds are put together
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm

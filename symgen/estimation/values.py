@@ -18,6 +18,25 @@ Curve = Annotated[FloatArray, BESIDE]
 
 
 @dataclass(frozen=True)
+class Reason:
+    """Why something is not as it should be: programs read kind, people read text.
+
+    Attributes:
+        kind: a word from a fixed list, such as "drive_gain_error" or "overfit".
+        joints: their numbers in the robot file; empty for all, or where it concerns none.
+        value: what was measured, NaN where nothing is.
+        limit: what it is compared with, NaN where nothing is.
+        text: one sentence, with the joints' names and what to do.
+    """
+
+    kind: str
+    joints: tuple[int, ...] = ()
+    value: OrNan = math.nan
+    limit: OrNan = math.nan
+    text: str = ""
+
+
+@dataclass(frozen=True)
 class Residual:
     """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one."""
 

@@ -26,9 +26,6 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import noise_fit, unexplained_from
 from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import (
-    LEAST,
-    MISFIT,
-    SURE,
     TEMPERATURE,
     Columns,
     dense,
@@ -44,6 +41,7 @@ from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, Shape, Sized
 from symgen.faults.undo import completed, multiplied
 from symgen.parallel import in_order, own_threads
+from symgen.policy import LEAST, MISFIT, SURE
 from symgen.runtime.evaluator import Evaluator
 
 #: Largest remaining error, as a part of the error without it, for a cause that is named.

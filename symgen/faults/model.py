@@ -19,7 +19,6 @@ import numpy as np
 from symgen.data.mask import Bools, at_rest, moving_joints, touched
 from symgen.data.raw import FloatArray
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.summary import (
     BLOCKS,
     Blocks,
@@ -35,6 +34,7 @@ from symgen.faults.recorder import common_delay, late_fault
 from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
 from symgen.faults.undo import backwards, exchanged, levelled, multiplied
+from symgen.policy import MISFIT
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

@@ -43,7 +43,6 @@ from symgen.estimation.playback import (
     position_errors,
     windows_of,
 )
-from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -74,6 +73,7 @@ from symgen.identification.solving import (
     equate,
     system_of,
 )
+from symgen.policy import LEAST
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator

@@ -22,7 +22,6 @@ from symgen.data.long_logs import Source
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.predictive_score import LEAST
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import (
@@ -38,6 +37,7 @@ from symgen.identification.physical import (
     no_robot_near,
 )
 from symgen.identification.prediction import torque_errors
+from symgen.policy import LEAST
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import SPRING, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf

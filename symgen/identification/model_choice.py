@@ -27,7 +27,6 @@ from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
 from symgen.estimation.masking import require_left
-from symgen.estimation.predictive_score import MISFIT
 from symgen.estimation.solve import (
     IdentifiableColumns,
     Solution,
@@ -62,6 +61,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
+from symgen.policy import MISFIT
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 

@@ -27,7 +27,6 @@ from symgen.estimation.logs import (
     require_other_data,
 )
 from symgen.estimation.playback import gains_of
-from symgen.estimation.predictive_score import LEAST
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
@@ -53,6 +52,7 @@ from symgen.identification.physical import Consistent
 from symgen.identification.segments import LongLogs, open_long_logs
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.parallel import Say, silent
+from symgen.policy import LEAST
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load

@@ -8,12 +8,7 @@ import pytest
 from symgen.data.signals import Samples
 from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, unfiltered
-from symgen.estimation.predictive_score import (
-    FOLDS,
-    TEMPERATURE,
-    PredictiveScore,
-    motion_folds,
-)
+from symgen.estimation.predictive_score import FOLDS, TEMPERATURE, PredictiveScore, motion_folds
 
 K, N, P = 240, 2, 5
 

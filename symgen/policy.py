@@ -1,0 +1,31 @@
+"""What matters, how sure is sure, and how large is large: the limits by which symgen decides.
+
+Every limit that changes a verdict, an adoption or a choice stands here, with the reason for it and
+the measurement that chose it. Numbers of an algorithm (orders, tolerances, grids) stay beside it.
+"""
+
+from __future__ import annotations
+
+import math
+
+#: Smallest torque that matters, part of a joint's torque: what engineers leave alone (`--least`).
+LEAST = 0.008
+#: Smallest error of a model to expect, part of a joint's torque (`--misfit`).
+MISFIT = 0.004
+#: Torque error on other motion up to which a model is good, and usable (`--accept`): a feed-forward
+#: at 5 % leaves the feedback a twentieth of the work; above 10 % it needs another look.
+GOOD, ACCEPT = 0.05, 0.10
+#: A part of the motion with this many times the error of all is named.
+VARIES = 2.5
+#: Error of a single joint from which it is listed with its N m.
+JOINT = 0.30
+#: The nearest possible robot is the estimate unless its held-out error exceeds that of least
+#: squares by `LEAST` and by this part.
+POSSIBLE = 0.10
+#: An effect is shown as the cause if it leaves at most this part of its joint's error above the
+#: noise floor on other motion. Of 59 simulated logs, right names left 1 to 32 %, false 59 to 97.
+SHOWN = 0.5
+#: Gap after, of the torque, up to which a diagnosis is "explained".
+EXPLAINED = 0.15
+#: Log-odds above which one of two explanations is certain: nine to one.
+SURE = math.log(9.0)
