@@ -29,3 +29,6 @@ SHOWN = 0.5
 EXPLAINED = 0.15
 #: Log-odds above which one of two explanations is certain: nine to one.
 SURE = math.log(9.0)
+#: Error of a joint's torque above which the motion itself is doubted: signs, exchanged joints,
+#: other gears and another gravity leave more.
+LOUD = 0.3

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernels import ENERGY, Kernel
@@ -142,3 +144,15 @@ def _proved(robot: Robot) -> tuple[BaseParameters, bool]:
     if robot.effects:
         require_new_columns(robot, base)
     return base, at_values
+
+
+def regrouping(model: Model) -> NDArray[np.float64]:
+    """Return G (p, s) of X = G s: from standard to base parameters, at the robot's lengths."""
+    base, numbers = model.base, model.robot.values()
+    place = {p.name: k for k, p in enumerate(base.standard)}
+    G = np.zeros((len(base.parameters), len(base.standard)))
+    for row, p in enumerate(base.parameters):
+        G[row, p.index] = 1.0
+        for c, name in p.terms:
+            G[row, place[name]] = float(c.subs(numbers).evalf(30))
+    return G

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
@@ -21,7 +20,6 @@ from symgen.views import Viewable
 
 MARKER = "diagnosis.json"
 SCHEMA = "symgen.diagnosis/1"
-NOISE = "may be noise of q"
 VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-measurement")
 
 
@@ -70,9 +68,8 @@ class FoundEffect:
         declared: whether the extended robot.toml and its C code contain the effect.
         probability: that this effect, or one that the data cannot distinguish from it, is present.
         torque_rms: RMS of its torque on its joint, N m or N.
-        confirmed: whether data with another motion confirm the effect; only then the extended robot
-            has it.
-        note: a doubt about the effect, NOISE; None without any.
+        adopted: whether it lowers the error on other motion; only then the extended robot has it.
+        shown: whether it is shown as the cause: it leaves at most half of its joint's error.
     """
 
     name: str
@@ -86,8 +83,8 @@ class FoundEffect:
     declared: Annotated[bool, at("in_robot_toml")] = True
     probability: float = 1.0
     torque_rms: OrNan = np.nan
-    confirmed: bool = True
-    note: Annotated[str | None, OPTIONAL] = None
+    adopted: bool = True
+    shown: bool = False
 
 
 @dataclass(frozen=True)
@@ -126,39 +123,6 @@ class Curves:
     free: NDArray[np.bool_] | None = None
 
 
-@dataclass(frozen=True)
-class Work:
-    """The gap as energy: RMS error of the modelled work over RMS of the measured work.
-
-    The work is the integral of qd' tau over windows of `window_s`, as in the energy model. Joints
-    count by their power.
-    """
-
-    window_s: float
-    before: float
-    after: float
-
-
-def work(curves: Sequence[Curves], window: float = 0.2) -> Work | None:
-    """Compare measured and modelled work on validation logs; None if no window fits."""
-    parts = []
-    for c in curves:
-        step = float(np.median(np.diff(c.t))) if len(c.t) > 1 else np.inf
-        size = max(1, round(window / step))
-        if len(c.t) > size:
-            torques = np.stack([c.measured, c.before, c.after])
-            power = np.sum(c.qd * torques * (1 if c.free is None else c.free), axis=2)
-            total = np.cumsum((power[:, 1:] + power[:, :-1]) / 2 * step, axis=1)
-            total = np.pad(total, ((0, 0), (1, 0)))
-            parts.append(total[:, size:] - total[:, :-size])
-    if not parts:
-        return None
-    measured, *models = np.concatenate(parts, axis=1)
-    rms = [float(np.sqrt(np.mean(x**2))) for x in (measured, *(measured - m for m in models))]
-    before, after = (left / (rms[0] or np.inf) for left in rms[1:])
-    return Work(window, before, after)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(Viewable):
     """The result of `diagnose`.
@@ -169,7 +133,6 @@ class Diagnosis(Viewable):
         cutoff_hz: cutoff of the low-pass for all torques, Hz; None if no low-pass fits.
         metric: the quantity that the gap measures: "torque".
         before, after, floor: gap before and after, and noise floor, on held-out data.
-        energy: the same comparison as work; None without curves.
         where: joints with a gap, the largest share first; empty if consistent.
         effects: the effects, the largest share in closing the gap first.
         rejected: other candidates that were tried.
@@ -186,10 +149,9 @@ class Diagnosis(Viewable):
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
-        contacts: contacts in the logs, whose samples count in no fit and in no gap after.
     """
 
-    GONE: ClassVar = ("replay", "free_functions")
+    GONE: ClassVar = ("replay", "free_functions", "energy")
 
     robot: str
     verdict: str
@@ -198,7 +160,6 @@ class Diagnosis(Viewable):
     before: Annotated[Gap, at("gap.before")]
     after: Annotated[Gap, at("gap.after")]
     floor: Annotated[Gap, at("gap.noise_floor")]
-    energy: Work | None = field(init=False)
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
     rejected: tuple[Rejected, ...]
@@ -215,10 +176,6 @@ class Diagnosis(Viewable):
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
-    contacts: Annotated[tuple[Fault, ...], BESIDE] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "energy", work(self.curves))
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
 from symgen.names import joints_in_words
 from symgen.robot.effect import definitions
@@ -78,14 +78,6 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
     return f"{said} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
 
 
-def noisy(effect: FoundEffect, robot: Robot) -> str:
-    """Return the doubt about an effect that has a note, and how to resolve it."""
-    return (
-        f"{placed(effect, robot)} {effect.note}: even and odd samples give other values than "
-        "least squares; record positions with less noise, or measured speeds"
-    )
-
-
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return a line on the effects that no robot file can declare, or nothing."""
     left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
@@ -105,9 +97,34 @@ def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
     )
 
 
-def held_at_rest(joints: Sequence[int], robot: Robot) -> str:
-    """Return a text on joints whose torque at rest exceeds the limit of static friction."""
-    return (
-        f"at rest the torque on {on_joints(joints, robot)} is beyond the limits of static "
-        "friction: a brake may hold the joint (--mask rest leaves samples at rest out)"
-    )
+def grade(effect: FoundEffect) -> str:
+    """Return what is said of an effect: shown as the cause, adopted, or suspected."""
+    if effect.shown:
+        return "shown as the cause"
+    return "the best of the known laws" if effect.adopted else "suspected"
+
+
+def advice_of(
+    effects: Sequence[FoundEffect], robot: Robot, verdict: str, moving: Sequence[Gap]
+) -> tuple[str, ...]:
+    """Return what to do next.
+
+    Args:
+        effects: what was found.
+        robot: for the names of joints.
+        verdict: of the diagnosis.
+        moving: gap before and after of joints in motion.
+    """
+    known = definitions()
+    out = []
+    for e in effects:
+        row = known.get(e.name)
+        if e.adopted and row is not None and row.advice:
+            out.append(f"{placed(e, robot)}: {row.says}; {row.advice}")
+    out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
+    if verdict in ("unexplained", "partly-explained"):
+        out.append(
+            f"no known effect explains the remaining torque error of {percent(moving[1].total)} in "
+            "motion: the plots of the residual in report.html show what it depends on"
+        )
+    return tuple(out)

@@ -1,10 +1,12 @@
-"""diagnose: compare model and logs, locate the gap, name effects, and extend the model."""
+"""diagnose: find where a model and measured data disagree, name why, and extend the model.
+
+open logs -> problem -> search -> confirm -> extend the model -> measure the gap -> verdict
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -14,32 +16,27 @@ from symgen.data.log import Log
 from symgen.data.long_logs import expanded, is_long
 from symgen.data.raw import Reading
 from symgen.data.signals import Samples
-from symgen.diagnosis.baseline import Baseline, baseline, model_of
-from symgen.diagnosis.conclusion import conclude, plain
-from symgen.diagnosis.contacts import NAME as CONTACT
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect
-from symgen.diagnosis.effects import candidates
-from symgen.diagnosis.measuring_chain import (
-    check,
-    closed,
-    is_effect,
-    matters,
-    mended,
-    name_of,
-    named_effects,
-    places_of,
-    rejected,
-    rivals_physics,
-    with_chain,
+from symgen.diagnosis.diagnosis import (
+    Diagnosis,
+    FoundEffect,
+    FoundParameter,
+    Rejected,
 )
-from symgen.diagnosis.model_based_effects import special_candidates
-from symgen.diagnosis.search import Search
-from symgen.diagnosis.stiffness import NAME as STIFFNESS
-from symgen.diagnosis.stiffness import stiffnesses, with_stiffness
-from symgen.errors import IdentificationError, ParameterError
+from symgen.diagnosis.extended import (
+    Extended,
+    extend_model,
+    found_effects,
+    numbers,
+    robot_parameters,
+)
+from symgen.diagnosis.gap import Gaps, measure_gap, places
+from symgen.diagnosis.messages import advice_of
+from symgen.diagnosis.second_encoder import with_stiffness
+from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
 from symgen.estimation.cutoff import choose_band
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.floor import quiet
 from symgen.estimation.logs import (
     Source,
     hold_out,
@@ -48,23 +45,39 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.masking import rests_in_words
-from symgen.estimation.values import FloatArray
-from symgen.faults.causes import find_cause
-from symgen.faults.fault import MASKED, Fault, undo_faults
+from symgen.faults.fault import MASKED, Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest, mended_channels
-from symgen.faults.scene import Rows, Scene
+from symgen.faults.samples import lasting, unmended_faults
+from symgen.hypotheses.confirm import (
+    REPEATED,
+    Item,
+    Weighed,
+    confirm,
+    held_squares,
+    items_of,
+    restricted,
+)
+from symgen.hypotheses.effects import Score
+from symgen.hypotheses.problem import Problem, make_problem, model_of
+from symgen.hypotheses.search import Found, make_registry, search
+from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.parameters import read_given
 from symgen.identification.segments import sample_logs
 from symgen.parallel import own_threads
-from symgen.policy import LEAST, MISFIT
+from symgen.policy import EXPLAINED, LEAST, MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
+#: Effects that repairs of samples are named by.
+_REPAIRED = {
+    "speed": "velocity_sensor_error",
+    "unrelated": "velocity_sensor_error",
+    "saturated": "saturation",
+}
+_LISTED = 12  # rejected candidates
 
 
 def diagnose(
@@ -85,8 +98,9 @@ def diagnose(
     By default, the parameters are identified from the logs by the torque equations in the motion's
     band. With `parameters`, of an earlier state of the robot, the logs show what has changed since.
     Effects of the robot file with ranges as constants are tried together with the library.
-    Candidates are accepted by the rule of `symgen.diagnosis.search`. The extended model is derived,
-    compiled and identified again. The gap is measured on data that the selection did not use.
+    Hypotheses are accepted by `symgen.hypotheses.search`, and adopted by
+    `symgen.hypotheses.confirm`. The extended model is derived, compiled and identified again. The
+    gap is measured on data that the search did not use.
 
     Args:
         robot: a robot, a path or a library name.
@@ -114,76 +128,28 @@ def diagnose(
     if unknown:
         raise ParameterError(f"effect {unknown[0]!r}; accepted: {', '.join(library)}")
     named = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    opened = _opened(source, named, reading, progress)
+    opened = _open(source, named, reading, progress)
     if parameters is None:
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
     known = None if parameters is None else read_given(parameters, evaluator.model)
-
-    def band_of(train: Sequence[Samples]) -> Band:
-        band = known.band if known is not None else None
-        band = band or choose_band(evaluator, train, cutoff, threads=own_threads())
-        return band if cutoff is None else replace(band, cutoff_hz=cutoff)
-
-    given = None if known is None else known.X
-    asked = _Question(source, evaluator, opened, band_of, given, effects, least, misfit, progress)
-    progress("checking the logs")
-    faults, lasting = check(evaluator, *asked.logs, opened.repairs)
-    try:
-        whole = asked.answer(faults, lasting)
-    except IdentificationError as error:
-        if not lasting:
-            raise
-        try:  # without these channels, nothing can be identified
-            whole = asked.unsearched(faults, lasting)
-        except IdentificationError:
-            raise IdentificationError(f"{lasting[0].fault} ({error})") from error
-    rivals = [f for f in faults if rivals_physics(f)]
-    if rivals:
-        sure = [f for f in faults if not rivals_physics(f)]
-        whole = _of_rivals(whole, asked.answer(sure), rivals, source, least)
-    if whole.verdict in ("unexplained", "partly-explained"):
-        train, held = asked.logs
-        free = tuple(undo_faults(log, whole.contacts)[0] for log in (*train, *held))
-        rows = Rows(evaluator, free, len(train), misfit)
-        cause = find_cause(Scene(rows), repairs=opened.repairs, least=least)
-        if cause is not None:
-            whole = replace(whole, advice=(cause.says, *whole.advice))
-    drawn = (*whole.mended, *opened.changed)
-    whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
-    return _with_left_out(whole, source)
-
-
-def _of_rivals(
-    undone: Diagnosis, physics: Diagnosis, faults: Sequence[Fault], robot: Robot, least: float
-) -> Diagnosis:
-    """Return the diagnosis with the smaller gap: with the faults undone, or of the physics.
-
-    If both gaps are the same, the physics is named, because it needs no fault of the recorder. If
-    the physics names one of the faults itself, the fault is undone.
-    """
-    same = {*map(name_of, faults)} & {e.name for e in physics.effects}
-    if same or matters(physics.moving[1], undone.moving[1], least):
-        return undone
-    names = ", ".join(dict.fromkeys(e.name for e in physics.effects)) or "the model alone"
-    so = (
-        f": the torque error is {100 * undone.after.total:.3g} % if it is corrected, and "
-        f"{100 * physics.after.total:.3g} % with {names} instead"
-    )
-    told = (rejected(f, robot, so) for f in faults)
-    return replace(physics, rejected=(*told, *physics.rejected))
-
-
-def _with_left_out(diagnosis: Diagnosis, robot: Robot) -> Diagnosis:
-    """Note which effects of the robot file the extended robot does not have."""
-    named = {(e.name, joint) for e in diagnosis.effects for joint in e.joints}
-    left = [s.key for s in robot.sought if s.key not in named]
-    if not left:
-        return diagnosis
-    listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in left)
-    note = f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
-    return replace(diagnosis, notes=(*diagnosis.notes, note))
+    band = known.band if known is not None else None
+    band = band or choose_band(evaluator, opened.train, cutoff, threads=own_threads())
+    band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
+    X = None if known is None else known.X
+    problem = make_problem(evaluator, *_in_band(opened.groups, band), X, misfit)
+    about = source.sigma, source.passive
+    broken = lasting([f for s in (*opened.train, *opened.held) for f in unmended_faults(s, *about)])
+    registry = make_registry(problem, source, effects)
+    found = Found(problem, problem)
+    if not broken:
+        found = search(problem, registry, least, progress=progress)
+    progress("deriving, compiling and identifying the extended model")
+    found, weighed = confirm(found, least)
+    found, weighed, model, gaps = _extend(found, weighed)
+    listed = (*_repaired(opened, band, problem, least), *found_effects(model, weighed))
+    return _conclude(opened, band, _Concluded(found, weighed, model, gaps, listed), broken, least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +157,8 @@ class _Opened:
     """The logs of a diagnosis.
 
     Attributes:
-        train, held: the repaired logs.
+        train, held: the repaired logs; the end of each training log is held out if none is given.
+        given: whether validation logs were given.
         repairs: the repairs.
         changed: the channels that the repairs changed.
         unmended: both groups without masks of faults and with the measured speeds; None if these
@@ -201,13 +168,19 @@ class _Opened:
 
     train: Sequence[Samples]
     held: Sequence[Samples]
+    given: bool
     repairs: tuple[Fault, ...]
-    changed: Sequence[MendedChannel]
-    unmended: Groups | None
+    changed: Sequence[MendedChannel] = ()
+    unmended: Groups | None = None
     notes: tuple[str, ...] = ()
 
+    @property
+    def groups(self) -> Groups:
+        """The training and the validation logs."""
+        return self.train, self.held
 
-def _opened(
+
+def _open(
     robot: Robot,
     sources: tuple[Sequence[Source], Sequence[Source]],
     reading: Reading | None,
@@ -215,12 +188,14 @@ def _opened(
 ) -> _Opened:
     """Read each log once, and repair it."""
     require_logs(sources[0])
+    given = bool(sources[1])
     if is_long([*chain(*sources)]):
         sampled = sample_logs(robot, *sources, reading or Reading(), 0.0, progress)
-        said = sampled.in_words("read; the diagnosis is that of")
+        words = sampled.in_words("read; the diagnosis is that of")
         train, held, more = join_bands(sampled.train, sampled.held)
+        groups = (train, held) if given else hold_out(train)
         done = (*sampled.repairs, *more)
-        return _Opened(train, held, done, (), None, (*sampled.notes, *said))
+        return _Opened(*groups, given, done, notes=(*sampled.notes, *words))
 
     def opened(source: Source) -> Log:
         progress(f"reading {getattr(source, 'name', source)}")
@@ -230,201 +205,22 @@ def _opened(
     uncut = replace(reading or Reading(), start=None, until=None)
     (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
     require_other_data(train, held)
-    plain = train, held
+    raw: Groups = train, held
     masked = any(r.kind in MASKED for r in repairs)
     if masked:
-        as_read = (
+        first, last = (
             [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
             for group in recorded
         )
-        plain = next(as_read), next(as_read)
+        raw = first, last
     train, held, more = join_bands(train, held)
-    unmended = plain if masked or more else None
     logs, done = [*chain(*recorded)], (*repairs, *more)
     changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
-    return _Opened(train, held, done, changed, unmended)
-
-
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """What is diagnosed: a model, its logs in the band, and the effects to try."""
-
-    robot: Robot
-    evaluator: Evaluator
-    opened: _Opened
-    band_of: Callable[[Sequence[Samples]], Band]
-    given: FloatArray | None
-    effects: Sequence[str] | None
-    least: float
-    misfit: float
-    progress: Callable[[str], None]
-
-    @cached_property
-    def band(self) -> Band:
-        """The band of the logs as they are."""
-        return self.band_of(self.opened.train)
-
-    @cached_property
-    def logs(self) -> tuple[list[FilteredLog], list[FilteredLog]]:
-        """The training and validation logs in the band."""
-        return _in_band((self.opened.train, self.opened.held), self.band)
-
-    def fitted(self, logs: tuple[list[FilteredLog], list[FilteredLog]]) -> Baseline:
-        """Return the model on logs; without validation logs, their last fifth measures the gap."""
-        train, held = logs
-        if not held:
-            groups = hold_out([log.samples for log in train])
-            train, held = (
-                [_part(log, s) for log, s in zip(train, group, strict=True)] for group in groups
-            )
-        return baseline(self.evaluator, train, held, self.given)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on the repairs of the logs."""
-        opened = self.opened
-        notes = tuple(note for s in (*opened.train, *opened.held) for note in s.notes)
-        notes += opened.notes
-        notes += (*(r.in_words for r in opened.repairs), f"band: {self.band.in_words()}")
-        if opened.held:
-            return notes
-        return (
-            *notes,
-            "no validation log is given: the torque error is that of the last fifth of each log",
-        )
-
-    @cached_property
-    def baseline(self) -> Baseline:
-        """The model on the repaired logs."""
-        return self.fitted(self.logs)
-
-    @cached_property
-    def declared(self) -> Diagnosis:
-        """The declared model, on the repaired logs."""
-        return plain(self.baseline, self.notes, self.least)
-
-    @cached_property
-    def raw(self) -> Diagnosis | None:
-        """The declared model on the logs as recorded.
-
-        None if nothing was repaired, or if these logs determine no model.
-        """
-        if self.opened.unmended is None:
-            return None
-        logs = _in_band(self.opened.unmended, replace(self.band, velocity="measured"))
-        try:
-            return plain(self.fitted(logs), self.notes)
-        except IdentificationError:
-            return None
-
-    @cached_property
-    def repaired(self) -> Diagnosis:
-        """The declared model on the repaired logs, with measured speeds as in `raw`.
-
-        Derived speeds may be better without any repair.
-        """
-        if self.band.velocity == "measured":
-            return self.declared
-        opened = self.opened.train, self.opened.held
-        logs = _in_band(opened, replace(self.band, velocity="measured"))
-        return plain(self.fitted(logs), self.notes)
-
-    @cached_property
-    def rests(self) -> tuple[str, ...]:
-        """Notes on joints at rest."""
-        return rests_in_words([*self.opened.train, *self.opened.held], self.robot)
-
-    @cached_property
-    def physics(self) -> Diagnosis:
-        """The diagnosis of the physics on the repaired logs."""
-        return self.searched(self.baseline)
-
-    def searched(self, model: Baseline, repaired: Sequence[str] = ()) -> Diagnosis:
-        """Search for missing physics in logs; `repaired` lists the faults undone in them."""
-        given, bent = model.given, stiffnesses(model.base)
-        pool = (
-            *candidates(self.robot, model.base.logs, self.effects, given=given),
-            *special_candidates(self.robot, bent, self.effects, given=given),
-        )
-        expressions = not given and (self.effects is None or "unnamed" in self.effects)
-        contacts = self.effects is None or CONTACT in self.effects
-        search = Search(model, pool, expressions, contacts, self.least, self.misfit, self.progress)
-        selection = search.run()
-        self.progress("deriving, compiling and identifying the extended model")
-        notes = (*self.notes, *(f"repaired: {fault}" for fault in repaired), *self.rests)
-        if not bent and self.effects is not None and STIFFNESS in self.effects:
-            notes += (
-                f"{STIFFNESS}: without a second encoder (qs1.., on the link side) it shows only "
-                "near its resonance",
-            )
-        found = conclude(model, selection, notes, self.least, self.misfit, search.probable)
-        return with_stiffness(found, self.robot, bent)
-
-    def undone(
-        self, faults: Sequence[Fault], lasting: Sequence[Fault]
-    ) -> tuple[Baseline, Sequence[FilteredLog]]:
-        """Return the model on the corrected logs, and the corrected training logs.
-
-        Validation logs may be without a fault of the training logs. They are corrected if the model
-        then predicts them better.
-        """
-        train, held = ([undo_faults(log, faults)[0] for log in group] for group in self.logs)
-        if any(f.kind == "delay" for f in faults):  # the band was not selected by a model
-            recorded = [log.samples for log in train], [log.samples for log in held]
-            train, held = _in_band(recorded, self.band_of(recorded[0]))
-        fixed = self.fitted((train, held))
-        if not held or not lasting:
-            return fixed, train
-        other = self.fitted((train, self.logs[1]))
-        return min(fixed, other, key=lambda b: plain(b, self.notes).before.total), train
-
-    def unsearched(self, faults: Sequence[Fault], lasting: Sequence[Fault]) -> Diagnosis:
-        """Return the declared model with the faults named, on logs that determine nothing else."""
-        whole, before = replace(self.declared, advice=()), self.declared.before
-        named = named_effects(faults, self.robot, before, before)
-        says = (*(f.fault for f in faults), "symgen searches for no effects in a faulty log")
-        whole = replace(whole, where=places_of(faults, before, self.robot))
-        return with_chain(whole, named, before, 0.0, says, lasting)
-
-    def answer(self, faults: Sequence[Fault], lasting: Sequence[Fault] = ()) -> Diagnosis:
-        """Undo the faults whose correction closes a part of the gap, then search for physics.
-
-        Args:
-            faults: faults of the logs, each with its correction.
-            lasting: those that need a new record. They are corrected and named in any case.
-        """
-        named: list[FoundEffect] = []
-        says: tuple[str, ...] = ()
-        whole, closes = None, 0.0
-        if faults:
-            fixed, train = self.undone(faults, lasting)
-            undone, was = plain(fixed, self.notes), self.declared.before
-            left = undone.after if any(f.undo for f in faults) else was
-            if lasting or matters(self.declared.moving[0], undone.moving[0], self.least):
-                share = closed(was, left)
-                named = named_effects(faults, self.robot, was, left)
-                says = tuple(f.fault for f in faults if not is_effect(f))
-                closes = share if says else 0.0
-                pairs, told = (
-                    zip(self.logs[0], train, strict=True),
-                    [replace(f, done="corrected for the search") for f in faults],
-                )
-                drawn = mended_channels(pairs, told, self.robot.sigma)
-                whole = self.searched(fixed, [f.fault for f in faults])
-                whole = replace(whole, mended=tuple(drawn))
-                if lasting:
-                    whole = replace(whole, where=places_of(faults, was, self.robot))
-        whole = whole or self.physics
-        if self.raw is not None:
-            repairs = self.opened.repairs
-            logs = [*chain(*self.logs)]
-            named += mended(repairs, logs, self.robot, self.raw, self.repaired, self.least)
-        if named or says:
-            first = whole if self.given is not None else self.raw or self.declared
-            whole = with_chain(whole, named, first.before, closes, says, lasting)
-        if self.rests and whole.verdict in ("unexplained", "partly-explained"):
-            whole = replace(whole, advice=(*whole.advice, *self.rests))
-        return whole
+    groups = (train, held) if given else hold_out(train)
+    unmended = None
+    if masked or more:
+        unmended = raw if given else hold_out(raw[0])
+    return _Opened(*groups, given, done, changed, unmended)
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
@@ -432,8 +228,197 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
     return train, held
 
 
-def _part(log: FilteredLog, samples: Samples) -> FilteredLog:
-    """Return a log with some of its samples, in the band of the whole log."""
-    first = int(np.searchsorted(log.t, samples.t[0]))
-    span = slice(first, first + len(samples.t))
-    return replace(log, samples=samples, q=log.q[span], qd=log.qd[span])
+def _extend(
+    found: Found, weighed: tuple[Weighed, ...]
+) -> tuple[Found, tuple[Weighed, ...], Extended, Gaps]:
+    """Extend the model, without effects with which it cannot be identified or the gap grows."""
+    while True:
+        reason = "with it the torque error on the validation data is not smaller"
+        try:
+            model = extend_model(found)
+            gaps = measure_gap(found, model)
+            items = items_of(found)
+            if not items or gaps.after.total <= gaps.before.total:
+                return found, weighed, model, gaps
+        except (IdentificationError, RobotError) as error:
+            items = items_of(found)
+            if not items:  # this is the declared model
+                raise
+            reason = f"the model with it cannot be identified: {error}"
+        adopted = {id(w.item): w for w in weighed}
+        weakest = min(items, key=lambda x: _fell(adopted, x))
+        rest = [x for x in items if x is not weakest]
+        weighed = tuple(
+            replace(w, adopted=False, reason=reason) if _same(w.item, weakest) else w
+            for w in weighed
+        )
+        found = restricted(found, rest)
+
+
+def _same(a: Item, b: Item) -> bool:
+    """Whether two values are of one hypothesis; constants may have moved."""
+    if isinstance(a, Score) and isinstance(b, Score):
+        return a.candidate.key == b.candidate.key
+    return a is b
+
+
+def _fell(adopted: dict[int, Weighed], item: Item) -> float:
+    known = adopted.get(id(item))
+    if known is None:  # its constants have moved since
+        return next((w.fell for w in adopted.values() if _same(w.item, item)), 0.0)
+    return known.fell
+
+
+def _repaired(
+    opened: _Opened, band: Band, problem: Problem, least: float
+) -> tuple[FoundEffect, ...]:
+    """Return the repairs of samples that close a part of the gap as effects of the recorder."""
+    kinds = {r.kind for r in opened.repairs} & _REPAIRED.keys()
+    if opened.unmended is None or not kinds:
+        return ()
+    measured = replace(band, velocity="measured")
+    try:
+        raw = make_problem(
+            problem.evaluator, *_in_band(opened.unmended, measured), problem.known, problem.misfit
+        )
+    except IdentificationError:  # the logs as recorded determine no model
+        return ()
+    (was, size), (now, other) = (held_squares(Found(p, p), []) for p in (raw, problem))
+    before, after = was / size, now / other
+    fell = np.sqrt(np.maximum(before - after, 0.0))
+    if fell.max() < least:
+        return ()
+    out = []
+    for name in dict.fromkeys(_REPAIRED[r.kind] for r in opened.repairs if r.kind in _REPAIRED):
+        same = [r for r in opened.repairs if _REPAIRED.get(r.kind) == name]
+        out.append(_recorder_effect(name, same, problem.robot, 1 - after.sum() / before.sum()))
+    return tuple(out)
+
+
+def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
+    """Return the repairs of one kind as one effect, with the values of each joint once."""
+    joints = sorted({j for f in faults for j in f.joints})
+    values: dict[str, FoundParameter] = {}
+    for fault in faults:
+        for key, value, std in fault.values:
+            values.setdefault(key, FoundParameter(key, value, std, ""))
+    d = definitions()[name]
+    return FoundEffect(
+        name=name,
+        joints=numbers(robot, joints),
+        parameters=tuple(values.values()),
+        expression=d.formula,
+        p_value=0.0,
+        gap_reduction=share,
+        adopted=True,
+        shown=True,
+        declared=False,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Concluded:
+    """What a diagnosis found."""
+
+    found: Found
+    weighed: tuple[Weighed, ...]
+    model: Extended
+    gaps: Gaps
+    effects: tuple[FoundEffect, ...]
+
+
+def _verdict(c: _Concluded, broken: Sequence[Fault], least: float) -> str:
+    """Return one of VERDICTS."""
+    if broken or _of_recorder(c) > _of_physics(c):
+        return "bad-measurement"
+    _, after, floor = c.gaps.moving
+    explained = quiet(after.per_joint, floor.per_joint, least)
+    if not any(e.adopted for e in c.effects):
+        return "consistent" if explained else "unexplained"
+    return "explained" if explained and after.total <= EXPLAINED else "partly-explained"
+
+
+def _of_recorder(c: _Concluded) -> float:
+    """Return the share of the gap that the recorder's faults close."""
+    return _closed(c, "recorder")
+
+
+def _of_physics(c: _Concluded) -> float:
+    return _closed(c, "physics") + _closed(c, "file")
+
+
+def _closed(c: _Concluded, side: str) -> float:
+    rows = definitions()
+    shares = [
+        e.gap_reduction
+        for e in c.effects
+        if e.adopted and (rows[e.name].side if e.name in rows else "physics") == side
+    ]
+    return float(np.sum(shares))
+
+
+def _conclude(
+    opened: _Opened, band: Band, c: _Concluded, broken: Sequence[Fault], least: float
+) -> Diagnosis:
+    """Return the diagnosis: verdict, gap, effects, advice."""
+    found, robot = c.found, c.found.declared.robot
+    verdict = _verdict(c, broken, least)
+    adopted = [e for e in c.effects if e.adopted]
+    patterns = {name: d.pattern for name, d in definitions().items()}
+    where = () if verdict == "consistent" else places(found, adopted, patterns, c.gaps)
+    rejected = tuple(
+        Rejected(s.candidate.name, numbers(robot, s.candidate.joints), s.fault)
+        for s in found.rejected[:_LISTED]
+    )
+    doubts = tuple(
+        Rejected(s.candidate.name, numbers(robot, s.candidate.joints), w.reason)
+        for w in c.weighed
+        if not w.adopted and isinstance(s := w.item, Score)
+    )
+    train = found.problem.base
+    cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
+    diagnosis = Diagnosis(
+        robot=robot.name,
+        verdict=verdict,
+        cutoff_hz=min(cutoffs, default=None),
+        before=c.gaps.before,
+        after=c.gaps.after,
+        floor=c.gaps.floor,
+        where=where,
+        effects=c.effects,
+        rejected=(*doubts, *rejected),
+        advice=(*(f.fault for f in broken), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
+        notes=_notes(opened, band, robot, c),
+        extended=c.model.robot,
+        joints=tuple(j.number for j in robot.movable),
+        curves=c.gaps.curves,
+        tried=found.tried,
+        parameters=robot_parameters(c.model, c.effects),
+        declared=robot,
+        values=tuple(map(float, found.declared.X)),
+        repairs=opened.repairs,
+        mended=largest(opened.changed),
+        moving=c.gaps.moving,
+    )
+    return with_stiffness(diagnosis, robot, stiffnesses(train))
+
+
+def _notes(opened: _Opened, band: Band, robot: Robot, c: _Concluded) -> tuple[str, ...]:
+    """Return what was done to the logs, and what the extended robot leaves out."""
+    out = [note for s in (*opened.train, *opened.held) for note in s.notes]
+    out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
+    if not opened.given:
+        out.append(
+            "no validation log is given: the torque error is that of the last fifth of each log"
+        )
+    if any(w.reason == REPEATED for w in c.weighed):
+        out.append(f"{REPEATED}: record another motion (symgen excite plans one)")
+    named = {(e.name, joint) for e in c.effects if e.adopted for joint in e.joints}
+    sought = robot.sought
+    lost = [s.key for s in sought if s.key not in named]
+    if lost:
+        listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in lost)
+        out.append(
+            f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
+        )
+    return tuple(out)

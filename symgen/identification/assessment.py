@@ -214,7 +214,7 @@ def assess(
     parameters = parameter_estimates(evaluator, X, std)
     driven = driving_friction(evaluator, run.train, X, solution.covariance)
     faults = (
-        *run.causes,
+        *(r.text for r in run.shown),
         *hardly_moving(run.train, evaluator.model.robot),
         *(driven or found.faults),
         *wrong_sign(evaluator, train, model, found.train.relative),

@@ -42,13 +42,12 @@ from symgen.estimation.summary import (
     held_out_error,
 )
 from symgen.estimation.torque_error import TorqueFit, fit
-from symgen.estimation.values import FloatArray
-from symgen.faults.causes import find_cause
-from symgen.faults.fault import Fault, undo_faults
+from symgen.estimation.values import FloatArray, Reason
+from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.logs import join_bands
-from symgen.faults.model import channel_faults
 from symgen.faults.samples import lasting, unmended_faults
-from symgen.faults.scene import Rows, Scene
+from symgen.hypotheses.ask import ask
+from symgen.hypotheses.changes import Change
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
@@ -61,11 +60,10 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
-from symgen.policy import MISFIT
+from symgen.policy import LEAST
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-_SHIFTS = 3  # of torques that are late
 #: Difference in standard deviations from which two estimates of one parameter disagree, for one
 #: comparison; more for more of them, so that as few are chance (Bonferroni).
 APART = 3.0
@@ -110,8 +108,8 @@ class Run:
         train, held: the logs.
         repairs: what was mended in them.
         given: whether validation logs were given.
-        faults: of the channels, that are left.
-        causes: what is wrong with the logs or the robot file, in words.
+        shown: faults of recorder or robot file that are shown as the cause.
+        suspected: what else may be wrong or missing.
         delay: by which torques were late, s.
         worst: torque error on the fold of motion where it is largest, of fits to the others; 0.0
             where something is masked.
@@ -123,8 +121,8 @@ class Run:
     held: tuple[FilteredLog, ...] = ()
     repairs: tuple[Fault, ...] = ()
     given: bool = True
-    faults: tuple[Fault, ...] = ()
-    causes: tuple[str, ...] = ()
+    shown: tuple[Reason, ...] = ()
+    suspected: tuple[Reason, ...] = ()
     delay: float = 0.0
     worst: float = 0.0
 
@@ -158,61 +156,57 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
 
 
-def undo_delay(run: Run) -> Run:
-    """Shift torques that are late by the model; keep what else is wrong with the channels."""
-    if run.evaluator.model.robot.loaded:
-        return run
-    for _ in range(_SHIFTS):
-        faults = channel_faults(run.evaluator, run.train, run.held)
-        late = next((f for f in faults if f.kind == "delay"), None)
-        if late is None:
-            break
-        told = replace(
-            late, samples=sum(len(s.t) for s in run.logs), done="shifted", undo=None,
-            values=(("DT", late.value, math.nan),),
-        )  # fmt: skip
-        train, held = (
-            tuple(undo_faults(log, [late])[0] for log in group) for group in (run.train, run.held)
-        )
-        repairs, delay = (*run.repairs, told), run.delay + late.value
-        run = replace(run, train=train, held=held, repairs=repairs, delay=delay)
-    return replace(run, faults=tuple(f for f in faults if f.kind != "delay"))
+def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float = LEAST) -> Run:
+    """Ask what may be missing or wrong, and shift torques that are late.
 
+    Where these are late by more than a kept row, no model has told the band: it is chosen again.
 
-def filter_in_time(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
-    """Filter the logs in their band, and shift torques that are late; arguments as before.
-
-    Where these were late by more than a kept row, no model has told the band: it is chosen again.
-    """
-    run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
-    if abs(run.delay) * run.band.comparison_hz * PER_PERIOD <= 1:
-        return run
-    train, held = ([log.samples for log in group] for group in (run.train, run.held))
-    shifted = OpenLogs(
-        opened.evaluator, train, held, (), opened.given, opened.progress, opened.threads
-    )
-    again = filter_in_band(shifted, cutoff, own_speeds=own_speeds)
-    return replace(again, repairs=run.repairs, faults=run.faults, delay=run.delay)
-
-
-def name_cause(run: Run) -> Run:
-    """Name what is wrong with the logs or the robot file, where the data do.
-
-    Besides, it is found how large the error is on motion that a fit did not see.
+    Args:
+        opened: the logs.
+        run: the same in their band.
+        cutoff: of the filter, Hz, where the user gives it.
+        least: smallest torque that matters, as a part of a joint's torque.
     """
     robot = run.evaluator.model.robot
     about = robot.sigma, robot.passive
     every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
-    broken = tuple(f.fault for f in lasting(every))
-    if broken or robot.loaded:
-        return replace(run, causes=broken)  # behind it, other causes would not be comparable
-    scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
+    broken = tuple(Reason("broken_channel", text=f.fault) for f in lasting(every))
     # Where parameters are not told apart, any cause could be one of them.
-    told = not proportional_joints(run.train)
-    cause = find_cause(scene, run.faults, run.repairs) if told else None
+    if broken or robot.loaded or proportional_joints(run.train):
+        return replace(run, shown=broken)
+    answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
+    for change in answer.delays:
+        run = _shifted(run, change)
+    if abs(run.delay) * run.band.comparison_hz * PER_PERIOD > 1:
+        train, held = ([log.samples for log in group] for group in (run.train, run.held))
+        again = replace(opened, train=train, held=held, repairs=())
+        moved = filter_in_band(again, cutoff)
+        run = replace(moved, repairs=run.repairs, delay=run.delay)
+    if answer.delays:
+        answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
     # What is masked is filtered into the rows around it, a little.
-    worst = 0.0 if any(log.mask is not None for log in run.logs) else scene.worst
-    return replace(run, causes=(cause.says,) if cause else (), worst=worst)
+    masked = any(log.mask is not None for log in run.logs)
+    worst = 0.0 if masked else answer.worst
+    return replace(run, shown=answer.shown, suspected=answer.suspected, worst=worst)
+
+
+def _shifted(run: Run, change: Change) -> Run:
+    """Return the run with the torques of all joints shifted."""
+    ((delay, _),) = change.constants.values()
+    word = "late" if delay > 0 else "early"
+    fault = Fault(
+        EVERYWHERE,
+        "tau",
+        f"the torques of all joints are {1e3 * abs(delay):.3g} ms {word} against the motion",
+        samples=sum(len(s.t) for s in run.logs),
+        done="shifted",
+        values=(("DT", delay, math.nan),),
+        kind="delay",
+        value=delay,
+    )
+    train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
+    repairs = (*run.repairs, fault)
+    return replace(run, train=train, held=held, repairs=repairs, delay=run.delay + delay)
 
 
 @dataclass(frozen=True, eq=False)

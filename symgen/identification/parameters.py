@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from symgen import names
-from symgen.codegen.model import Model, derive
+from symgen.codegen.model import Model, derive, regrouping
 from symgen.codegen.values import Values, named_values
 from symgen.errors import ParameterError, SymgenError, told_by
 from symgen.estimation.band import Band
@@ -292,18 +292,6 @@ def link_columns(model: Model, link: int) -> list[int]:
     """Return the indices of the ten parameters of a link among the standard ones."""
     place = {p.name: k for k, p in enumerate(model.base.standard)}
     return [place[f"{prefix}{link}"] for prefix in names.LINK]
-
-
-def regrouping(model: Model) -> FloatArray:
-    """Return G (p, s) of X = G s: from standard to base parameters, at the robot's lengths."""
-    base, numbers = model.base, model.robot.values()
-    place = {p.name: k for k, p in enumerate(base.standard)}
-    G = np.zeros((len(base.parameters), len(base.standard)))
-    for row, p in enumerate(base.parameters):
-        G[row, p.index] = 1.0
-        for c, name in p.terms:
-            G[row, place[name]] = float(c.subs(numbers).evalf(30))
-    return G
 
 
 def is_finite(value: Any) -> bool:

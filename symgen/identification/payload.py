@@ -42,7 +42,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from symgen import names
-from symgen.codegen.model import Model, derive
+from symgen.codegen.model import Model, derive, regrouping
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError, ParameterError, RobotError
 from symgen.estimation.band import Band
@@ -67,7 +67,7 @@ from symgen.faults.logs import join_bands, open_logs
 from symgen.faults.undo import with_known_shifts
 from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import Joint, joints_of
-from symgen.identification.parameters import Given, link_columns, read_given, regrouping
+from symgen.identification.parameters import Given, link_columns, read_given
 from symgen.identification.physical import (
     IDENTITY,
     MATRIX,

@@ -45,7 +45,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen import names
-from symgen.codegen.model import Model
+from symgen.codegen.model import Model, regrouping
 from symgen.errors import ParameterError
 from symgen.estimation.estimators import NOISE_BIAS, Estimator, Wls
 from symgen.estimation.filtered_log import FilteredLog
@@ -53,7 +53,7 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import FloatArray, OtherEstimate
 from symgen.identification.estimate import Consistency
-from symgen.identification.parameters import is_finite, mass_matrices, regrouping
+from symgen.identification.parameters import is_finite, mass_matrices
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.expressions import six_digits

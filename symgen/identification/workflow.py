@@ -42,10 +42,10 @@ from symgen.identification.estimate import Estimate
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
+    ask_search,
     blame_motion,
     choose_model,
-    filter_in_time,
-    name_cause,
+    filter_in_band,
 )
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
@@ -134,9 +134,9 @@ def identify(
         by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
     by = replace(by, known=values_of_file(robot, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
-    run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
+    run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
-    run = name_cause(run)
+    run = ask_search(opened, run, cutoff)
     chosen = choose_model(run, models, by, shares, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)

@@ -75,6 +75,8 @@ class Definition:
     size: float = 0.3
     expected: float = 0.0  # expected size of a coefficient; 0 if `size` says it
     presumes: str = ""  # friction word that the joint must already have
+    side: str = "physics"  # what is wrong: physics, recorder or file
+    advice: str = ""
 
     @property
     def declarable(self) -> bool:

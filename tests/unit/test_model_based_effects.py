@@ -10,7 +10,7 @@ from oracles.hidden import machines
 from oracles.random_arms import to_toml
 
 import symgen
-from symgen.diagnosis.model_based_effects import special_candidates
+from symgen.hypotheses.model_based_effects import special_candidates
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import variation
 

@@ -7,10 +7,11 @@ from collections.abc import Container, Sequence
 from dataclasses import replace
 from functools import partial
 
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter, work
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.messages import (
     TONES,
     alike,
+    grade,
     on_joints,
     placed,
     summary,
@@ -142,12 +143,6 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
         "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
-    done = work(diagnosis.curves)
-    if done is not None:
-        text += (
-            f" The energy residual over windows of {done.window_s:g} s is {percent(done.before)} "
-            f"of the work before, and {percent(done.after)} after."
-        )
     figure = partial(diagnosis_plots.gaps, diagnosis)
     return Section("Torque error by joint", (text,), _gap_table(diagnosis), figure, told=())
 
@@ -167,8 +162,7 @@ def _effect_table(d: Diagnosis) -> Table:
     rows = []
     for effect in d.effects:
         first = (effect.name, ", ".join(map(str, effect.joints)) or "all")
-        sure = f"{effect.probability:.2f}" + ("" if effect.confirmed else ", not confirmed")
-        sure += f", {effect.note}" if effect.note else ""
+        sure = f"{effect.probability:.2f}, {grade(effect)}"
         last = (percent(effect.gap_reduction), sure, effect.expression + _at_rest(effect, d))
         found: Sequence[FoundParameter | None] = effect.parameters or (None,)
         for k, p in enumerate(found):

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from symgen import names
-from symgen.diagnosis.whitened_system import in_band
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.rows import in_band
+from symgen.hypotheses.score import Columns
 from symgen.robot.effect import Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape

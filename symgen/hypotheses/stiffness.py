@@ -11,21 +11,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from symgen import names
 from symgen.data.signals import differentiate, lowpass, white_noise
-from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
-from symgen.diagnosis.whitened_system import WhitenedSystem, compared
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import passband
 from symgen.estimation.solve import weighed
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
-from symgen.robot.effect import unit
-from symgen.robot.types import Robot
+from symgen.hypotheses.rows import Rows
 
 NAME = "joint_elasticity"
 #: K is known if it exceeds this many standard deviations, and if the noise of q - qs in the band is
@@ -34,7 +30,6 @@ _SURE, _NOISE = 5.0, 0.1
 #: Largest q - qs relative to the motion; above, it is another gear ratio or another unit.
 _BENT = 0.25
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
-_EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
 
 
 @dataclass(frozen=True)
@@ -70,13 +65,13 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
     return x if edge is None else lowpass(x, s.step, edge)
 
 
-def stiffnesses(evidence: WhitenedSystem) -> list[Stiffness]:
+def stiffnesses(evidence: Rows) -> list[Stiffness]:
     """Return the results of the second encoders, for each joint that has one."""
     joints = [j for j in range(evidence.n) if has_links(evidence.logs, j)]
     return [_stiffness(evidence, j) for j in joints]
 
 
-def _stiffness(evidence: WhitenedSystem, j: int) -> Stiffness:
+def _stiffness(evidence: Rows, j: int) -> Stiffness:
     scenes, moves = evidence.logs, evidence.moves[:, j] > 0
     travel = max(float(np.ptp(s.q[s.kept, j])) for s in scenes)
     bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in scenes)
@@ -109,7 +104,7 @@ def _columns(s: FilteredLog, j: int) -> FloatArray:
     bent, speed = deflection(s, j), s.qd[:, j]
     rate = differentiate(bent, s.step)
     columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
-    return compared(s, np.column_stack(columns))
+    return s.unmasked.compared(np.column_stack(columns))
 
 
 def _noise(s: FilteredLog, j: int) -> float:
@@ -121,37 +116,3 @@ def _noise(s: FilteredLog, j: int) -> float:
     high = (raw - deflection(s, j))[:, None]
     white = float(white_noise(high, s.step, edge)[0])
     return white * float(np.sqrt(2 * band * s.step))
-
-
-def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
-    """Return a diagnosis with the results of the second encoders.
-
-    A joint with a measured deflection is named even if that closes no part of the gap, because its
-    stiffness is measured separately. An elasticity that the search named gets this stiffness.
-    """
-    effects, notes = list(diagnosis.effects), list(diagnosis.notes)
-    for s in found:
-        number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
-        if s.fault:
-            notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
-            continue
-        same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
-        rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))
-        own = FoundEffect(
-            name=NAME,
-            joints=(number,),
-            parameters=(
-                FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
-                FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
-                *rotor,
-            ),
-            expression=_EXPRESSION.format(number),
-            p_value=s.p_value,
-            gap_reduction=sum(e.gap_reduction for e in same),
-            declared=False,
-        )
-        effects = [own if e in same else e for e in effects] + ([] if same else [own])
-    verdict = diagnosis.verdict
-    if verdict == "consistent" and effects:
-        verdict = "explained"
-    return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)

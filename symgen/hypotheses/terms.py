@@ -19,12 +19,12 @@ from functools import partial
 import numpy as np
 
 from symgen import names
-from symgen.diagnosis.baseline import Baseline
-from symgen.diagnosis.effects import Candidate, Constants, Torques
-from symgen.diagnosis.whitened_system import WhitenedSystem, in_band
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.effects import Candidate, Constants, Torques
+from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.rows import Rows, in_band
+from symgen.hypotheses.score import Columns
 from symgen.robot.effect import Search as Range
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
@@ -215,7 +215,7 @@ def _seen(terms: Sequence[Term], logs: Sequence[FilteredLog]) -> FloatArray:
     return out
 
 
-def _gains(system: WhitenedSystem, j: int, columns: FloatArray, squares: FloatArray) -> FloatArray:
+def _gains(system: Rows, j: int, columns: FloatArray, squares: FloatArray) -> FloatArray:
     """Return the share of joint j's sum of squares that each column (K, T) explains, (T,).
 
     `squares` (K, T) are those of the values of the columns.
@@ -238,8 +238,8 @@ class Expressions:
         baseline: the declared model.
     """
 
-    def __init__(self, baseline: Baseline) -> None:
-        self.robot, self.logs = baseline.robot, baseline.halted
+    def __init__(self, baseline: Problem) -> None:
+        self.robot, self.logs = baseline.robot, baseline.logs
         self.terms = library(self.robot, self.logs)
         self.columns = _seen(self.terms, self.logs)
         self._squares = self.columns**2
@@ -250,7 +250,7 @@ class Expressions:
         return len(self.terms)
 
     def best(
-        self, system: WhitenedSystem, joints: frozenset[int] | None
+        self, system: Rows, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns]]:
         """Yield the few terms of each joint that explain most of its residual."""
         for j in range(system.n) if joints is None else sorted(joints):

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symgen.diagnosis.baseline import Baseline
-from symgen.diagnosis.effects import Candidate, Score, Seen
-from symgen.diagnosis.whitened_system import WhitenedSystem
 from symgen.errors import RobotError
-from symgen.estimation.predictive_score import Columns
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.rows import Rows
+from symgen.hypotheses.score import Columns
 
 _STEPS = {1: 20, 2: 60}
 _ROUNDS, _HALVINGS = 8, 4  # of the Gauss-Newton method
@@ -118,8 +118,8 @@ class _Point:
     """
 
     effects: Sequence[Score]
-    now: WhitenedSystem
-    both: WhitenedSystem
+    now: Rows
+    both: Rows
 
     @property
     def loose(self) -> int:
@@ -145,7 +145,7 @@ class _Point:
         return out
 
 
-def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
+def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
     """Fit the constants of all effects together by least squares of the whole model.
 
     Each step lowers the sum of squares and keeps the parameters determined; otherwise the constants

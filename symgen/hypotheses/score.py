@@ -1,4 +1,4 @@
-"""How well a model predicts motion that it was not fitted on: what effects compete by.
+"""How well a model predicts motion that it was not fitted on: the one score of the search.
 
 The rows of torque equations are cut into folds of different motion. With b the parameters fitted
 to all other folds,
@@ -10,8 +10,8 @@ its logarithm alone. m is the number of rows over one temperature for all candid
 for their correlation; s is what no model of the joint is righter than, so that differences below it
 decide nothing.
 
-Candidates stream through: with the rows of the model kept as products by fold, columns on a joint
-cost their own products with these. Products are those of the residual, so that nothing cancels.
+The rows of the model are kept as products by fold. Columns on a joint cost their own products with
+these; another torque costs one product with the regressor.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
+_TINY = 1e-300
 
 
 def price_of_size(part: float) -> float:
@@ -64,7 +65,7 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     from scipy.cluster.vq import kmeans2
 
     q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
-    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), 1e-300) for x in (q, qd)])
+    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), _TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _set_apart(logs, _filled(region, count))
@@ -89,8 +90,8 @@ def _set_apart(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[n
     out = fold.copy()
     apart = _APART / min(log.band.comparison_hz for log in logs)
     for log, span in zip(logs, kept_spans(logs), strict=True):
-        own, t = fold[span], log.compared_t
-        changes = np.diff(own) != 0
+        of_log, t = fold[span], log.compared_t
+        changes = np.diff(of_log) != 0
         meets = np.r_[changes, False] | np.r_[False, changes]
         # of the rows on a side of a meeting, those less than half of it away
         rows = math.ceil(apart / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
@@ -107,7 +108,7 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     asked = np.concatenate([states(log, log.kept) for log in others])
-    spread = np.maximum(known.std(axis=0), 1e-300) * np.sqrt(known.shape[1])
+    spread = np.maximum(known.std(axis=0), _TINY) * np.sqrt(known.shape[1])
     far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
@@ -127,21 +128,19 @@ def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
 
 
 class Fit(NamedTuple):
-    """A model with columns beside it.
+    """A model with columns beside it, or for another torque.
 
     Attributes:
         score: log of the predictive density, up to a constant of the rows.
         left: (n,) held-out variance of each joint.
         coefficients: (m,) of the columns, fitted to all folds.
         torque: (n,) RMS of what the columns add to each joint.
-        rests: part of the score that is of rests.
     """
 
     score: float
     left: FloatArray
     coefficients: FloatArray
     torque: FloatArray
-    rests: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,13 +151,11 @@ class Folded:
         joints: positions.
         rows: (J, folds, L, N m).
         squares: (J, folds, N, m, m) products of the columns of each candidate.
-        rests: (R, N, m) their means at rests; None where rests are no part of the score.
     """
 
     joints: tuple[int, ...]
     rows: FloatArray
     squares: FloatArray
-    rests: FloatArray | None
 
 
 class _Solved(NamedTuple):
@@ -179,50 +176,8 @@ class _Solved(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Rests:
-    """Where joints stand, and friction is anything between its limits: one row for each rest.
-
-    Attributes:
-        joint: (R,) position of the joint.
-        rows: (R, 2) first kept row, and the row after the last.
-        W: (R, p) mean regressor, with the speed of the joint zero.
-        residual: (R,) mean of y - W X.
-        limit: (R,) of static friction, N m or N.
-    """
-
-    joint: NDArray[np.intp]
-    rows: NDArray[np.intp]
-    W: FloatArray
-    residual: FloatArray
-    limit: FloatArray
-
-    @cached_property
-    def _of(self) -> dict[int, tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
-        """Rests of each joint, their rows one after the other, and where those of each begin."""
-        out = {}
-        for j in map(int, np.unique(self.joint)):
-            own = np.flatnonzero(self.joint == j)
-            rows = [np.arange(a, b) for a, b in self.rows[own]]
-            starts = np.cumsum([0, *map(len, rows[:-1])])
-            out[j] = own, np.concatenate(rows), starts
-        return out
-
-    def means(self, columns: Columns) -> FloatArray:
-        """Return the means of columns (K, m) by joint, (R, m)."""
-        out = np.zeros((len(self.joint), next(iter(columns.values())).shape[1]))
-        for j in self._of.keys() & columns.keys():
-            own, rows, starts = self._of[j]
-            count = np.diff([*starts, len(rows)])
-            out[own] = np.add.reduceat(columns[j][rows], starts) / count[:, None]
-        return out
-
-
-@dataclass(frozen=True, eq=False)
 class PredictiveScore:
     """The rows of a model, and what predicts them on folds that it was not fitted on.
-
-    A rest counts as one row more, by the distance of its torque from the limits of static friction.
-    No fit is made of rests.
 
     Attributes:
         W: (K, n, p) regressor.
@@ -231,7 +186,6 @@ class PredictiveScore:
         sigma: (n,) by which the joints are weighed in the fits.
         fold: (K,) from `motion_folds`.
         misfit: (n,) what no model is righter than, N m or N.
-        rests: where joints stand; None where that is no part of the score.
     """
 
     W: FloatArray
@@ -240,7 +194,6 @@ class PredictiveScore:
     sigma: FloatArray
     fold: NDArray[np.intp]
     misfit: FloatArray
-    rests: Rests | None = None
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
@@ -250,8 +203,8 @@ class PredictiveScore:
             raise IdentificationError("the logs are too short: no motion in them tests another")
         rows = [np.flatnonzero(self.fold == f) for f in range(count)]
         out = np.full((count, max(map(len, rows))), len(self.fold))
-        for f, own in enumerate(rows):
-            out[f, : len(own)] = own
+        for f, of_fold in enumerate(rows):
+            out[f, : len(of_fold)] = of_fold
         return out
 
     def _folded(self, x: FloatArray) -> FloatArray:
@@ -270,10 +223,14 @@ class PredictiveScore:
         rows = self.W * (self.weight / self.sigma)[:, :, None] / self._norms
         return np.ascontiguousarray(np.moveaxis(self._folded(rows), 2, 0))
 
+    def _whitened(self, residual: FloatArray) -> FloatArray:
+        """Return a residual (K, n), whitened, by joint and fold, (n, folds, L)."""
+        rows = self._folded(residual * self.weight / self.sigma)
+        return np.ascontiguousarray(np.moveaxis(rows, 2, 0))
+
     @cached_property
     def _r(self) -> FloatArray:
-        """Whitened residual by joint and fold, (n, folds, L)."""
-        return np.asarray(np.moveaxis(self._folded(self.residual * self.weight / self.sigma), 2, 0))
+        return self._whitened(self.residual)
 
     @cached_property
     def _RR(self) -> FloatArray:
@@ -307,9 +264,9 @@ class PredictiveScore:
     def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the score and the held-out variance by joint, of squares (..., n, folds)."""
         squares = np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
-        count = np.maximum(self.counts, 1e-300)
+        count = np.maximum(self.counts, _TINY)
         variance = squares / count + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, 1e-300))
+        logs = np.log(np.maximum(variance, _TINY))
         score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
         return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
 
@@ -324,46 +281,21 @@ class PredictiveScore:
         """(n, folds) sums of squares that fits to the other folds leave of each fold."""
         return np.asarray(self._squares(self._base[:-1, None])[0] * self.sigma[:, None] ** 2)
 
-    @property
-    def apart(self) -> FloatArray:
-        """(folds, p) what the fit without each fold adds to X."""
-        return np.asarray(self._base[:-1] / self._norms)
-
     @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""
-        d = self._base[:-1, None]
-        score, left = self._scored(self._squares(d))
-        rests = float(self._at_rest(d)[0])
-        none = np.zeros(0), np.zeros(len(self.sigma))
-        return Fit(float(score[0]) + rests, left[0], *none, rests)
+        score, left = self._scored(self._squares(self._base[:-1, None]))
+        return Fit(float(score[0]), left[0], np.zeros(0), np.zeros(len(self.sigma)))
 
-    @cached_property
-    def _rest_fold(self) -> NDArray[np.intp]:
-        """Fold of each rest, that of most of its rows; the first where folds only meet."""
-        assert self.rests is not None
-        folds = [self.fold[a:b] for a, b in self.rests.rows]
-        return np.array([np.bincount(f[f >= 0], minlength=1).argmax() for f in folds])
-
-    def _at_rest(self, d: FloatArray, more: FloatArray | float = 0.0) -> FloatArray:
-        """Return what rests add to the score of fits that add d (folds, N, p) to X, (N,).
-
-            -1/2 sum of log(1 + e^2 / s^2),    e beyond the limits, s^2 of the mean of a rest
-
-        Args:
-            d: in units of `_norms`.
-            more: (R, N) torque of further columns with the coefficients of each rest's fold.
-        """
-        rests = self.rests
-        if rests is None:
-            return np.zeros(d.shape[1])
-        model = np.einsum("rp,rnp->rn", rests.W, (d / self._norms)[self._rest_fold])
-        left = rests.residual[:, None] - model - more
-        beyond = np.maximum(np.abs(left) - rests.limit[:, None], 0.0)
-        count = np.maximum(np.diff(rests.rows)[:, 0] / TEMPERATURE, 1.0)
-        known = (self.sigma**2)[rests.joint] / count + (self.misfit**2)[rests.joint]
-        far = np.log1p(beyond**2 / np.maximum(known, 1e-300)[:, None])
-        return np.asarray(-0.5 * far.sum(axis=0))
+    def of_torque(self, change: FloatArray) -> Fit:
+        """Return the model without anything beside it for a torque y + change, (K, n)."""
+        r = self._whitened(self.residual + change)
+        Rr = (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
+        d = (self._inverse @ _of_others(Rr)[..., None])[:-1, :, 0]
+        moved = (self._RR @ d[..., None])[..., 0]
+        squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
+        score, left = self._scored(squares)
+        return Fit(float(score), left, np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def held_out(self) -> FloatArray:
@@ -373,19 +305,6 @@ class PredictiveScore:
             at = self.fold == f
             out[at] = self.residual[at] - self.W[at] @ (d / self._norms)
         return out
-
-    def _squares_of(self, left: FloatArray) -> FloatArray:
-        """Return the sums of squares of residuals (K, n) on each fold, (n, folds)."""
-        out = np.zeros(self.counts.shape)
-        for f, _ in enumerate(self.counts[0]):
-            out[:, f] = np.sum(left[self.fold == f] ** 2, axis=0)
-        return out
-
-    def fitted_without(self, inside: NDArray[np.bool_]) -> Fit:
-        """Return how fits in which some rows (K, n) have no say predict all rows."""
-        squares = self._squares_of(self.weight * self._without(inside).held_out)
-        score, variance = self._scored(squares / self.sigma[:, None] ** 2)
-        return Fit(float(score), variance, np.zeros(0), np.zeros(len(self.sigma)))
 
     def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, Fit, FloatArray]:
         """Return how much better other rows are predicted by fits in which some have no say.
@@ -397,15 +316,16 @@ class PredictiveScore:
             What the score of the others gains, the model on the others, and (n,) the mean square
             of the residuals of these rows.
         """
-        other = self._without(inside)
+        other = replace(self, weight=np.where(inside, 0.0, self.weight))
         kept = np.where(inside | (self.fold < 0)[:, None], 0.0, self.weight)
-        own = np.where(inside, self.weight, 0.0)
-        before = self._squares_of(kept * self.held_out)
+        there = np.where(inside, self.weight, 0.0)
+        before = np.zeros(self.counts.shape)
+        for f in range(int(self.fold.max()) + 1):
+            before[:, f] = np.sum((kept * self.held_out)[self.fold == f] ** 2, axis=0)
         score, _ = other._scored(before / self.sigma[:, None] ** 2)
-        left = other.alone
-        squares = np.sum((own * other.held_out) ** 2, axis=0)
-        variance = squares / np.maximum(np.sum(own**2, axis=0), 1e-300)
-        return left.score - left.rests - float(score), left, variance
+        squares = np.sum((there * other.held_out) ** 2, axis=0)
+        variance = squares / np.maximum(np.sum(there**2, axis=0), _TINY)
+        return other.alone.score - float(score), other.alone, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
         """Return the columns (K, m) of candidates on the same joints, as they are scored.
@@ -421,9 +341,7 @@ class PredictiveScore:
         rows = np.array(parts)
         each = rows.reshape(*rows.shape[:3], -1, m)
         squares = np.einsum("jflna,jflnb->jfnab", each, each, optimize=m > 1)
-        rests = self.rests
-        means = None if rests is None else np.stack([rests.means(c) for c in columns], axis=1)
-        return Folded(joints, rows, squares, means)
+        return Folded(joints, rows, squares)
 
     def beside(self, columns: Columns, size: float = np.inf) -> Fit:
         """Score the model with columns (K, m) beside it on some joints.
@@ -447,30 +365,16 @@ class PredictiveScore:
         squares = self._squares(d)
         slope = (own.CC @ b[..., None])[..., 0] - 2 * own.Cr
         slope += 2 * np.einsum("fnp,jfnap->jfna", d, own.CR)
-        more = np.einsum("fna,jfna->njf", b, slope)
-        squares[:, joints] += more
+        squares[:, joints] += np.einsum("fna,jfna->njf", b, slope)
         scores, left = self._scored(squares)
-        rests = np.zeros(len(scores))
-        if columns.rests is not None:
-            coefficients = (b / own.norms)[self._rest_fold]
-            rests = self._at_rest(d, np.sum(columns.rests * coefficients, axis=2))
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
         power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
-        part = self.sigma[joints] / np.maximum(rows[joints], 1e-300)
+        part = self.sigma[joints] / np.maximum(rows[joints], _TINY)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
-        for fit in zip(scores + rests, left, last / own.norms, torque, rests, strict=True):
-            yield Fit(float(fit[0]), *fit[1:4], float(fit[4]))
-
-    def fits(self, columns: Columns, size: float = np.inf) -> tuple[FloatArray, FloatArray]:
-        """Return what fits with columns beside the model give; arguments as for `beside`.
-
-        Returns:
-            What they add to X, (folds + 1, p), and the columns' coefficients, (folds + 1, m): of
-            the rows outside each fold; of all, last.
-        """
-        own = self._solved(self.folded([columns]), size)
-        return own.d[:, 0] / self._norms, own.b[:, 0] / own.norms[0]
+        found = zip(scores, left, last / own.norms, torque, strict=True)
+        for score, variance, coefficients, added in found:
+            yield Fit(float(score), variance, coefficients, added)
 
     def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
         """Fit the model with each candidate beside it to the rows outside each fold, and to all."""
@@ -498,23 +402,6 @@ class PredictiveScore:
         b = np.asarray(np.linalg.solve(S, h[..., None])[..., 0], dtype=float)
         d = self._base[:, None] - np.einsum("fnap,fna->fnp", HB, b)
         return _Solved(norms, CC, CR, Cr, d, b)
-
-    def _without(self, inside: NDArray[np.bool_]) -> PredictiveScore:
-        """Return the score without some rows (K, n): its products are these less theirs."""
-        other = replace(self, weight=np.where(inside, 0.0, self.weight))
-        RR, Rr, rr = self._RR.copy(), self._Rr.copy(), self._rr.copy()
-        lost = np.flatnonzero(inside.any(axis=1) & (self.fold >= 0))
-        weight = np.where(inside, self.weight, 0.0)[lost] / self.sigma
-        R, r = self.W[lost] * weight[:, :, None] / self._norms, self.residual[lost] * weight
-        for f in np.unique(self.fold[lost]):
-            own = self.fold[lost] == f
-            for j in range(len(self.sigma)):
-                a, e = R[own, j], r[own, j]
-                RR[j, f] -= a.T @ a
-                Rr[j, f] -= a.T @ e
-                rr[j, f] -= e @ e
-        other.__dict__.update(_norms=self._norms, _RR=RR, _Rr=Rr, _rr=rr)
-        return other
 
 
 def _of_others(products: FloatArray) -> FloatArray:

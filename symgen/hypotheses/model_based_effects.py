@@ -22,12 +22,12 @@ import numpy as np
 
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
-from symgen.diagnosis.effects import Candidate, Constants, Torque, Torques, grid
-from symgen.diagnosis.stiffness import Stiffness, deflection
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.effects import Candidate, Constants, Torque, Torques, grid
+from symgen.hypotheses.score import Columns, everywhere
+from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions, unit
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states

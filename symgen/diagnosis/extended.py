@@ -1,0 +1,353 @@
+"""The extended model: the robot with the adopted effects declared, derived and identified again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from symgen.codegen.model import Model, derive
+from symgen.diagnosis.diagnosis import Alike, FoundEffect, FoundParameter
+from symgen.diagnosis.extend import extended
+from symgen.errors import IdentificationError
+from symgen.estimation.estimators import solve
+from symgen.estimation.features import features_of
+from symgen.estimation.solve import Solution
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import FloatArray
+from symgen.hypotheses.confirm import Weighed, settled
+from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.event import Contact
+from symgen.hypotheses.problem import Problem, model_of
+from symgen.hypotheses.refine import slopes
+from symgen.hypotheses.rows import Rows, rows_of
+from symgen.hypotheses.search import Changed, Found
+from symgen.identification.parameters import base_values
+from symgen.robot.effect import numbered
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+
+
+@dataclass(frozen=True, eq=False)
+class Extended:
+    """The model with the effects that were adopted, identified again.
+
+    Attributes:
+        problem: the declared model on the corrected logs.
+        robot: the robot with the effects that a robot file can declare.
+        evaluator: the compiled model of that robot.
+        effects: the effects with columns.
+        declared: those of them that the robot file declares.
+        beside: the others, whose columns stand beside the model.
+        alone: coefficients of each effect, fitted together beside the declared model.
+        X, std: parameters of the robot, then the coefficients of the effects beside it, then (std
+            alone) the searched constants.
+    """
+
+    problem: Problem
+    robot: Robot
+    evaluator: Evaluator
+    effects: tuple[Score, ...]
+    declared: tuple[Score, ...]
+    beside: tuple[Score, ...]
+    alone: tuple[tuple[FoundParameter, ...], ...]
+    X: FloatArray
+    std: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of the robot's parameters in X."""
+        return 0 if self.problem.given else len(self.evaluator.model.base.parameters)
+
+    @property
+    def of_robot(self) -> FloatArray:
+        """Parameters of the robot, (p,): identified with the effects, or given."""
+        known = self.problem.known
+        return self.X[: self.count] if known is None else known
+
+
+def extend_model(found: Found) -> Extended:
+    """Declare the adopted effects that a robot file can hold, and identify the robot again.
+
+    Raises:
+        IdentificationError: the logs do not determine the extended model.
+        RobotError: with its constants, the column of an effect depends on the others.
+    """
+    problem = found.problem
+    effects, seen = settled(problem, found.effects)
+    robot, declared = problem.robot, []
+    fitted = iter(problem.coefficients(problem.beside(effects)))
+    for score in effects:
+        c = score.candidate
+        pairs = zip(_named(problem.robot, c), [*islice(fitted, c.size)], strict=False)
+        values = {} if problem.given else {name: value for (name, _), value in pairs}
+        more = extended(robot, c.definition, c.joints, c.constants, values)
+        if more is not None:
+            robot = more
+            declared.append(score)
+    evaluator, rows = problem.evaluator, problem.base
+    if not problem.given and robot is not problem.robot:
+        evaluator = model_of(robot)
+        rows = rows_of(evaluator, rows.logs)
+    # With given parameters, the columns of all effects stand beside the model.
+    beside = tuple(s for s in effects if problem.given or s not in declared)
+    rows = rows.with_columns(seen(s.candidate) for s in beside)
+    names = () if problem.given else evaluator.model.base.names
+    names += _coefficient_names(beside)
+    solution = _solve(problem, names, rows)
+    std = _with_constants(problem, effects, seen, names, rows, solution.std)
+    alone = tuple(map(tuple, _alone(problem, effects)))
+    about = problem, robot, evaluator, effects, tuple(declared), beside, alone
+    return Extended(*about, solution.X, std)
+
+
+def _coefficient_names(effects: Sequence[Score]) -> tuple[str, ...]:
+    return tuple(f"{s.candidate.name} {i}" for s in effects for i in range(s.candidate.size))
+
+
+def _with_constants(
+    problem: Problem,
+    effects: Sequence[Score],
+    seen: Seen,
+    names: tuple[str, ...],
+    rows: Rows,
+    std: FloatArray,
+) -> FloatArray:
+    """Return standard deviations that include the uncertainty of the searched constants.
+
+    The slopes of the columns along the constants enter the covariance (linearised model of
+    nonlinear least squares).
+    """
+    along = slopes(effects, problem.coefficients(problem.beside(effects)), seen)
+    if not along:
+        return std
+    count = sum(next(iter(columns.values())).shape[1] for columns in along)
+    constants = tuple(f"constant {i}" for i in range(count))
+    try:
+        return _solve(problem, (*names, *constants), rows.with_columns(along)).std
+    except IdentificationError:  # the logs do not determine the constants
+        return np.concatenate([std, np.full(count, np.nan)])
+
+
+def _alone(problem: Problem, effects: Sequence[Score]) -> Iterator[list[FoundParameter]]:
+    """Yield the coefficients of each effect, fitted together beside the declared model.
+
+    A coefficient that the declared model can absorb has no std of its own, for example the inertia
+    of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
+    """
+    if not effects:
+        return
+    names = () if problem.given else problem.evaluator.model.base.names
+    rows = problem.beside(effects)
+    try:
+        solution = _solve(problem, (*names, *_coefficient_names(effects)), rows)
+        X, std = solution.X, solution.std
+    except IdentificationError:
+        X, std = rows.X, np.full(len(rows.X), np.nan)
+    numbers = zip(X[len(names) :], std[len(names) :], strict=True)
+    for c in (s.candidate for s in effects):
+        pairs = zip(_named(problem.robot, c), [*islice(numbers, c.size)], strict=False)
+        yield [FoundParameter(n, float(x), float(s), u) for (n, u), (x, s) in pairs]
+
+
+def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
+    """Solve rows for parameters with standard deviations; none if no parameter is unknown."""
+    if not names:
+        none = np.zeros((0, 0))
+        return Solution(np.zeros(0), none, none, 1.0, ())
+    known = features_of(rows.logs, problem.robot.sigma)
+    out, first = [], 0
+    for log in rows.logs:
+        t, random = log.compared_t, known.in_band(log.unmasked.modelled)
+        for j in range(rows.n):
+            weight = rows.moves[first : first + len(t), j]
+            at = np.flatnonzero(weight)
+            W, y = rows.W[first + at, j], rows.y[first + at, j]
+            out.append(Equations(log.name, W, y, t[at], 2, j, features=random[at, j]))
+        first += len(t)
+    return solve(LinearSystem(names, tuple(out)), "wls")
+
+
+def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEffect, ...]:
+    """Return what was adopted, and what is suspected, with values and standard deviations.
+
+    Args:
+        model: the extended model.
+        weighed: all that the search accepted.
+    """
+    robot, p = model.problem.robot, model.count
+    rows = zip(model.evaluator.model.base.parameters[:p], model.X, model.std, strict=False)
+    known = {own.name: FoundParameter(own.name, float(x), float(s), own.unit) for own, x, s in rows}
+    beside = iter(zip(model.X[p:], model.std[p:], strict=False))
+    constants = iter(model.std[len(model.X) :])
+    by_key = {w.item.candidate.key: w for w in weighed if isinstance(w.item, Score)}
+    out = []
+    for score, alone in zip(model.effects, model.alone, strict=True):
+        c, d = score.candidate, score.candidate.definition
+        if score in model.beside:
+            pairs = zip(alone, list(islice(beside, c.size)), strict=False)
+            parameters = [replace(a, value=float(x), std=float(s)) for a, (x, s) in pairs]
+        else:  # built-in effects without a parameter belong to the extended geometry or gravity
+            parameters = [known.get(a.name, a) for a in alone if a.name in known or not d.native]
+        searched = [
+            FoundParameter(name, value, float(next(constants)) if c.smooth else math.nan, unit)
+            for name, value, unit in _constants(robot, c)
+        ]
+        declared = score in model.declared
+        out.append(_found(robot, by_key[c.key], score, (*parameters, *searched), declared))
+    for w in weighed:
+        if not w.adopted and isinstance(w.item, Score):
+            out.append(_found(robot, w, w.item, (), False))
+    changes = [w for w in weighed if isinstance(w.item, Changed)]
+    return (*(_undone(robot, w) for w in changes), *_touched(robot, weighed), *out)
+
+
+def _constants(robot: Robot, c: Candidate) -> Iterator[tuple[str, float, str]]:
+    """Yield name, value and unit of the constants of an effect."""
+    suffix, sigma = _place(robot, c)
+    for name, value in c.constants.items():
+        yield c.definition.named(name, suffix), float(value), c.definition.unit_of(name, sigma)
+
+
+def _found(
+    robot: Robot,
+    w: Weighed,
+    score: Score,
+    parameters: tuple[FoundParameter, ...],
+    declared: bool,
+) -> FoundEffect:
+    c, d = score.candidate, score.candidate.definition
+    suffix, _ = _place(robot, c)
+    alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate.joints)) for s in score.alike)
+    return FoundEffect(
+        name=c.name,
+        joints=numbers(robot, c.joints),
+        parameters=parameters,
+        expression=numbered(d, suffix) or d.formula or d.says,
+        p_value=_p_value(parameters),
+        gap_reduction=min(score.gain, 1.0),
+        probability=score.probability,
+        torque_rms=score.torque,
+        adopted=w.adopted,
+        shown=w.shown,
+        indistinguishable_from=alike,
+        separate=d.separate if alike else "",
+        declared=declared,
+    )
+
+
+def _undone(robot: Robot, w: Weighed) -> FoundEffect:
+    """Return a change of the logs as an effect."""
+    from scipy.special import expit
+
+    assert isinstance(w.item, Changed)
+    change = w.item.change
+    joints = numbers(robot, change.joints)
+    suffix = joints[-1] if joints else ""
+    constants = (
+        FoundParameter(f"{name}{suffix}", value, math.nan, unit)
+        for name, (value, unit) in change.constants.items()
+    )
+    return FoundEffect(
+        name=change.name,
+        joints=joints,
+        parameters=tuple(constants),
+        expression=f"{change.definition.formula} ({change.channels or 'robot file'})",
+        p_value=math.exp(-max(w.item.odds, 0.0)),
+        gap_reduction=min(w.item.gain, 1.0),
+        probability=float(expit(w.item.odds)),
+        adopted=w.adopted,
+        shown=w.shown,
+        declared=False,
+    )
+
+
+def _touched(robot: Robot, weighed: Sequence[Weighed]) -> Iterator[FoundEffect]:
+    """Yield one effect for the contacts of the same joints."""
+    from scipy.special import expit
+
+    by_joints: dict[tuple[int, ...], list[tuple[Weighed, Contact]]] = {}
+    for w in weighed:
+        if isinstance(w.item, Contact):
+            by_joints.setdefault(w.item.joints, []).append((w, w.item))
+    for at, same in by_joints.items():
+        joints = numbers(robot, at)
+        times = []
+        for k, (_, c) in enumerate(same):
+            suffix = f"{joints[-1]}{f'_{k}' if k else ''}"
+            length = c.span.end - c.span.start
+            times.append(FoundParameter(f"start{suffix}", c.span.start, math.nan, "s"))
+            times.append(FoundParameter(f"length{suffix}", length, math.nan, "s"))
+        contacts = [c for _, c in same]
+        odds = max(c.odds for c in contacts)
+        where = ", ".join(c.span.log for c in contacts)
+        yield FoundEffect(
+            name=contacts[0].definition.name,
+            joints=joints,
+            parameters=tuple(times),
+            expression=f"{contacts[0].definition.formula}, in {where}",
+            p_value=math.exp(-max(odds, 0.0)),
+            gap_reduction=min(max(c.gain for c in contacts), 1.0),
+            probability=float(expit(odds)),
+            torque_rms=max(c.torque for c in contacts),
+            adopted=any(w.adopted for w, _ in same),
+            shown=any(w.shown for w, _ in same),
+            declared=False,
+        )
+
+
+def numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
+    """Return the joint numbers, as in the robot file, of some positions."""
+    return tuple(robot.movable[j].number for j in positions)
+
+
+def _named(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
+    """Return name and unit of the coefficients of an effect that have a physical meaning."""
+    return candidate.coefficients or candidate.definition.coefficients(*_place(robot, candidate))
+
+
+def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
+    """Return the joint number that ends the names of an effect, and the type of its first joint."""
+    joints = numbers(robot, candidate.joints)
+    return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
+
+
+def _p_value(parameters: Sequence[FoundParameter]) -> float:
+    """Return the p-value of the most significant coefficient, corrected for their number."""
+    sure = [abs(p.value) / p.std for p in parameters if p.std > 0]
+    return min(1.0, len(sure) * math.erfc(max(sure, default=0.0) / math.sqrt(2)))
+
+
+def robot_parameters(model: Extended, found: Sequence[FoundEffect]) -> tuple[FoundParameter, ...]:
+    """Return the base parameters of the extended robot; given values plus what effects add."""
+    whole, X, std = model.evaluator.model, model.X, model.std
+    if model.problem.given:
+        if model.robot is not model.problem.robot:
+            whole = derive(model.robot, ())
+        added = [p for e in found if e.declared for p in e.parameters]
+        X = _with_added(model.problem, whole, added)
+        std = np.full(len(X), np.nan)
+    rows = zip(whole.base.parameters, X, std, strict=False)
+    return tuple(FoundParameter(p.name, float(x), float(s), p.unit) for p, x, s in rows)
+
+
+def _with_added(problem: Problem, whole: Model, added: Sequence[FoundParameter]) -> FloatArray:
+    """Return the base parameters of an extended model: given values plus what effects add.
+
+    Args:
+        problem: the declared model with the given parameters.
+        whole: the model with the effects declared.
+        added: standard parameters of `whole` that effects change or add.
+    """
+    values = {p.name: 0.0 for p in whole.base.standard}
+    for value, given in zip(problem.X, problem.evaluator.model.base.parameters, strict=True):
+        values[given.head] = float(value)
+    for p in added:
+        # A parameter of the load that regroups others has R appended.
+        name = p.name if p.name in values else p.name.removesuffix("R")
+        if name in values:
+            values[name] += p.value
+    return base_values(values, whole, "the extended model")

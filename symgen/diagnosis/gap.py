@@ -1,0 +1,134 @@
+"""The gap: the torque error before and after, its noise floor, and where it lies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
+from symgen.diagnosis.extended import Extended
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.floor import noise_fit
+from symgen.estimation.torque_error import TorqueFit, squares
+from symgen.estimation.values import FloatArray, Residual
+from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.rows import modelled, torque_at
+from symgen.hypotheses.score import dense
+from symgen.hypotheses.search import Found
+
+ANY = "all"
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """Gaps on the validation data: over all samples, and of joints in motion.
+
+    Attributes:
+        before, after, floor: of all samples.
+        moving: the same three of joints in motion.
+        curves: torques of each validation log.
+    """
+
+    before: Gap
+    after: Gap
+    floor: Gap
+    moving: tuple[Gap, Gap, Gap]
+    curves: tuple[Curves, ...]
+
+
+def measure_gap(found: Found, model: Extended) -> Gaps:
+    """Measure the gap of the declared model on the logs as they were, and of the extended one.
+
+    Args:
+        found: what is adopted.
+        model: the extended model on the corrected logs.
+    """
+    declared, problem = found.declared, found.problem
+    n = problem.base.n
+    was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
+    corrected = bool(model.effects or found.changes or found.contacts)
+    first = partial(torque_at, declared.evaluator, declared.X)
+    for recorded, log in zip(declared.held, problem.held, strict=True):
+        before = modelled(recorded, first)
+        measured = recorded.unmasked.measured
+        after = before
+        if corrected:
+            after = log.unmasked.compared(_torque(model, problem, log))
+        free, wanted = log.clear[log.kept], log.unmasked.measured
+        was += squares(recorded.clear[recorded.kept], measured, before, recorded.resting)
+        now += squares(free, wanted, after, log.resting)
+        motion = log.t[log.kept], log.q[log.kept], log.qd[log.kept]
+        mask = None if log.mask is None else free
+        curves.append(Curves(log.name, *motion, wanted, before, after, mask))
+    noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
+    gaps = _gap(was.residual), _gap(now.residual), _least(noise, now.residual)
+    moving = [x.in_motion if x.in_motion.size.any() else x for x in (was, now)]
+    first_gap, last_gap = (_gap(x.residual) for x in moving)
+    floor = _least(noise, moving[1].residual)
+    return Gaps(*gaps, (first_gap, last_gap, floor), tuple(curves))
+
+
+def _torque(model: Extended, problem: Problem, log: FilteredLog) -> FloatArray:
+    """Return the torque of the extended model along a log, (N, n)."""
+    inside = problem.parameters(problem.beside(model.effects))
+    torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
+    whole, at = torques.model, model.count
+    for c in (s.candidate for s in model.beside):
+        columns = dense(c.columns(log, torques), log.tau.shape)
+        whole = whole + columns @ model.X[at : at + c.size]
+        at += c.size
+    return whole
+
+
+def _gap(residual: Residual) -> Gap:
+    return Gap(residual.per_joint or (), residual.relative)
+
+
+def _least(noise: Residual, left: Residual) -> Gap:
+    """Return the noise floor, at most what is left: noise above the band is not always white."""
+    pairs = zip(noise.per_joint or (), left.per_joint or (), strict=True)
+    return Gap(tuple(min(a, b) for a, b in pairs), min(noise.relative, left.relative))
+
+
+def places(
+    found: Found, effects: Sequence[FoundEffect], patterns: dict[str, str], gaps: Gaps
+) -> tuple[Place, ...]:
+    """Return the joints whose gap before is above the noise floor, the largest share first.
+
+    The pattern of a joint is that of the effect that closes most of its gap, or of the most
+    probable candidate that was rejected there.
+
+    Args:
+        found: what is adopted, with the rejected candidates.
+        effects: the effects that were found.
+        patterns: pattern of each effect by name.
+        gaps: gap before and noise floor.
+    """
+    robot = found.problem.robot
+    before, _, floor = gaps.moving
+    size = _sizes(gaps.curves)
+    excess = np.square(before.per_joint) - np.square(floor.per_joint)
+    excess = np.maximum(excess, 0.0) * size
+    out = []
+    for j in np.argsort(-excess):
+        if excess[j] <= 0:
+            break
+        number = robot.movable[j].number
+        named = [e for e in effects if number in e.joints or not e.joints]
+        rejected = [
+            s.candidate.definition.pattern
+            for s in found.rejected
+            if j in s.candidate.joints and s.odds > 0
+        ]
+        pattern = patterns.get(named[0].name, ANY) if named else next(iter(rejected), ANY)
+        spans = [c.span for c in found.contacts if j in c.joints]
+        window = (spans[0].start, spans[0].end) if spans else None
+        out.append(Place(number, float(excess[j] / excess.sum()), pattern, window))
+    return tuple(out)
+
+
+def _sizes(curves: Sequence[Curves]) -> FloatArray:
+    return np.asarray(np.sum([np.sum(c.measured**2, axis=0) for c in curves], axis=0))

@@ -1,0 +1,48 @@
+"""The stiffness of a second encoder in a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from symgen import names
+from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
+from symgen.hypotheses.stiffness import NAME, Stiffness
+from symgen.robot.effect import unit
+from symgen.robot.types import Robot
+
+_EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
+
+
+def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
+    """Return a diagnosis with the results of the second encoders.
+
+    A joint with a measured deflection is named even if that closes no part of the gap, because its
+    stiffness is measured separately. An elasticity that the search named gets this stiffness.
+    """
+    effects, notes = list(diagnosis.effects), list(diagnosis.notes)
+    for s in found:
+        number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
+        if s.fault:
+            notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
+            continue
+        same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
+        rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))
+        own = FoundEffect(
+            name=NAME,
+            joints=(number,),
+            parameters=(
+                FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
+                FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
+                *rotor,
+            ),
+            expression=_EXPRESSION.format(number),
+            p_value=s.p_value,
+            gap_reduction=sum(e.gap_reduction for e in same),
+            declared=False,
+        )
+        effects = [own if e in same else e for e in effects] + ([] if same else [own])
+    verdict = diagnosis.verdict
+    if verdict == "consistent" and effects:
+        verdict = "explained"
+    return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)

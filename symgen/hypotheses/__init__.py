@@ -1,0 +1,1 @@
+"""What may be missing or wrong, and the search among it."""

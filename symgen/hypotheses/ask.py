@@ -1,0 +1,144 @@
+"""What identify asks the search: a few steps, and what they say of a log as reasons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import Reason
+from symgen.hypotheses.changes import Change
+from symgen.hypotheses.confirm import Item, Weighed, confirm
+from symgen.hypotheses.effects import Candidate
+from symgen.hypotheses.event import Contact
+from symgen.hypotheses.problem import Problem, make_problem
+from symgen.hypotheses.search import Changed, Found, make_registry, search
+from symgen.parallel import Say, silent
+from symgen.policy import LEAST, SHOWN
+from symgen.robot.effect import Definition
+from symgen.runtime.evaluator import Evaluator
+
+#: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
+STEPS = 3
+PHYSICS = "physics"
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a short search says of the logs of an identification.
+
+    Attributes:
+        shown: faults of recorder or file that are shown as the cause.
+        suspected: everything else that is probable.
+        delays: delays of the torques of all joints, which can be undone.
+        worst: torque error on the fold of motion where it is largest, of fits to the others.
+    """
+
+    shown: tuple[Reason, ...] = ()
+    suspected: tuple[Reason, ...] = ()
+    delays: tuple[Change, ...] = ()
+    worst: float = 0.0
+
+
+def ask(
+    evaluator: Evaluator,
+    train: Sequence[FilteredLog],
+    held: Sequence[FilteredLog],
+    least: float = LEAST,
+    progress: Say = silent,
+) -> Answer:
+    """Ask the search what may be missing in a model or wrong with its logs.
+
+    Args:
+        evaluator: the compiled model.
+        train, held: training and validation logs in the band of the run.
+        least: smallest torque that matters, as a part of a joint's torque.
+        progress: called with a text about what is being tried.
+
+    Raises:
+        IdentificationError: the logs do not determine the model.
+    """
+    problem = make_problem(evaluator, train, held)
+    stage = problem.stage()
+    worst = _worst(problem)
+    if (stage.lost < least).all():
+        return Answer(worst=worst)
+    found = search(problem, make_registry(problem), least, STEPS, progress)
+    _, weighed = confirm(found, least)
+    shown, suspected, delays = [], [], []
+    for w in weighed:
+        reason = reason_of(w, found)
+        if w.shown and _definition(w.item).side != PHYSICS:
+            shown.append(reason)
+        else:
+            suspected.append(reason)
+        if isinstance(w.item, Changed) and w.adopted and "DT" in w.item.change.constants:
+            delays.append(w.item.change)
+    common = tuple(change for change in delays if not change.joints)
+    return Answer(tuple(shown), tuple(suspected), common, worst)
+
+
+def _worst(problem: Problem) -> float:
+    """Return the largest error of a fold over the torque of all motion, all joints together."""
+    score = problem.stage().score
+    counts = np.maximum(score.counts, 1.0)
+    error = (score.squares / counts).sum(axis=0)
+    return float(np.sqrt(error.max() / np.sum(problem.base.size**2)))
+
+
+def reason_of(w: Weighed, found: Found) -> Reason:
+    """Return a hypothesis with what the validation logs say of it."""
+    robot, item = found.declared.robot, w.item
+    row = _definition(item)
+    joints = _joints(item)
+    labels = robot.listed(list(joints)) if joints else "the whole arm"
+    where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
+    advice = f"; {row.advice}" if row.advice else ""
+    numbers = tuple(robot.movable[j].number for j in joints)
+    return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{advice}")
+
+
+def _definition(item: Item) -> Definition:
+    if isinstance(item, Changed):
+        return item.change.definition
+    if isinstance(item, Contact):
+        return item.definition
+    return item.candidate.definition
+
+
+def _joints(item: Item) -> tuple[int, ...]:
+    if isinstance(item, Changed):
+        return item.change.joints
+    return item.joints if isinstance(item, Contact) else item.candidate.joints
+
+
+def _channels(item: Item) -> str:
+    """Return the channels that a change concerns, as "tau2: "; "" of other items."""
+    if not isinstance(item, Changed) or not item.change.channels:
+        return ""
+    keys = item.change.channels.split(", ")
+    joints = item.change.joints
+    if not joints or keys == ["t"]:
+        return f"{item.change.channels}: "
+    named = [f"{key}{j + 1}" for j in joints for key in keys]
+    return f"{', '.join(named)}: "
+
+
+def _size(item: Item) -> str:
+    """Return the size of an item, as ", DT = 0.012 s"."""
+    if isinstance(item, Changed):
+        pairs = [(n, x, unit) for n, (x, unit) in item.change.constants.items()]
+    elif isinstance(item, Contact):
+        span = item.span
+        return f" in {span.log}, {span.start:.3g} to {span.end:.3g} s"
+    else:
+        pairs = _constants(item.candidate)
+    return "".join(f", {name} = {x:.3g} {unit}".rstrip() for name, x, unit in pairs)
+
+
+def _constants(c: Candidate) -> list[tuple[str, float, str]]:
+    d = c.definition
+    return [(name, x, d.unit_of(name, 0)) for name, x in c.constants.items() if not math.isnan(x)]

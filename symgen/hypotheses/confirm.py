@@ -1,0 +1,213 @@
+"""What is said of what a search finds: adopted, shown as the cause, or suspected.
+
+    adopted     it lowers the error of a joint on the validation logs by what matters, and raises
+                the error of no joint by that, nor that of all joints
+    shown       besides, it leaves at most half of the error of its joint above the noise floor
+    suspected   everything else that is probable
+
+The validation logs are motion that the search has not used. Where they only repeat the motion of
+the training logs, nothing is adopted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symgen.estimation.floor import noise_fit
+from symgen.estimation.values import FloatArray
+from symgen.hypotheses.effects import Score, Seen
+from symgen.hypotheses.event import Contact
+from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.refine import settled_constants
+from symgen.hypotheses.rows import SETTLING
+from symgen.hypotheses.score import dense, repeats_motion
+from symgen.hypotheses.search import Changed, Found, columns_in
+from symgen.policy import LEAST, SHOWN
+
+Item = Score | Changed | Contact
+_TINY = 1e-300
+REPEATED = "the validation log only repeats the motion of the training logs, which confirms nothing"
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A hypothesis beside the other ones that are adopted, on motion that the search has not used.
+
+    Attributes:
+        item: the hypothesis.
+        fell: what it lowers the error of a joint by, as a part of the joint's torque.
+        left: part of that error above the noise floor that it leaves.
+        adopted: whether the model or the logs are corrected by it.
+        reason: why it is not adopted, or "".
+    """
+
+    item: Item
+    fell: float = 0.0
+    left: float = 1.0
+    adopted: bool = True
+    reason: str = ""
+
+    @property
+    def shown(self) -> bool:
+        """Whether it is shown as the cause."""
+        return self.adopted and self.left <= SHOWN
+
+
+def items_of(found: Found) -> list[Item]:
+    """Return all that a search accepts."""
+    return [*found.changes, *found.contacts, *found.effects]
+
+
+def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, ...]]:
+    """Keep what lowers the error on the validation logs; what raises it most goes first.
+
+    Args:
+        found: what a search accepts.
+        least: smallest torque that matters, as a part of a joint's torque.
+
+    Returns:
+        What is adopted, and all that was accepted with what these logs say of it.
+    """
+    items = items_of(found)
+    if not items:
+        return found, ()
+    out: list[Weighed] = []
+    if repeats_motion(found.declared.logs, found.declared.held):
+        free = [x for x in items if _needs_none(x)]
+        out = [Weighed(x, adopted=False, reason=REPEATED) for x in items if x not in free]
+        items = free
+    while items:
+        weighed = _weigh(found, items, least)
+        failing = [w for w in weighed if not w.adopted]
+        if not failing:
+            out = [*weighed, *out]
+            break
+        worst = min(failing, key=lambda w: w.fell)
+        items = _leave_out(items, worst.item)
+        dropped = [w for w in weighed if w.item not in items]
+        out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
+    return restricted(found, items), tuple(out)
+
+
+def restricted(found: Found, items: Sequence[Item]) -> Found:
+    """Return what a search accepts without all but some items, with its constants settled."""
+    changes = tuple(c for c in found.changes if c in items)
+    contacts = tuple(c for c in found.contacts if c in items)
+    effects = tuple(s for s in found.effects if s in items)
+    problem = found.problem
+    if (changes, contacts) != (found.changes, found.contacts):
+        problem = _problem_of(found, changes, contacts)
+        effects = columns_in(problem, effects)
+    effects, _ = settled(problem, effects)
+    return replace(found, problem=problem, effects=effects, changes=changes, contacts=contacts)
+
+
+def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
+    """Iterate the columns that depend on the model's torque, then the constants of all effects.
+
+    Returns:
+        The effects, and what gives columns beside them.
+    """
+    for _ in range(SETTLING if any(s.candidate.uses_model for s in effects) else 0):
+        seen = problem.seen(problem.beside(effects))
+        effects = [
+            replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
+        ]
+    seen = problem.seen(problem.beside(effects))
+    return tuple(settled_constants(problem, effects, seen)), seen
+
+
+def _problem_of(found: Found, changes: Sequence[Changed], contacts: Sequence[Contact]) -> Problem:
+    problem = found.declared
+    for c in changes:
+        problem = problem.changed(c.change)
+    return problem.without(contacts)
+
+
+def _needs_none(item: Item) -> bool:
+    """Whether no other motion can contradict an item: a contact, or what was measured apart."""
+    if isinstance(item, Contact):
+        return True
+    return isinstance(item, Score) and item.candidate.measured
+
+
+def _leave_out(items: Sequence[Item], item: Item) -> list[Item]:
+    """Return all items except one and those that require it."""
+    rest = [x for x in items if x is not item]
+    if isinstance(item, Score):
+        needed = item.candidate
+        rest = [x for x in rest if not (isinstance(x, Score) and x.candidate.presumes(needed))]
+    return rest
+
+
+def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
+    """Return the items, each beside the others on the validation logs."""
+    whole, size = held_squares(found, items)
+    floor = _floor(found)
+    out = []
+    for item in items:
+        if isinstance(item, Contact):  # other motion cannot show what touched the robot
+            left = float(np.sqrt(max(1.0 - item.gain, 0.0)))
+            out.append(Weighed(item, item.worth, left))
+            continue
+        without, size_without = held_squares(found, _leave_out(items, item))
+        now, was = whole / size, without / size_without
+        fall = np.sqrt(np.maximum(was - now, 0.0))
+        rise = np.sqrt(np.maximum(now - was, 0.0))
+        fell = float(fall.max())
+        j = int(np.argmax(fall))
+        left = float(np.sqrt(max(now[j] - floor[j], 0.0) / max(was[j] - floor[j], _TINY)))
+        reason = ""
+        if not np.any(was != now) or _needs_none(item):
+            pass  # without torque there, the validation logs cannot contradict it
+        elif fell < least:
+            reason = (
+                f"on the validation data it lowers the torque error of a joint by {100 * fell:.2g} "
+                f"% of its torque; what matters: {100 * least:.2g} %"
+            )
+        elif rise.max() >= least or whole.sum() / size.sum() > without.sum() / size_without.sum():
+            k = int(np.argmax(rise))
+            reason = (
+                "on the validation data it raises a torque error from "
+                f"{100 * np.sqrt(was[k]):.3g} to {100 * np.sqrt(now[k]):.3g} %"
+            )
+        out.append(Weighed(item, fell - float(rise.max()), left, not reason, reason))
+    return out
+
+
+def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
+    """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
+
+    Args:
+        found: what a search accepts.
+        items: those of it that are corrected; the model is fitted to the training logs with them.
+    """
+    changes = tuple(c for c in found.changes if c in items)
+    contacts = tuple(c for c in found.contacts if c in items)
+    effects = tuple(s for s in found.effects if s in items)
+    problem = found.problem
+    if (changes, contacts) != (found.changes, found.contacts):
+        problem = _problem_of(found, changes, contacts)
+        effects = columns_in(problem, effects)
+    rows, held = problem.beside(effects), problem.held_rows
+    X = problem.parameters(rows)
+    along = [problem.torques_along(log.thinned, X) for log in held.logs]
+    columns = Seen(held.logs, along).each(s.candidate for s in effects)
+    W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
+    weight = held.moves**2
+    measured = np.concatenate([log.unmasked.measured for log in held.logs])
+    error = np.sum(weight * (held.y - W @ rows.X) ** 2, axis=0)
+    size = np.sum(weight * measured**2, axis=0)
+    return error, np.maximum(size, _TINY)
+
+
+def _floor(found: Found) -> FloatArray:
+    """Return the squared noise floor of the validation torque, as a part of it, (n,)."""
+    problem = found.problem
+    X = problem.parameters(problem.beside(found.effects))
+    X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
+    noise = noise_fit(problem.evaluator, problem.held, X).residual
+    return np.square(noise.per_joint or np.zeros(problem.base.n))

@@ -1,0 +1,221 @@
+"""Contacts: short spans of a log in which the torque of some joints has an error of its own.
+
+A contact or a collision gives a torque of any course, which no other motion predicts. Without its
+rows, the fit predicts other rows better. Beside this gain (`symgen.hypotheses.score`), the squares
+c of its m rows of a joint are those of a variance of their own,
+
+    log of the integral of p(c | v) over log v, uniform from the misfit to the torque of the joint,
+
+where those of any other span would have the variance of the joint times a factor that varies from
+span to span: the inverse of chi-square over its degrees of freedom, so that its residuals have the
+heavy tails of Student's t. A contact pays for the spans and for the sets of joints that are tried.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.values import FloatArray
+from symgen.faults.undo import masked
+from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
+from symgen.policy import MISFIT
+from symgen.robot.effect import Definition, definitions
+
+NAME = "external_contact"
+#: Longest contact, as a part of its log; ratio of the lengths that are tried; starts in a length.
+_LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
+_RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in a contact
+_TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """A span of a log in which some joints have an error of their own.
+
+    Attributes:
+        log: name of the log.
+        start, end: s, on the clock of the log; half of the low-pass's response lies outside.
+        first, last: samples without which the equations do not contain it.
+        joints: their positions.
+        rows: (K, n) rows of all logs that it reaches.
+        price: nats, for the spans and sets of joints that are tried.
+    """
+
+    log: str
+    start: float
+    end: float
+    first: int
+    last: int
+    joints: tuple[int, ...]
+    rows: NDArray[np.bool_]
+    price: float
+
+    def fit(self, score: PredictiveScore) -> tuple[float, Fit]:
+        """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
+        gained, fit, variance = score.gained_without(self.rows)
+        at = np.array(self.joints)
+        count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
+        floor = score.misfit[at] ** 2
+        ratio = _variance_ratio(count, variance[at] + floor, fit.left[at] + floor)
+        return gained + float(ratio.sum()) - self.price, fit
+
+    def left_out(self, log: FilteredLog) -> FilteredLog:
+        """Return the log without its samples, if it is the log of this span."""
+        if log.name != self.log:
+            return log
+        there = np.zeros(len(log.t), dtype=bool)
+        there[self.first : self.last + 1] = True
+        return replace(log, samples=masked(log.samples, there, self.joints))
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A contact that the score of a model shows.
+
+    Attributes:
+        span: its rows.
+        odds: log-odds that it is present.
+        worth: reduction of the error as a part of the joint's torque, from squares.
+        gain: share of the sum of squares of its joints that it contains.
+        torque: RMS of its torque on its joints, over all rows, N m or N.
+    """
+
+    span: Span
+    odds: float
+    worth: float
+    gain: float
+    torque: float
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Positions of its joints."""
+        return self.span.joints
+
+    @property
+    def definition(self) -> Definition:
+        """Its row of the library."""
+        return definitions()[NAME]
+
+
+def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Contact:
+    """Return a span as a contact beside a model.
+
+    Args:
+        score: the model on the rows of the span.
+        span: the span.
+        size: (n,) RMS of the measured torque.
+    """
+    evidence, fit = span.fit(score)
+    was, joints = score.alone.left, list(span.joints)
+    fell = np.maximum(was - fit.left, 0.0)[joints]
+    part = fell / size[joints] ** 2
+    gain = float(np.sum(part) / max(float(np.sum((was / size**2)[joints])), _TINY))
+    odds = evidence + math.log(definitions()[NAME].odds)
+    torque, worth = (float(np.sqrt(x.max())) for x in (fell, part))
+    return Contact(span, odds, worth, gain, torque)
+
+
+def likeliest_contact(
+    score: PredictiveScore, logs: Sequence[FilteredLog], size: FloatArray
+) -> Contact | None:
+    """Return the most probable contact of some logs; None if no span has a larger error.
+
+    Spans are compared by the residuals of the fits that contain them.
+
+    Args:
+        score: the model on the rows of these logs and of any further ones.
+        logs: the logs.
+        size: (n,) RMS of the measured torque.
+    """
+    span = _likeliest_span(score, logs)
+    return None if span is None else judged_contact(score, span, size)
+
+
+def _variance_ratio(m: FloatArray, variance: FloatArray, usual: FloatArray) -> FloatArray:
+    """Return the log-likelihood ratio of a variance of its own to a usual one, (n,).
+
+    Args:
+        m: number of independent rows.
+        variance: their mean square.
+        usual: that of other rows.
+    """
+    from scipy.special import gammaln
+
+    half, c, scale = m / 2, m * variance / 2, FREEDOM * usual / 2
+    own = gammaln(half) - half * np.log(c) - math.log(_RANGE)
+    heavy = gammaln(half + FREEDOM / 2) - gammaln(FREEDOM / 2) + FREEDOM / 2 * np.log(scale)
+    return np.asarray(own - heavy + (half + FREEDOM / 2) * np.log(c + scale))
+
+
+def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span | None:
+    """Return the span whose rows have the most probable variance of their own; None without any."""
+    folds = np.arange(-1, len(score.counts[0]))
+    of_fold = (score.fold[:, None] == folds)[:, None]
+    squares, counts = (
+        np.cumsum(np.pad((x**2)[:, :, None] * of_fold, ((1, 0), (0, 0), (0, 0))), axis=0)
+        for x in (score.weight * score.held_out, score.weight)
+    )
+    best: tuple[float, int, int, int, NDArray[np.intp]] | None = None
+    every = []
+    for k, (log, rows) in enumerate(zip(logs, kept_spans(logs), strict=True)):
+        count, t = rows.stop - rows.start, log.compared_t
+        reach = math.ceil(log.reach * log.step / (t[1] - t[0])) if count > 1 else 0
+        length = 2.0 * reach + 1
+        while length <= _LONGEST * count:
+            m = round(length)
+            begins = np.arange(rows.start, rows.stop - m + 1, max(1, m // _STARTS))
+            gains = _gains(
+                (squares[begins + m] - squares[begins], counts[begins + m] - counts[begins]),
+                (squares[-1], counts[-1]),
+                score.misfit**2,
+            )
+            total = np.maximum(gains, 0.0).sum(axis=1)
+            every.append(total)
+            at = int(np.argmax(total))
+            if best is None or total[at] > best[0]:
+                best = float(total[at]), k, int(begins[at]), m, np.flatnonzero(gains[at] > 0)
+            length *= _RATIO
+    if best is None or best[0] <= 0:
+        return None
+    most, k, at, m, joints = best
+    contained = np.zeros(score.weight.shape, dtype=bool)
+    contained[at : at + m, joints] = True
+    whole = np.concatenate(every)
+    price = math.log(len(whole)) - float(np.logaddexp.reduce(whole) - most)
+    price += len(score.misfit) * math.log(2)
+    log, begin = logs[k], kept_spans(logs)[k].start
+    first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
+    half = log.t[[first + log.reach // 2, last - log.reach // 2]]
+    times = float(half[0]), float(half[1]), first + log.reach, last - log.reach
+    return Span(log.name, *times, tuple(map(int, joints)), contained, price)
+
+
+def _gains(
+    inside: tuple[FloatArray, FloatArray], whole: tuple[FloatArray, FloatArray], floor: FloatArray
+) -> FloatArray:
+    """Return what a variance of its own gains in spans, less what it costs, (P, n).
+
+    Args:
+        inside: squares and counts of rows in each span, (P, n, folds).
+        whole: squares and counts of all rows, (n, folds).
+        floor: (n,) variance of the misfit.
+    """
+
+    def cost(squares: FloatArray, counts: FloatArray, floor: FloatArray) -> FloatArray:
+        variance = np.maximum(squares, 0.0) / np.maximum(counts, _TINY) + floor
+        return np.asarray(counts * np.log(np.maximum(variance, _TINY)))
+
+    squares, counts = (x.sum(axis=2) for x in inside)
+    by_fold = floor[:, None]
+    fell = cost(*whole, by_fold).sum(axis=1) - cost(squares, counts, floor)
+    fell = fell - cost(whole[0] - inside[0], whole[1] - inside[1], by_fold).sum(axis=2)
+    larger = squares * whole[1].sum(axis=1) > whole[0].sum(axis=1) * counts
+    # A variance of some rows costs its prior over its posterior width.
+    price = math.log(_RANGE) + 0.5 * np.log(np.maximum(counts / TEMPERATURE / np.pi, 1))
+    return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)

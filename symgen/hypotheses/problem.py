@@ -1,0 +1,276 @@
+"""A problem: a model, its training and validation logs, and what is taken to be missing or wrong.
+
+logs with changes undone -> rows of the model -> rows with the columns of effects -> score
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.codegen.model import derive, regrouping
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.values import FloatArray
+from symgen.faults.undo import with_earlier_torques
+from symgen.hypotheses.changes import Change
+from symgen.hypotheses.effects import Score, Seen, Torques
+from symgen.hypotheses.event import Contact
+from symgen.hypotheses.rows import Rows, fitted, model_torque, rows_of, torque_at
+from symgen.hypotheses.score import PredictiveScore, motion_folds
+from symgen.policy import MISFIT
+from symgen.robot.expressions import exact
+from symgen.robot.toml_io import parse_robot
+from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator, load
+from symgen.symbolic.variation import link_values, variation
+
+_BLOCK = 20_000  # nodes of a log whose columns for another gravity are computed at once
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A model and its logs.
+
+    Attributes:
+        evaluator: the model, compiled.
+        base: its rows on the training logs.
+        held: the validation logs.
+        known: (p,) given parameters; None if they are fitted.
+        misfit: smallest error of a model to expect, as a part of a joint's torque.
+        fold: (K,) fold of each row.
+    """
+
+    evaluator: Evaluator
+    base: Rows
+    held: tuple[FilteredLog, ...]
+    known: FloatArray | None
+    misfit: float
+    fold: NDArray[np.intp]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as its file declares it."""
+        return self.evaluator.model.robot
+
+    @property
+    def logs(self) -> tuple[FilteredLog, ...]:
+        """The training logs."""
+        return self.base.logs
+
+    @property
+    def given(self) -> bool:
+        """Whether the parameters are given."""
+        return self.known is not None
+
+    @property
+    def X(self) -> FloatArray:
+        """(p,) parameters of the model, fitted to the training logs or given."""
+        return self.base.X if self.known is None else self.known
+
+    @cached_property
+    def held_rows(self) -> Rows:
+        """The rows of the model on the validation logs."""
+        return rows_of(self.evaluator, self.held, self.known)
+
+    def changed(self, change: Change) -> Problem:
+        """Return the problem with what a change says undone in all logs, or in the robot file."""
+        if change.gravity is not None:
+            robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
+            return make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
+        logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
+        base = rows_of(self.evaluator, logs, self.known)
+        fold = self.fold if change.torque is not None else motion_folds(logs)
+        return replace(self, base=base, held=held, fold=fold)
+
+    def without(self, contacts: Iterable[Contact]) -> Problem:
+        """Return the problem without the samples of contacts."""
+        logs, held = self.logs, self.held
+        for contact in contacts:
+            logs = tuple(map(contact.span.left_out, logs))
+            held = tuple(map(contact.span.left_out, held))
+        if (logs, held) == (self.logs, self.held):
+            return self
+        return replace(self, base=self.base.without(logs), held=held)
+
+    def piece(self, seconds: float) -> Problem:
+        """Return the problem on the first seconds of each training log."""
+        logs = []
+        for log in self.logs:
+            count = int(seconds / log.step)
+            span = slice(0, count)
+            samples = log.samples.cut(span)
+            logs.append(replace(log, samples=samples, q=log.q[span], qd=log.qd[span]))
+        if all(len(a.t) == len(b.t) for a, b in zip(logs, self.logs, strict=True)):
+            return self
+        return make_problem(self.evaluator, logs, (), self.known, self.misfit)
+
+    def tried(self, change: Change) -> Problem:
+        """Return the problem with a change undone, without deriving another model.
+
+        In another gravity, all link parameters have columns of their own, because base parameters
+        depend on the direction of gravity.
+        """
+        if change.gravity is None:
+            return self.changed(change)
+        v, field = variation(self.robot), np.array(change.gravity)
+        count = len(self.robot.moving)
+        units = np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
+        others = [
+            k
+            for k, p in enumerate(self.evaluator.model.base.parameters[: self.base.W.shape[2]])
+            if self.evaluator.model.base.standard[p.index].prefix not in names.LINK
+        ]
+
+        def links(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+            return v.regressor((q, qd, qdd), units, field)
+
+        parts = []
+        for log in self.logs:
+            chunks = log.unmasked.modelled(links, _BLOCK, log.smooth_stride)
+            parts.append(np.concatenate([x for _, x in chunks]))
+        W = np.concatenate([np.concatenate(parts), self.base.W[:, :, others]], axis=2)
+        return replace(self, base=fitted(self.logs, W, self.base.y))
+
+    def torque(self, earlier: float) -> FloatArray:
+        """Return the torque in the band, (K, n), measured so many seconds earlier."""
+        if not earlier:
+            return np.concatenate([log.unmasked.measured for log in self.logs])
+        parts = []
+        for log in self.logs:
+            samples = with_earlier_torques(log.samples, earlier)
+            parts.append(log.unmasked.compared(samples.tau))
+        return np.concatenate(parts)
+
+    def stage(self, effects: Sequence[Score] = ()) -> Stage:
+        """Return the model with the columns of some effects beside it."""
+        return Stage(self, tuple(effects), self.base.with_columns(s.columns for s in effects))
+
+    def beside(self, effects: Iterable[Score]) -> Rows:
+        """Return the rows of the model with the columns of some effects."""
+        return self.base.with_columns(s.columns for s in effects)
+
+    def parameters(self, rows: Rows) -> FloatArray:
+        """Return X (p,), fitted together with the columns of `rows`."""
+        return rows.X[: self.base.W.shape[2]] if self.known is None else self.known
+
+    def coefficients(self, rows: Rows) -> FloatArray:
+        """Return the coefficients of the effects, one effect after the other."""
+        return rows.X[self.base.W.shape[2] :]
+
+    def seen(self, rows: Rows) -> Seen:
+        """Return what gives columns of candidates on the training logs."""
+        X = self.parameters(rows)
+        return Seen(self.logs, [self.torques_along(log.thinned, X) for log in self.logs])
+
+    def torques_along(
+        self,
+        log: FilteredLog,
+        X: FloatArray,
+        extended: Evaluator | None = None,
+        inside: FloatArray | None = None,
+    ) -> Torques:
+        """Return a model's torque along a log.
+
+        Args:
+            log: a log in the band of the run.
+            X: (p,) parameters of the declared model, or of the extended one.
+            extended: the extended model; None for the declared one.
+            inside: (p,) parameters of the declared model from which link parameters in columns are
+                taken; None for X.
+        """
+        whole, load = _split(extended or self.evaluator, X, log)
+        friction = np.subtract(*_split(self.evaluator, self.X, log))
+        links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
+        return Torques(whole, load, friction, links, self._of_links)
+
+    def _of_links(
+        self, links: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
+    ) -> FloatArray:
+        """Return the torque (k, n) of links with parameters (links, 10), without friction."""
+        return torque_at(self.evaluator, self._regrouping @ links.ravel(), q, qd, qdd)
+
+    @cached_property
+    def _regrouping(self) -> FloatArray:
+        """(p, 10 links) matrix from link parameters to base parameters."""
+        model = self.evaluator.model
+        at = {p.name: k for k, p in enumerate(model.base.standard)}
+        keys = [at[f"{key}{joint.number}"] for joint in self.robot.moving for key in names.LINK]
+        return regrouping(model)[:, keys]
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A problem with the columns of some effects.
+
+    Attributes:
+        problem: the model and its logs.
+        effects: the effects.
+        rows: the rows with their columns.
+    """
+
+    problem: Problem
+    effects: tuple[Score, ...]
+    rows: Rows
+
+    @cached_property
+    def score(self) -> PredictiveScore:
+        """The score by which candidates beside these effects compete."""
+        rows, problem = self.rows, self.problem
+        misfit = problem.misfit * problem.base.size
+        return PredictiveScore(rows.W, rows.left, rows.moves, rows.sigma, problem.fold, misfit)
+
+    @cached_property
+    def seen(self) -> Seen:
+        """What gives columns of candidates."""
+        return self.problem.seen(self.rows)
+
+    @property
+    def lost(self) -> FloatArray:
+        """(n,) held-out error of each joint, as a part of its torque."""
+        return np.asarray(np.sqrt(self.score.alone.left) / self.problem.base.size)
+
+    def coefficients(self) -> FloatArray:
+        """Return the coefficients of the effects, one effect after the other."""
+        return self.problem.coefficients(self.rows)
+
+    def torque_beside(self, change: Change) -> FloatArray:
+        """Return what a change of torques adds to them, (K, n)."""
+        assert change.torque is not None
+        return change.torque(self.problem.torque) - self.problem.torque(0.0)
+
+
+def make_problem(
+    evaluator: Evaluator,
+    train: Sequence[FilteredLog],
+    held: Sequence[FilteredLog],
+    known: FloatArray | None = None,
+    misfit: float = MISFIT,
+) -> Problem:
+    """Fit a model to the training logs, or take given parameters (p,)."""
+    base = rows_of(evaluator, train, known)
+    return Problem(evaluator, base, tuple(held), known, misfit, motion_folds(train))
+
+
+def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
+    """Return the torque of a model along a log, and its rigid-body part, (N, n) each."""
+    rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
+    return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)
+
+
+KERNELS = ("torque_regressor", "inverse_dynamics")
+
+
+def model_of(robot: Robot) -> Evaluator:
+    """Return the compiled model of a robot. Robots with the same file content share one model."""
+    return _model_of(robot_toml(robot))
+
+
+@lru_cache(maxsize=4)
+def _model_of(text: str) -> Evaluator:
+    return load(derive(parse_robot(text, "robot.toml"), KERNELS))

@@ -1,0 +1,538 @@
+"""One search over one registry: hypotheses compete by the prediction of other motion.
+
+    log-odds = score with it - score without + log(prior odds) + log(prior of its size)
+
+The score is the log of a predictive density on folds of motion (`symgen.hypotheses.score`), the
+prior of a size is Student's t, and constants on a grid are marginalised. What is most probable and
+lowers the held-out error of a joint by what matters is added; then what is no longer probable
+beside it is dropped. A hypothesis is one of three kinds:
+
+    columns beside the model       an effect of physics, a gain, an error of the geometry
+    a change of all logs           a wrong sign, exchanged channels, a delay, another gear ratio
+    a span of its own variance     a contact, whose rows the fit does not use
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symgen import names
+from symgen.errors import IdentificationError
+from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import Change, late, motion_changes, slow, torque_changes
+from symgen.hypotheses.effects import (
+    Candidate,
+    Score,
+    candidates,
+    leave_out,
+    odds_together,
+)
+from symgen.hypotheses.event import NAME as CONTACT
+from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
+from symgen.hypotheses.model_based_effects import special_candidates
+from symgen.hypotheses.problem import Problem, Stage
+from symgen.hypotheses.refine import refined, settled_constants
+from symgen.hypotheses.rows import explained, gain_of
+from symgen.hypotheses.score import TEMPERATURE, Columns, Fit, Folded, price_of_size
+from symgen.hypotheses.stiffness import stiffnesses
+from symgen.hypotheses.terms import NAME as UNNAMED
+from symgen.hypotheses.terms import Expressions
+from symgen.parallel import Say, silent
+from symgen.policy import LEAST, LOUD
+from symgen.robot.types import Robot
+
+#: Name and joints of a hypothesis.
+Key = tuple[str, tuple[int, ...]]
+#: Correlation above which two effects are one class; and above which they are alternatives.
+_SAME, _ALIKE = 0.98, 0.8
+#: Probability above which an alternative is listed.
+_LISTED = 0.05
+#: Prior std of a size over the expected size, which limits what the rows do not determine.
+_LOOSE = 10.0
+_PIECE = 20.0  # s of each log on which changes of the motion are tried
+_TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """A change of all logs beside a model.
+
+    Attributes:
+        change: what is undone.
+        odds: log-odds, marginalised over its grid.
+        worth: reduction of the held-out error as a part of a joint's torque, from squares.
+        gain: share of the held-out sum of squares that it explains.
+    """
+
+    change: Change
+    odds: float
+    worth: float
+    gain: float
+
+    @property
+    def key(self) -> Key:
+        """Name and joints."""
+        return self.change.key
+
+
+@dataclass(frozen=True, eq=False)
+class Registry:
+    """The hypotheses of a search.
+
+    Attributes:
+        pool: candidates with columns, one for each point of their grids.
+        changes: whether changes of all logs are tried.
+        contacts: whether contacts are tried.
+        expressions: whether expressions without a name are tried.
+    """
+
+    pool: tuple[Candidate, ...]
+    changes: bool = True
+    contacts: bool = True
+    expressions: bool = True
+
+    @cached_property
+    def friction(self) -> list[Candidate]:
+        """Friction that is not declared; other effects may require it."""
+        return [c for c in self.pool if c.definition.native in names.FRICTION and not c.change]
+
+
+def make_registry(
+    problem: Problem, robot: Robot | None = None, chosen: Sequence[str] | None = None
+) -> Registry:
+    """Return the hypotheses of a problem.
+
+    Args:
+        problem: the model and its logs.
+        robot: with the ranges of constants of its file; None for that of the model.
+        chosen: names of effects to try; None for all.
+    """
+    source, given = robot or problem.robot, problem.given
+    bent = stiffnesses(problem.base)
+    pool = (
+        *candidates(source, problem.logs, chosen, given=given),
+        *special_candidates(source, bent, chosen, given=given),
+    )
+    every = chosen is None
+    expressions = not given and (chosen is None or UNNAMED in chosen)
+    return Registry(pool, every, chosen is None or CONTACT in chosen, expressions)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search accepts.
+
+    Attributes:
+        declared: the problem of the logs as they were.
+        problem: the problem with changes undone and without the samples of contacts.
+        effects: effects with columns, the largest share in closing the gap first.
+        changes: changes of all logs.
+        contacts: contacts.
+        rejected: the other effects, the most probable first, with the reason.
+        tried: number of candidates.
+    """
+
+    declared: Problem
+    problem: Problem
+    effects: tuple[Score, ...] = ()
+    changes: tuple[Changed, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    rejected: tuple[Score, ...] = ()
+    tried: int = 0
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """Name and joints of all that is accepted; contacts with their times."""
+        spans = ((CONTACT, (c.span.first, c.span.last)) for c in self.contacts)
+        effects = (s.candidate.key for s in self.effects)
+        return frozenset((*effects, *(c.key for c in self.changes), *spans))
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Candidates on the same joints with as many columns, which are scored together."""
+
+    candidates: Sequence[Candidate]
+    columns: Sequence[Columns]
+    folded: Folded
+    sizes: FloatArray
+
+
+def search(
+    problem: Problem,
+    registry: Registry,
+    least: float = LEAST,
+    steps: int | None = None,
+    progress: Say = silent,
+) -> Found:
+    """Add the most probable hypothesis that matters, and drop what is not probable beside it.
+
+    Args:
+        problem: the model and its logs.
+        registry: what may be missing or wrong.
+        least: smallest torque that matters, as a part of a joint's torque.
+        steps: most hypotheses that are added; None for all.
+        progress: called with a text about what is being tried.
+    """
+    judge = _Judge(registry, least)
+    found, seen = Found(problem, problem), {frozenset[Key]()}
+    options: list[Score] = []
+    for count in itertools.count(1):
+        progress(f"trying {len(registry.pool)} candidates for effect {count}")
+        stage = found.problem.stage(found.effects)
+        options = judge.options(stage)
+        if steps is not None and count > steps:
+            break
+        others = judge.others(stage, found)
+        every = sorted((*options, *others), key=_odds, reverse=True)
+        probable = (o for o in every if o.odds > 0 and o.worth >= least)
+        nexts = (judge.pruned(judge.added(found, stage, o)) for o in probable)
+        new = next((f for f in nexts if f.keys not in seen), None)
+        if new is None:
+            break
+        found = new
+        seen.add(found.keys)
+    effects = sorted(judge.compared(found), key=lambda s: -s.gain)
+    taken = {s.candidate.key for s in effects}
+    rejected = tuple(judge.reasoned(s) for s in options if s.candidate.key not in taken)
+    return replace(found, effects=tuple(effects), rejected=rejected, tried=len(registry.pool))
+
+
+class _Judge:
+    """Judges the hypotheses of a registry beside what is accepted.
+
+    It keeps the columns that do not depend on the model, which only another problem changes.
+    """
+
+    def __init__(self, registry: Registry, least: float) -> None:
+        self.registry, self.least = registry, least
+        self._problem: Problem | None = None
+        self._fixed: list[_Group] = []
+        self._terms: Expressions | None = None
+
+    def options(self, stage: Stage, joints: frozenset[int] | None = None) -> list[Score]:
+        """Return every effect that may be added to a stage, the most probable first.
+
+        Args:
+            stage: the model and the accepted effects.
+            joints: an effect has to act on one of these; None for all.
+        """
+        entries: dict[Key, list[Score]] = {}
+        for candidate, columns, fit in self._fits(stage, joints):
+            judged = self._judged(stage, candidate, columns, fit)
+            entries.setdefault(candidate.key, []).append(judged)
+        out = []
+        for key, found in entries.items():
+            odds = np.array([s.odds for s in found])
+            best = found[int(np.argmax(odds))]
+            count = len(found)
+            if key[0] == UNNAMED and self._terms is not None:
+                count = self._terms.count
+            whole = float(np.logaddexp.reduce(odds)) - np.log(count)
+            out.append(replace(best, odds=whole, cost=best.odds - whole))
+        return sorted(out, key=_odds, reverse=True)
+
+    def others(self, stage: Stage, found: Found) -> Iterator[Changed | Contact]:
+        """Yield the likeliest contact, and the changes of the logs that may be undone."""
+        problem = stage.problem
+        if self.registry.contacts:
+            contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
+            if contact is not None:
+                yield contact
+        if not self.registry.changes or problem.given:
+            return
+        taken = {c.key for c in found.changes}
+        for grid in torque_changes(problem.robot):
+            if grid[0].key not in taken and grid[0].name != CONTACT:
+                yield self._changed(stage, grid)
+        if (stage.lost > LOUD).any():
+            yield from self._of_motion(stage, taken)
+
+    def _of_motion(self, stage: Stage, taken: set[Key]) -> Iterator[Changed]:
+        """Yield the changes of the motion, judged on a piece of the logs without other effects."""
+        piece = stage.problem.piece(_PIECE)
+        alone = piece.stage()
+        for grid in motion_changes(piece.robot):
+            if grid[0].key in taken:
+                continue
+            fits = []
+            for change in grid:
+                try:
+                    fits.append(self._fit_of(alone, change))
+                except (IdentificationError, np.linalg.LinAlgError):
+                    fits.append(alone.score.alone)
+            yield _best_of(alone, grid, fits)
+
+    def _fit_of(self, alone: Stage, change: Change) -> Fit:
+        """Return the fit to the changed logs, in the density of the recorded torque."""
+        scale = np.ones(alone.problem.base.n)
+        scale[list(change.joints)] = change.scale
+        score = alone.problem.tried(change).stage().score
+        fit = replace(score, misfit=alone.score.misfit / scale).alone
+        more = float(score.counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
+        return fit._replace(score=fit.score - more, left=fit.left * scale**2)
+
+    def _changed(self, stage: Stage, grid: Sequence[Change]) -> Changed:
+        """Return the most probable point of a grid of changes of the torques, refined."""
+        fits = [stage.score.of_torque(stage.torque_beside(c)) for c in grid]
+        found = _best_of(stage, grid, fits)
+        if len(grid) == 1 or found.odds <= 0:
+            return found
+        change = _refined_change(stage, found.change)
+        fit = stage.score.of_torque(stage.torque_beside(change))
+        again = _best_of(stage, [change], [fit])
+        return again if again.odds > found.odds else found
+
+    def added(self, found: Found, stage: Stage, new: Score | Changed | Contact) -> Found:
+        """Return what is found with one more hypothesis."""
+        if isinstance(new, Contact):
+            contacts = (*found.contacts, new)
+            return self._anew(replace(found, contacts=contacts))
+        if isinstance(new, Changed):
+            return self._anew(replace(found, changes=(*found.changes, new)))
+        grid = [c.constants for c in self.registry.pool if c.key == new.candidate.key]
+        candidate, columns = refined(
+            new.candidate, grid, stage.seen, lambda c: gain_of(stage.rows, c)
+        )
+        fine = replace(new, candidate=candidate, columns=columns)
+        effects = settled_constants(stage.problem, [*found.effects, fine], stage.seen)
+        return replace(found, effects=tuple(effects))
+
+    def _anew(self, found: Found) -> Found:
+        """Return the problem of some changes and contacts, with the columns of its effects."""
+        problem = found.declared
+        for c in found.changes:
+            problem = problem.changed(c.change)
+        problem = problem.without(found.contacts)
+        return replace(found, problem=problem, effects=columns_in(problem, found.effects))
+
+    def pruned(self, found: Found) -> Found:
+        """Drop what is not probable beside the rest, the least probable first."""
+        effects = list(found.effects)
+        while effects:
+            again = [self._scored(found.problem.stage(leave_out(effects, s)), s) for s in effects]
+            odds = [odds_together(s, again) for s in again]
+            failing = [k for k, s in enumerate(again) if odds[k] <= 0 or s.worth < self.least]
+            if not failing:
+                effects = again
+                break
+            worst = min(failing, key=lambda k: (odds[k], again[k].worth))
+            effects = leave_out(effects, effects[worst])
+        found = replace(found, effects=tuple(effects))
+        for contact in found.contacts:
+            others = tuple(c for c in found.contacts if c is not contact)
+            rest = self._anew(replace(found, contacts=others))
+            stage = rest.problem.stage(rest.effects)
+            again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
+            if again_contact.odds <= 0 or again_contact.worth < self.least:
+                found = rest
+        return found
+
+    def compared(self, found: Found) -> list[Score]:
+        """Return the effects with their probabilities and their alternatives."""
+        from scipy.special import softmax
+
+        out = []
+        taken = {s.candidate.key for s in found.effects}
+        for own in found.effects:
+            stage = found.problem.stage(leave_out(found.effects, own))
+            again = self._scored(stage, own)
+            e = explained(stage.rows, again.columns)
+            rivals = []
+            for s in self.options(stage, frozenset(own.columns)):
+                if s.candidate.key in taken:
+                    continue
+                if s.odds < again.odds - -math.log(_LISTED):
+                    break
+                alike = _correlation(e, explained(stage.rows, s.columns))
+                if alike > _ALIKE:
+                    rivals.append((alike, s))
+            odds = [odds_together(again, found.effects), *(s.odds for _, s in rivals), 0.0]
+            weight = softmax(odds)
+            same = weight[0]
+            alternatives = []
+            for w, (alike, s) in zip(weight[1:], rivals, strict=False):
+                same += w if alike > _SAME else 0.0
+                if w > _LISTED:
+                    alternatives.append(replace(s, probability=float(w)))
+            out.append(replace(again, probability=float(same), alike=tuple(alternatives)))
+        return out
+
+    def reasoned(self, s: Score) -> Score:
+        """Return an effect that is not accepted with the reason."""
+        if s.fault:
+            return s
+        if s.worth < self.least:
+            fault = (
+                f"it lowers the error on motion it was not fitted on by {100 * s.worth:.2f} % of "
+                f"the torque; what matters: {100 * self.least:.2g} %"
+            )
+        else:
+            fault = f"it does not predict other motion better: log-odds {s.odds:.1f}"
+        return replace(s, fault=fault)
+
+    def _prepare(self, stage: Stage) -> None:
+        """Compute the columns that do not depend on the model, if the problem is another one."""
+        if stage.problem is self._problem:
+            return
+        self._problem = stage.problem
+        self._fixed = self._grouped(stage, uses_model=False)
+        self._terms = Expressions(stage.problem) if self.registry.expressions else None
+
+    def _fits(
+        self, stage: Stage, joints: frozenset[int] | None
+    ) -> Iterator[tuple[Candidate, Columns, Fit]]:
+        """Yield the candidates that may be added to a stage, with their columns and scores.
+
+        Columns without the model's torque are computed once for a problem.
+        """
+        self._prepare(stage)
+        moving = self._grouped(stage, uses_model=True)
+        terms = () if self._terms is None else self._terms.best(stage.rows, joints)
+        taken = {s.candidate.key for s in stage.effects}
+        for group in (*self._fixed, *moving, *self._together(stage, terms)):
+            free = [self._admitted(c, taken, joints) for c in group.candidates]
+            if any(free):
+                fits = stage.score.each(group.folded, group.sizes)
+                rows = zip(group.candidates, group.columns, fits, strict=True)
+                yield from itertools.compress(rows, free)
+
+    def _grouped(self, stage: Stage, *, uses_model: bool) -> list[_Group]:
+        """Return candidates with their columns beside a stage, without those of no number."""
+        pool = [c for c in self.registry.pool if c.uses_model == uses_model]
+        found = zip(pool, stage.seen.each(pool), strict=True)
+        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
+        return self._together(stage, finite)
+
+    def _together(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
+        """Return candidates and their columns, those together that are scored together."""
+        alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
+        for candidate, columns in found:
+            count = next(iter(columns.values())).shape[1]
+            key = candidate.joints, tuple(columns), count
+            alike.setdefault(key, []).append((candidate, columns))
+        out = []
+        for same in alike.values():
+            group, torques = [c for c, _ in same], [c for _, c in same]
+            sizes = np.array([self._expected(stage, *x) for x in same])
+            out.append(_Group(group, torques, stage.score.folded(torques), sizes))
+        return out
+
+    def _admitted(
+        self, candidate: Candidate, taken: set[Key], joints: frozenset[int] | None
+    ) -> bool:
+        """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
+        if candidate.key in taken and candidate.name != UNNAMED:
+            return False
+        if any(candidate.presumes(c) and c.key not in taken for c in self.registry.friction):
+            return False
+        return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
+
+    def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
+        """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
+        size = candidate.definition.size * stage.problem.base.size
+        return _LOOSE * max(float(size[j]) for j in columns)
+
+    def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
+        alone, base = stage.score.alone, stage.problem.base.size
+        known = {s.candidate.name for s in stage.effects}
+        # An effect that one joint has is likelier on another.
+        prior = math.log(candidate.definition.odds) * (0.5 if candidate.name in known else 1.0)
+        if candidate.scales is not None:
+            scales = np.array(candidate.scales)
+            part = np.abs(fit.coefficients[: len(scales)]) / scales
+        else:
+            part = fit.torque / (candidate.definition.size * base)
+        prior -= price_of_size(float(np.max(part)))
+        if fit.score - alone.score + prior > 0:
+            fit = self._possible(stage, candidate, columns, fit)
+        evidence = fit.score - alone.score
+        fell = alone.left - fit.left
+        joints = list(candidate.joints) or list(columns)
+        was = float(np.sum((alone.left / base**2)[joints]))
+        gain = float(np.sum((fell / base**2)[joints])) / max(was, _TINY)
+        torque = float(np.max(fit.torque))
+        worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
+        fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
+        return Score(
+            candidate, columns, evidence + prior, evidence=evidence, left=fit.left, worth=worth,
+            gain=gain, torque=torque, fault=fault,
+        )  # fmt: skip
+
+    def _possible(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Fit:
+        """Return the fit in which a coefficient with a physically impossible sign is 0."""
+        if candidate.definition.sign != "positive" or candidate.change:
+            return fit
+        kept, named = [*range(candidate.size)], len(candidate.definition.linear)
+        while wrong := {
+            k for k, c in zip(kept, fit.coefficients, strict=True) if k < named and c < 0
+        }:
+            kept = [k for k in kept if k not in wrong]
+            if not any(k < named for k in kept):
+                return stage.score.alone
+            left = {j: c[:, kept] for j, c in columns.items()}
+            fit = stage.score.beside(left, self._expected(stage, candidate, columns))
+        return fit
+
+    def _scored(self, stage: Stage, own: Score) -> Score:
+        """Return an effect beside others; the cost of its grid stays."""
+        columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
+        fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
+        found = self._judged(stage, own.candidate, columns, fit)
+        return replace(found, odds=found.odds - own.cost, cost=own.cost)
+
+
+def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
+    """Return effects with their columns on the logs of a problem."""
+    if not effects:
+        return ()
+    seen = problem.seen(problem.base)
+    columns = seen.each(s.candidate for s in effects)
+    return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))
+
+
+def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Changed:
+    """Return the most probable point of a grid, with the odds of the whole grid."""
+    alone, size = stage.score.alone, stage.problem.base.size
+    odds = np.array([fit.score - alone.score for fit in fits])
+    k = int(np.argmax(odds))
+    change = grid[k]
+    # One wrong sign is as improbable as another.
+    prior = math.log(change.definition.odds) * max(1, len(change.joints))
+    whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
+    fell = alone.left - fits[k].left
+    worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / size))
+    gain = float(np.sum(fell / size**2) / max(float(np.sum(alone.left / size**2)), _TINY))
+    return Changed(change, whole, worth, gain)
+
+
+def _refined_change(stage: Stage, change: Change) -> Change:
+    """Return a delay or a filter with its most probable size."""
+    from scipy.optimize import minimize_scalar
+
+    ((name, (value, _)),) = change.constants.items()
+    make = late if name == "DT" else slow
+
+    def cost(x: float) -> float:
+        other = make(stage.problem.robot, change.joints, math.copysign(math.exp(x), value))
+        return -stage.score.of_torque(stage.torque_beside(other)).score
+
+    near = math.log(abs(value))
+    bounds = near - math.log(2), near + math.log(2)
+    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-2})
+    return make(stage.problem.robot, change.joints, math.copysign(math.exp(best.x), value))
+
+
+def _odds(s: Score | Changed | Contact) -> float:
+    return s.odds
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    sizes = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return abs(float(np.sum(a * b))) / max(sizes, _TINY)
