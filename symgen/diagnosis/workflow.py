@@ -286,6 +286,7 @@ def _repaired(
     (was, size), (now, other) = (held_squares(Found(p, p), []) for p in (raw, problem))
     before, after = was / size, now / other
     fell = np.sqrt(np.maximum(before - after, 0.0))
+    print("DBG", np.sqrt(before), np.sqrt(after))
     if fell.max() < least:
         return ()
     out = []

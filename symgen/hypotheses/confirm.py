@@ -111,13 +111,19 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
     Returns:
         The effects, and what gives columns beside them.
     """
+    effects = following(problem, effects)
+    seen = problem.seen(problem.beside(effects))
+    return tuple(settled_constants(problem, effects, seen)), seen
+
+
+def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
+    """Return effects whose columns follow the model's torque, which they change."""
     for _ in range(SETTLING if any(s.candidate.uses_model for s in effects) else 0):
         seen = problem.seen(problem.beside(effects))
         effects = [
             replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
         ]
-    seen = problem.seen(problem.beside(effects))
-    return tuple(settled_constants(problem, effects, seen)), seen
+    return effects
 
 
 def _problem_of(found: Found, changes: Sequence[Changed], contacts: Sequence[Contact]) -> Problem:
@@ -192,6 +198,7 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
     if (changes, contacts) != (found.changes, found.contacts):
         problem = _problem_of(found, changes, contacts)
         effects = columns_in(problem, effects)
+    effects = tuple(following(problem, effects))
     rows, held = problem.beside(effects), problem.held_rows
     X = problem.parameters(rows)
     along = [problem.torques_along(log.thinned, X) for log in held.logs]
