@@ -284,15 +284,14 @@ def _repaired(
     except IdentificationError:  # the logs as recorded determine no model
         return ()
     (was, size), (now, other) = (held_squares(Found(p, p), []) for p in (raw, problem))
-    before, after = was / size, now / other
-    fell = np.sqrt(np.maximum(before - after, 0.0))
-    print("DBG", np.sqrt(before), np.sqrt(after))
-    if fell.max() < least:
+    before, after = np.sqrt(was / size), np.sqrt(now / other)
+    if (before - after).max() < least or (after - before).max() >= least:
         return ()
+    share = 1 - float(np.sum(after**2) / np.sum(before**2))
     out = []
     for name in dict.fromkeys(_REPAIRED[r.kind] for r in opened.repairs if r.kind in _REPAIRED):
         same = [r for r in opened.repairs if _REPAIRED.get(r.kind) == name]
-        out.append(_recorder_effect(name, same, problem.robot, 1 - after.sum() / before.sum()))
+        out.append(_recorder_effect(name, same, problem.robot, share))
     return tuple(out)
 
 

@@ -48,7 +48,7 @@ class Change:
         channels: the channels that are wrong, as "tau" or "q, qd".
         constants: name, value and unit of its size.
         torque: gives the torque of the undone logs, (K, n), of torques alone.
-        share: factor of the density of the recorded torque: 1 / |d undone / d recorded| by joint.
+        scale: recorded over undone torque of its joints.
         gravity: in frame 0, m/s2, of another gravity; None for that of the file.
     """
 
@@ -251,7 +251,7 @@ def geared_by(j: int, ratio: float) -> Change:
     """Return the joint that was recorded with 1 / `ratio` times its motion."""
     undo = partial(geared, j=j, ratio=ratio)
     size = {"ratio": (ratio, "")}
-    return Change(definitions()["gear_ratio"], (j,), undo, "q, qd, tau", size)
+    return Change(definitions()["gear_ratio"], (j,), undo, "q, qd, tau", size, scale=ratio)
 
 
 def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:

@@ -239,11 +239,6 @@ class Stage:
         """Return the coefficients of the effects, one effect after the other."""
         return self.problem.coefficients(self.rows)
 
-    def torque_beside(self, change: Change) -> FloatArray:
-        """Return what a change of torques adds to them, (K, n)."""
-        assert change.torque is not None
-        return change.torque(self.problem.torque) - self.problem.torque(0.0)
-
 
 def make_problem(
     evaluator: Evaluator,

@@ -18,14 +18,14 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from symgen import names
 from symgen.errors import IdentificationError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import Change, late, motion_changes, slow, torque_changes
+from symgen.hypotheses.changes import Change, Torque, late, motion_changes, slow, torque_changes
 from symgen.hypotheses.effects import (
     Candidate,
     Score,
@@ -55,7 +55,7 @@ _SAME, _ALIKE = 0.98, 0.8
 _LISTED = 0.05
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_PIECE = 20.0  # s of each log on which changes of the motion are tried
+_PIECE = 10.0  # s of each log on which changes of the motion are tried
 _TINY = 1e-300
 
 
@@ -213,6 +213,8 @@ class _Judge:
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
+        #: Changes of the motion by what is undone already.
+        self._moved: dict[frozenset[Key], list[Changed]] = {}
         self._fixed: list[_Group] = []
         self._terms: Expressions | None = None
 
@@ -248,18 +250,27 @@ class _Judge:
         if not self.registry.changes or problem.given:
             return
         taken = {c.key for c in found.changes}
+        torque = cache(problem.torque)
         for grid in torque_changes(problem.robot):
-            if grid[0].key not in taken and grid[0].name != CONTACT:
-                yield self._changed(stage, grid)
-        if (stage.lost > LOUD).any():
-            yield from self._of_motion(stage, taken)
+            if grid[0].key not in taken:
+                yield self._changed(stage, grid, torque)
+        loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
+        undone = frozenset(taken)
+        if loud and undone not in self._moved:
+            self._moved[undone] = [*self._of_motion(problem, loud)]
+        yield from (c for c in self._moved.get(undone, ()) if c.key not in taken)
 
-    def _of_motion(self, stage: Stage, taken: set[Key]) -> Iterator[Changed]:
-        """Yield the changes of the motion, judged on a piece of the logs without other effects."""
-        piece = stage.problem.piece(_PIECE)
+    def _of_motion(self, problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
+        """Yield the changes of the motion, judged on a piece of the logs without other effects.
+
+        Args:
+            problem: the model and its logs.
+            loud: joints of which one has to be concerned.
+        """
+        piece = problem.piece(_PIECE)
         alone = piece.stage()
         for grid in motion_changes(piece.robot):
-            if grid[0].key in taken:
+            if grid[0].joints and not loud & {*grid[0].joints}:
                 continue
             fits = []
             for change in grid:
@@ -278,14 +289,14 @@ class _Judge:
         more = float(score.counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
         return fit._replace(score=fit.score - more, left=fit.left * scale**2)
 
-    def _changed(self, stage: Stage, grid: Sequence[Change]) -> Changed:
+    def _changed(self, stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
         """Return the most probable point of a grid of changes of the torques, refined."""
-        fits = [stage.score.of_torque(stage.torque_beside(c)) for c in grid]
+        fits = [_fit_of_torque(stage, c, torque) for c in grid]
         found = _best_of(stage, grid, fits)
         if len(grid) == 1 or found.odds <= 0:
             return found
         change = _refined_change(stage, found.change)
-        fit = stage.score.of_torque(stage.torque_beside(change))
+        fit = _fit_of_torque(stage, change, torque)
         again = _best_of(stage, [change], [fit])
         return again if again.odds > found.odds else found
 
@@ -512,6 +523,12 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Chang
     return Changed(change, whole, worth, gain)
 
 
+def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> Fit:
+    """Return the fit to the torques without a change of them."""
+    assert change.torque is not None
+    return stage.score.of_torque(change.torque(torque) - torque(0.0))
+
+
 def _refined_change(stage: Stage, change: Change) -> Change:
     """Return a delay or a filter with its most probable size."""
     from scipy.optimize import minimize_scalar
@@ -521,7 +538,7 @@ def _refined_change(stage: Stage, change: Change) -> Change:
 
     def cost(x: float) -> float:
         other = make(stage.problem.robot, change.joints, math.copysign(math.exp(x), value))
-        return -stage.score.of_torque(stage.torque_beside(other)).score
+        return -_fit_of_torque(stage, other, stage.problem.torque).score
 
     near = math.log(abs(value))
     bounds = near - math.log(2), near + math.log(2)
