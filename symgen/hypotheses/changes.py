@@ -50,6 +50,7 @@ class Change:
         torque: gives the torque of the undone logs, (K, n), of torques alone.
         scale: recorded over undone torque of its joints.
         gravity: in frame 0, m/s2, of another gravity; None for that of the file.
+        turns: whether it turns the order of the samples.
     """
 
     definition: Definition
@@ -60,6 +61,7 @@ class Change:
     torque: Callable[[Torque], FloatArray] | None = None
     scale: float = 1.0
     gravity: tuple[float, ...] | None = None
+    turns: bool = False
 
     @property
     def name(self) -> str:
@@ -105,7 +107,7 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
         size = {"factor": (1 / _DEGREES, "")}
         named = () if len(joints) > 1 else tuple(joints)
         yield [Change(rows["wrong_unit"], named, undo, "q, qd", size)]
-    yield [Change(rows["reversed_time"], (), backwards, "t")]
+    yield [Change(rows["reversed_time"], (), backwards, "t", turns=True)]
     for j in range(n):
         yield [geared_by(j, r) for r in _RATIOS]
         yield [

@@ -160,12 +160,11 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             out.append(Weighed(item, item.worth, left))
             continue
         without, size_without = held_squares(found, _leave_out(items, item))
-        now, was = whole / size, without / size_without
-        fall = np.sqrt(np.maximum(was - now, 0.0))
-        rise = np.sqrt(np.maximum(now - was, 0.0))
-        fell = float(fall.max())
-        j = int(np.argmax(fall))
-        left = float(np.sqrt(max(now[j] - floor[j], 0.0) / max(was[j] - floor[j], _TINY)))
+        now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
+        fall, rise = was - now, now - was
+        fell, j = float(fall.max()), int(np.argmax(fall))
+        above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
+        left = float(above[0] / max(above[1], _TINY))
         reason = ""
         if not np.any(was != now) or _needs_none(item):
             pass  # without torque there, the validation logs cannot contradict it
@@ -178,9 +177,9 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             k = int(np.argmax(rise))
             reason = (
                 "on the validation data it raises a torque error from "
-                f"{100 * np.sqrt(was[k]):.3g} to {100 * np.sqrt(now[k]):.3g} %"
+                f"{100 * was[k]:.3g} to {100 * now[k]:.3g} %"
             )
-        out.append(Weighed(item, fell - float(rise.max()), left, not reason, reason))
+        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), left, not reason, reason))
     return out
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import derive, regrouping
-from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
@@ -85,7 +85,9 @@ class Problem:
             return make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
         logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
         base = rows_of(self.evaluator, logs, self.known)
-        fold = self.fold if change.torque is not None else motion_folds(logs)
+        fold = self.fold
+        if change.turns:
+            fold = np.concatenate([fold[span][::-1] for span in kept_spans(logs)])
         return replace(self, base=base, held=held, fold=fold)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:

@@ -281,6 +281,15 @@ class PredictiveScore:
         """(n, folds) sums of squares that fits to the other folds leave of each fold."""
         return np.asarray(self._squares(self._base[:-1, None])[0] * self.sigma[:, None] ** 2)
 
+    def density(self, counts: FloatArray) -> float:
+        """Return the score of the model alone for so many rows, (n, folds), with the same errors.
+
+        Other rows may have a say where a log is changed; then this compares.
+        """
+        variance = self.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
+        logs = np.log(np.maximum(variance, _TINY))
+        return -0.5 / TEMPERATURE * float(np.sum(counts * logs))
+
     @cached_property
     def alone(self) -> Fit:
         """The model without anything beside it."""

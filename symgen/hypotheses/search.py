@@ -284,10 +284,13 @@ class _Judge:
         """Return the fit to the changed logs, in the density of the recorded torque."""
         scale = np.ones(alone.problem.base.n)
         scale[list(change.joints)] = change.scale
-        score = alone.problem.tried(change).stage().score
-        fit = replace(score, misfit=alone.score.misfit / scale).alone
-        more = float(score.counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
-        return fit._replace(score=fit.score - more, left=fit.left * scale**2)
+        changed = alone.problem.tried(change).stage().score
+        score = replace(changed, misfit=alone.score.misfit / scale)
+        counts = alone.score.counts
+        before, after = alone.score.density(counts), score.density(counts)
+        more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
+        gained = alone.score.alone.score + after - more - before
+        return score.alone._replace(score=gained, left=score.alone.left * scale**2)
 
     def _changed(self, stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
         """Return the most probable point of a grid of changes of the torques, refined."""
