@@ -43,6 +43,6 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
         )
         effects = [own if e in same else e for e in effects] + ([] if same else [own])
     verdict = diagnosis.verdict
-    if verdict == "consistent" and effects:
+    if verdict == "consistent" and any(not s.fault for s in found):
         verdict = "explained"
     return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)

@@ -1,7 +1,7 @@
 """What is said of what a search finds: adopted, shown as the cause, or suspected.
 
-    adopted     it lowers the error of a joint on the validation logs by what matters, and raises
-                the error of no joint by that, nor that of all joints
+    adopted     on the validation logs it explains a part of a joint's torque that matters, and
+                raises the error of no joint by that, nor that of all joints
     shown       besides, it leaves at most half of the error of its joint above the noise floor
     suspected   everything else that is probable
 
@@ -38,7 +38,7 @@ class Weighed:
 
     Attributes:
         item: the hypothesis.
-        fell: what it lowers the error of a joint by, as a part of the joint's torque.
+        fell: what it explains of a joint's torque, less what it raises the error of another by.
         left: part of that error above the noise floor that it leaves.
         adopted: whether the model or the logs are corrected by it.
         reason: why it is not adopted, or "".
@@ -161,7 +161,8 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             continue
         without, size_without = held_squares(found, _leave_out(items, item))
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
-        fall, rise = was - now, now - was
+        rise = now - was
+        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
         fell, j = float(fall.max()), int(np.argmax(fall))
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
         left = float(above[0] / max(above[1], _TINY))
@@ -170,8 +171,8 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             pass  # without torque there, the validation logs cannot contradict it
         elif fell < least:
             reason = (
-                f"on the validation data it lowers the torque error of a joint by {100 * fell:.2g} "
-                f"% of its torque; what matters: {100 * least:.2g} %"
+                f"on the validation data it explains {100 * fell:.2g} % of the torque of a joint; "
+                f"what matters: {100 * least:.2g} %"
             )
         elif rise.max() >= least or whole.sum() / size.sum() > without.sum() / size_without.sum():
             k = int(np.argmax(rise))
