@@ -28,10 +28,10 @@ from symgen import names
 from symgen.diagnosis.baseline import Baseline
 from symgen.diagnosis.contacts import Contact, probable_contact, weighed
 from symgen.diagnosis.effects import Candidate, Score, Seen, leave_out, odds_together
-from symgen.diagnosis.refine import refined, settled_constants
+from symgen.diagnosis.refine import settled_constants
 from symgen.diagnosis.terms import NAME as UNNAMED
-from symgen.diagnosis.terms import Expressions
-from symgen.diagnosis.whitened_system import WhitenedSystem, explained, gain_of
+from symgen.diagnosis.terms import expressions as terms_of
+from symgen.diagnosis.whitened_system import WhitenedSystem, explained
 from symgen.estimation.misfit_evidence import MisfitEvidence
 from symgen.estimation.predictive_score import Columns, Fit, Folded, PredictiveScore, price_of_size
 from symgen.estimation.values import FloatArray
@@ -135,7 +135,7 @@ class Search:
         self.baseline = baseline
         self.contacts = contacts
         self.least, self.misfit = least, misfit
-        self.expressions = Expressions(baseline) if expressions else None
+        self.expressions = terms_of(baseline) if expressions else None
         #: Candidates whose columns do not hold the model's torque, and those whose do.
         self._fixed: Sequence[_Group] | None = None
         self._moving: Sequence[_Group] = ()
@@ -164,7 +164,7 @@ class Search:
                     break
             accepted, contacts = found
             seen.add(_present(accepted, contacts))
-        named = sorted(self._merged(told), key=lambda s: -s.gain)
+        named = sorted(told, key=lambda s: -s.gain)
         taken = {s.candidate.key for s in named}
         rejected = (self._reasoned(stage, s) for s in options if s.candidate.key not in taken)
         left_out = tuple(contacts) if self.contacts else None
@@ -198,7 +198,7 @@ class Search:
                 effects, marked = accepted, self._leave_out([*contacts, own])
                 tried.add(None)
             elif best:
-                effects = [*accepted, *(self._refined(stage, s) for s in best)]
+                effects = [*accepted, *best]
                 effects, marked = [*settled_constants(self.baseline, effects, stage.seen)], contacts
                 tried |= {s.candidate.key for s in best}
             else:
@@ -248,23 +248,6 @@ class Search:
                 replace(s, probability=probability, alike=was.alike, confirmed=was.confirmed)
             )
         return out
-
-    def _merged(self, found: list[Score]) -> list[Score]:
-        """Return the effects with their expressions merged: one expression for each joint."""
-        parts = [s for s in found if s.candidate.name == UNNAMED]
-        if self.expressions is None or len(parts) < 2:
-            return found
-        rest = [s for s in found if s not in parts]
-        sums = self.expressions.merged(s.candidate for s in parts)
-        for candidate, columns in sums:
-            whole = [*rest, *(Score(c, x) for c, x in sums if c is not candidate)]
-            own = [s for s in parts if s.candidate.joints == candidate.joints]
-            again = self._again(self._stage(whole), Score(candidate, columns))
-            found = [
-                *[s for s in found if s not in own],
-                replace(again, probability=own[0].probability),
-            ]
-        return found
 
     def _reasoned(self, stage: _Stage, s: Score) -> Score:
         """Return an effect that is not named with the reason."""
@@ -371,7 +354,8 @@ class Search:
 
     def _admitted(self, candidate: Candidate, stage: _Stage, joints: frozenset[int] | None) -> bool:
         """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
-        if candidate.key in stage.keys and candidate.name != UNNAMED:
+        own_terms = candidate.name == UNNAMED and candidate.definition.own
+        if candidate.key in stage.keys and not own_terms:
             return False
         if any(candidate.presumes(c) and c.key not in stage.keys for c in self._plain):
             return False
@@ -478,14 +462,6 @@ class Search:
         units = stage.beside_misfit.units(s.columns, self._sizes(s.candidate))
         known = s.candidate.scales or ()
         return np.asarray([*known, *units[len(known) :]])
-
-    def _refined(self, stage: _Stage, s: Score) -> Score:
-        """Return an effect with constants between the values of the grid; see `refined`."""
-        grid = [c.constants for c in self.pool if c.key == s.candidate.key]
-        candidate, columns = refined(
-            s.candidate, grid, stage.seen, lambda c: gain_of(stage.system, c)
-        )
-        return replace(s, candidate=candidate, columns=columns)
 
     def _scored(self, stage: _Stage, own: Score) -> Score:
         """Return an effect beside others; the cost of its grid stays."""

@@ -344,7 +344,7 @@ class _Question:
         given, bent = model.given, stiffnesses(model.base)
         pool = (
             *candidates(self.robot, model.base.logs, self.effects, given=given),
-            *special_candidates(self.robot, bent, self.effects, given=given),
+            *special_candidates(self.robot, bent, self.effects, given=given, logs=model.base.logs),
         )
         expressions = not given and (self.effects is None or "unnamed" in self.effects)
         contacts = self.effects is None or CONTACT in self.effects
