@@ -14,6 +14,7 @@ torque in the file's geometry and gravity, but may have one in another.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -38,8 +39,8 @@ _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of a
 _STATES = 200
 _HIDDEN = 1e-4  # singular value over the largest, under which a torque is zero
 _JOINED = 1e-6  # part of another parameter of the load
-#: Crossing of the play: step in s, number of steps tried first, smallest over largest link inertia.
-_FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
+#: Crossing of the play: step in s, smallest over largest link inertia.
+_FINE, _LIGHT = 1e-3, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
@@ -340,25 +341,25 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
 
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
     """Return the change of all joint torques by a play, divided by its width."""
-    b, (rigid, pull) = constants["width"], _pull(j, s, torques)
-    e = _behind_flanks(pull, s.step, b)
-    behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
-    change = _moved(j, s, torques, behind) - rigid
-    return everywhere(change[:, :, None] / b)
+    width = constants["width"]
+    rigid, pull = _pull(j, s, torques)
+    lead = _lead(pull, s.step, width)
+    rate = np.gradient(lead, s.step)
+    change = _moved(j, s, torques, -np.stack([lead, rate, np.gradient(rate, s.step)])) - rigid
+    return everywhere(change[:, :, None] / width)
 
 
 @lru_cache(maxsize=8)
 def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
     """Return the torque of the links, and the acceleration at which a free link falls behind."""
-    unit = np.zeros((3, len(s.t)))
-    unit[2] = 1.0
+    unit = np.array([[0.0], [0.0], [1.0]])
     rigid = _rigid(s, torques)
     inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
     least = _LIGHT * np.abs(inertia).max(initial=1e-300)
     return rigid, rigid[:, j] / np.maximum(inertia, least)
 
 
-def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
+def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     """Return the motor's lead over the link in a gear with play, (N,), within +-width/2.
 
     Args:
@@ -368,28 +369,22 @@ def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
         width: width of the play, rad (m).
     """
     finer = max(1, int(np.ceil(step / _FINE)))
-    h, count = step / finer, (len(pull) - 1) * finer + 1
-    a = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
-    turns = np.append(np.flatnonzero((a[1:] < 0) != (a[:-1] < 0)) + 1, count)
-    out, side, at = np.empty(count), -1.0 if a[0] < 0 else 1.0, 0
-    while at < count:
-        if (a[at] < 0) == (side < 0):  # in contact until the flanks separate
-            end = int(turns[np.searchsorted(turns, at, side="right")])
-            out[at:end], at = side * width / 2, end
+    count = (len(pull) - 1) * finer + 1
+    fine = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
+    half, h = width / 2, step / finer
+    out = np.where(fine < 0, -half, half)
+    a, met = fine.tolist(), 0
+    for leaves in np.flatnonzero(np.diff(out)) + 1:
+        if leaves < met:
             continue
-        span = _FLIGHT
-        while True:
-            e = side * width / 2 + h * np.cumsum(h * np.cumsum(a[at : at + span]))
-            lands = np.flatnonzero(np.abs(e) > width / 2)
-            if len(lands) or at + span >= count:
-                break
-            span *= 2
-        if len(lands):
-            e = e[: lands[0] + 1]
-            side = float(np.sign(e[-1]))
-            e[-1] = side * width / 2
-        out[at : at + len(e)] = e
-        at += len(e)
+        met, lead, speed = int(leaves), float(out[leaves - 1]), 0.0
+        while met < count and (abs(lead) < half or lead * a[met] < 0):
+            speed += h * a[met]
+            lead += h * speed
+            if abs(lead) >= half:
+                lead, speed = math.copysign(half, lead), 0.0
+            out[met] = lead
+            met += 1
     return out[::finer]
 
 
