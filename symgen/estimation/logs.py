@@ -31,6 +31,8 @@ _USUALLY = 0.99  # quantile of a speed, without outliers
 HELD_OUT = 0.2
 #: Samples that are held out of each log, at least.
 FEWEST = 10
+#: End of the name of a held-out part.
+LATE = " (last fifth)"
 
 
 def listed_logs(logs: Sequence[Source] | Source) -> list[Source]:
@@ -157,7 +159,7 @@ def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Sample
             )
         train.append(s.cut(slice(None, cut)))
         late = s.cut(slice(cut, None))
-        held.append(replace(late, name=f"{s.name} (last fifth)", notes=()))
+        held.append(replace(late, name=f"{s.name}{LATE}", notes=()))
     return train, held
 
 

@@ -23,7 +23,7 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
 STEPS = 3
-PHYSICS = "physics"
+PHYSICS, TIME = "physics", "time"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,10 @@ def ask(
     shown, suspected, delays = [], [], []
     for w in weighed:
         reason = reason_of(w, found)
-        if w.shown and _definition(w.item).side != PHYSICS:
+        row = _definition(w.item)
+        # What changes within a log belongs to no one state of the robot.
+        fault = row.side != PHYSICS or row.pattern == TIME
+        if w.shown and fault:
             shown.append(reason)
         else:
             suspected.append(reason)

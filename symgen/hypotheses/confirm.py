@@ -155,11 +155,12 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
     floor = _floor(found)
     out = []
     for item in items:
-        if isinstance(item, Contact):  # other motion cannot show what touched the robot
+        without, size_without = held_squares(found, _leave_out(items, item))
+        if isinstance(item, Contact) or not np.any(without != whole):
+            # It acts on the training logs alone, where the search has used other motion of them.
             left = float(np.sqrt(max(1.0 - item.gain, 0.0)))
             out.append(Weighed(item, item.worth, left))
             continue
-        without, size_without = held_squares(found, _leave_out(items, item))
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
         rise = now - was
         fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
@@ -167,8 +168,8 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
         left = float(above[0] / max(above[1], _TINY))
         reason = ""
-        if not np.any(was != now) or _needs_none(item):
-            pass  # without torque there, the validation logs cannot contradict it
+        if _needs_none(item):
+            pass
         elif fell < least:
             reason = (
                 f"on the validation data it explains {100 * fell:.2g} % of the torque of a joint; "

@@ -19,6 +19,7 @@ import numpy as np
 from symgen import names
 from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.rows import in_band
 from symgen.hypotheses.score import Columns
@@ -30,6 +31,9 @@ from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
 _PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
+#: Constant of an effect that begins within a log: the time, s; and how many are tried.
+START = "start"
+_STARTS = 24
 Constants = Mapping[str, float]
 
 
@@ -90,8 +94,8 @@ class Candidate:
 
     @property
     def smooth(self) -> bool:
-        """Whether its columns can be differentiated along its constants."""
-        return bool(self.constants) and self.definition.declarable
+        """Whether its constants can be refined between the points of their grid."""
+        return bool(self.constants) and self.definition.native != "coupling"
 
     def moved(self, constants: Constants) -> Candidate:
         """Return the candidate with some constants changed."""
@@ -104,8 +108,8 @@ class Candidate:
 
     @property
     def key(self) -> tuple[str, tuple[int, ...]]:
-        """Name and joints, without the constants."""
-        return self.name, self.joints
+        """Name and joints, without the constants; what begins within a log has one of its own."""
+        return f"{self.name} begins" if START in self.constants else self.name, self.joints
 
     def presumes(self, other: Candidate) -> bool:
         """Whether it requires another effect, as a friction that builds on Coulomb friction."""
@@ -211,33 +215,37 @@ def candidates(
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then declared friction may have changed.
     """
-    sought = {s.key for s in robot.sought}
     for definition in definitions().values():
         if chosen is not None and definition.name not in chosen:
             continue
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
-        elif definition.name == "time_delay":
-            yield Candidate(definition, (), _delayed, 1, uses_model=True)
         elif definition.torque or definition.name in _SHAPES:
-            for position, joint in enumerate(robot.movable):
-                drifted = _declared(robot, definition, position)
-                searches = _geared(definition.nonlinear, robot, position)
-                if (
-                    (drifted and not (given and definition.native in names.FRICTION))
-                    or (definition.name, joint.number) in sought
-                    or len(searches) < len(definition.nonlinear)
-                ):
-                    continue
-                plain = replace(_on_joint(robot, definition, position), change=drifted)
-                for constants in grid(searches, logs, position, joint.sigma):
-                    yield replace(plain, constants=constants)
-    for own in robot.sought:
-        if chosen is None or own.effect.name in chosen:
-            position = [j.number for j in robot.movable].index(own.effect.joints[0])
-            plain = _on_joint(robot, own.definition(robot.values()), position)
-            for constants in grid(own.searches(robot.values()), logs, position):
+            for position in range(robot.n):
+                yield from _of_library(robot, definition, position, logs, given=given)
+    values = robot.values()
+    numbers = [joint.number for joint in robot.movable]
+    for sought in robot.sought:
+        if chosen is None or sought.effect.name in chosen:
+            position = numbers.index(sought.effect.joints[0])
+            plain = _on_joint(robot, sought.definition(values), position)
+            for constants in grid(robot, sought.searches(values), logs, position):
                 yield replace(plain, constants=constants)
+
+
+def _of_library(
+    robot: Robot, definition: Definition, position: int, logs: Logs, *, given: bool
+) -> Iterator[Candidate]:
+    """Yield an effect of the library on one joint, with the constants of its grid."""
+    joint = robot.movable[position]
+    declared = _declared(robot, definition, position)
+    changes = given and definition.native in names.FRICTION
+    sought = {s.key for s in robot.sought}
+    plain = _on_joint(robot, definition, position)
+    if (changes or not declared) and (definition.name, joint.number) not in sought:
+        for constants in grid(robot, definition.nonlinear, logs, position):
+            yield replace(plain, constants=constants, change=declared)
+    yield from begun(plain, logs)
 
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:
@@ -252,44 +260,89 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     return (definition.name, joint.number) in known
 
 
+def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
+    """Yield an effect that begins at a time within one of the logs, and lasts to its end.
+
+    The times are spread evenly over all logs. Nothing is yielded if the library gives no odds.
+    """
+    definition = candidate.definition
+    lengths = [float(log.t[-1] - log.t[0]) for log in logs]
+    for log, length in zip(logs, lengths, strict=True):
+        first = float(log.t[0])
+        count = max(1, round(_STARTS * length / sum(lengths))) if definition.begins else 0
+        late = replace(
+            definition,
+            kind="log",
+            pattern="time",
+            advice="identify from logs in one state",
+            native="",
+            torque="",
+            formula=f"{definition.formula or definition.torque}, in {log.name} from t = start on",
+            nonlinear={START: Search(first, first + length, count, "duration")},
+            odds=definition.begins,
+        )
+        for part in range(count):
+            yield replace(
+                candidate,
+                definition=late,
+                torque=partial(_after, log.name, candidate.torque),
+                constants={START: first + length * (part + 1) / (count + 1)},
+                analytic=False,
+            )
+
+
+def _after(
+    name: str, torque: Torque, s: FilteredLog, torques: Torques, constants: Constants
+) -> Columns:
+    """Return the columns of an effect in one log from a time on, and zeros elsewhere."""
+    on = np.clip((s.t - constants[START]) / s.step + 0.5, 0.0, 1.0)
+    if s.name.removesuffix(LATE) != name:
+        on = np.zeros_like(s.t)
+    return {j: c * on[:, None] for j, c in torque(s, torques, constants).items()}
+
+
 def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
     """Return an effect on one joint, without constants."""
     if definition.name in _SHAPES and not definition.own:
         shape, uses_model = _SHAPES[definition.name]
-        torque = partial(_shaped, shape, position)
+        torque: Torque = partial(_shaped, shape, position)
         return Candidate(definition, (position,), torque, 1, uses_model=uses_model)
+    size = len(definition.linear) + definition.offset
+    torque = _written(robot, definition, position)
+    return Candidate(definition, (position,), torque, size, uses_model="taur" in definition.torque)
+
+
+def _written(robot: Robot, definition: Definition, position: int) -> Torque:
+    """Return the columns of an effect whose torque is an expression."""
     joint = robot.movable[position]
     functions: dict[str, Callable[..., Any]] = dict(FUNCTIONS)
-    if definition.own:
-        sees, tape = range(robot.n), definition_tape(definition, robot)
-        arithmetic = Numbers(robot.values(), functions)
+    if definition.own:  # names the variables of any joint
+        tape, joints = definition_tape(definition, robot), slice(None)
     else:
-        sees, tape = range(position, position + 1), _tape(definition.name)
+        tape, joints = _tape(definition.name), slice(position, position + 1)
         if joint.coulomb_width:  # the width of sign(qd)
             functions["sign"] = lambda v: np.tanh(v / joint.coulomb_width)
-        arithmetic = Numbers({}, functions)
+    arithmetic = Numbers(robot.values() if definition.own else {}, functions)
 
     def columns(s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
         variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
-        inputs: dict[str, list[Any]] = {
-            letter: [x[:, j] for j in sees] for letter, x in variables.items()
-        }
-        inputs["c"] = [float(constants[name]) for name in definition.nonlinear]
+        inputs: dict[str, list[Any]] = {key: [*x[:, joints].T] for key, x in variables.items()}
+        inputs["c"] = [np.float64(constants[name]) for name in definition.nonlinear]
         with np.errstate(all="ignore"):
-            out = tape.run(arithmetic, inputs)
-        if definition.own and not all(np.isfinite(c).all() for c in out):
+            parts = tape.run(arithmetic, inputs)
+        if definition.offset:
+            parts = [*parts, 1.0]
+        found = np.column_stack([np.broadcast_to(np.asarray(c, float), s.t.shape) for c in parts])
+        if definition.own and not np.isfinite(found).all():
             values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
             raise RobotError(
                 f"effect {definition.name!r} of {names.joint_label(joint.number, joint.name)}: "
                 "on these logs its torque is "
                 f"not a finite number with {values}; accepted: ranges in which it is"
             )
-        parts = [np.broadcast_to(np.asarray(c, dtype=float), s.t.shape) for c in out]
-        offset = [np.ones(s.t.shape)] * definition.offset
-        return {position: np.stack([*parts, *offset], axis=1)}
+        return {position: found}
 
-    size = len(definition.linear) + definition.offset
-    return Candidate(definition, (position,), columns, size, uses_model="taur" in definition.torque)
+    return columns
 
 
 @cache
@@ -298,68 +351,60 @@ def _tape(name: str) -> Tape:
 
 
 def grid(
-    searches: Mapping[str, Search], logs: Logs, position: int, sigma: int = names.REVOLUTE
+    robot: Robot, searches: Mapping[str, Search], logs: Logs, position: int
 ) -> Iterator[dict[str, float]]:
-    """Yield the values of constants that are tried, in the units of the joint."""
+    """Yield the values of constants that are tried, in the units of the joint.
+
+    Nothing is yielded if a range is in turns of the motor and the gear ratio is not known.
+    """
     axes = []
     for search in searches.values():
-        unit = _unit(search, logs, position, sigma)
+        origin, unit = _scale(robot, search.scale, logs, position)
         spaced = np.geomspace if search.by_ratio else np.linspace
-        values = spaced(search.low, search.high, search.count) * unit
-        axes.append([float(v) for v in values])
+        values = spaced(search.low, search.high, search.count)
+        axes.append([float(origin + unit * v) for v in values] if unit else [])
     for point in itertools.product(*axes):
         yield dict(zip(searches, point, strict=True))
 
 
-def _geared(searches: Mapping[str, Search], robot: Robot, position: int) -> Mapping[str, Search]:
-    """Return the ranges, without those in motor turns if the gear ratio is not known."""
-    ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
-    return {
-        name: search
-        if search.scale != "gear"
-        else replace(search, low=ratio * search.low, high=ratio * search.high)
-        for name, search in searches.items()
-        if ratio > 1 or search.scale != "gear"
-    }
-
-
-def _unit(search: Search, logs: Logs, position: int, sigma: int) -> float:
-    if search.scale == "turn" and sigma == names.PRISMATIC:  # periods over the travel of the slide
-        return 2 * np.pi / _unit(replace(search, scale="range"), logs, position, sigma)
-    if search.scale == "play":
-        return _PINION if sigma == names.PRISMATIC else 1.0
-    if search.scale == "speed":
+def _scale(robot: Robot, scale: str, logs: Logs, position: int) -> tuple[float, float]:
+    """Return the origin and the unit of a range; the unit is 0 if it is not known."""
+    slides = robot.movable[position].sigma == names.PRISMATIC
+    if scale == "play":
+        return 0.0, _PINION if slides else 1.0
+    if scale == "gear":
+        ratio = 0.0 if robot.drive is None else abs(robot.drive.ratio[position][position])
+        return 0.0, ratio if ratio > 1 else 0.0
+    if scale == "speed":
         speeds = np.concatenate([s.qd[:, position] for s in logs])
-        return float(np.sqrt(np.mean(speeds**2))) or 1.0
-    if search.scale == "range":
-        return max(float(np.ptp(s.q[s.kept, position])) for s in logs) or 1.0
-    if search.scale == "duration":
-        return max(float(s.t[-1] - s.t[0]) for s in logs)
-    return 1.0
+        return 0.0, float(np.sqrt(np.mean(speeds**2))) or 1.0
+    if scale == "duration":
+        return 0.0, max(float(s.t[-1] - s.t[0]) for s in logs)
+    if scale in ("range", "place") or (scale == "turn" and slides):
+        q = np.concatenate([s.q[s.kept, position] for s in logs])
+        travel = float(np.ptp(q)) or 1.0
+        if scale == "turn":  # periods over the travel of the slide
+            return 0.0, 2 * np.pi / travel
+        return float(q.min()) if scale == "place" else 0.0, travel
+    return 0.0, 1.0
 
 
 def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
     """Yield drives that move two joints; the second joint gives the parameters their number."""
     known = [{c.first, c.second} for c in robot.couplings]
-    pairs = itertools.combinations(enumerate(j.number for j in robot.movable), 2)
-    for (j, first), (k, second) in pairs:
-        for ratio in (1.0, -1.0) if {first, second} not in known else ():
-            torque, constants = partial(_coupled, j, k), {"ratio": ratio}
-            yield Candidate(definition, (j, k), torque, 3, constants)
+    for j, k in itertools.combinations(range(robot.n), 2):
+        if {robot.movable[j].number, robot.movable[k].number} in known:
+            continue
+        for constants in grid(robot, definition.nonlinear, (), j):
+            yield Candidate(definition, (j, k), partial(_coupled, j, k), 3, constants)
 
 
 def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:
     """Return u = qd_j + ratio qd_k, F = IAM u' + FVM u + FSM sign(u) on j, ratio F on k."""
     ratio = constants["ratio"]
     u = s.qd[:, j] + ratio * s.qd[:, k]
-    F = np.stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)], axis=1)
+    F = np.column_stack([s.qdd[:, j] + ratio * s.qdd[:, k], u, np.sign(u)])
     return {j: F, k: ratio * F}
-
-
-def _delayed(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """A torque that is late by DT: tau(t) = model(t - DT), to first order -DT d(model)/dt."""
-    rate: FloatArray = -np.gradient(torques.model, s.step, axis=0)
-    return {j: x[:, None] for j, x in enumerate(rate.T)}
 
 
 # Columns (N,) of effects with one coefficient that no expression in a joint's variables gives:
@@ -380,9 +425,11 @@ def _gain(_: FilteredLog, torques: Torques, j: int, __: Constants) -> FloatArray
 
 
 def _drift(s: FilteredLog, torques: Torques, j: int, constants: Constants) -> FloatArray:
-    """Friction that changes by the factor 1 + DR exp(-t/T)."""
-    fading: FloatArray = np.exp(-(s.t - s.t[0]) / constants["T"])
-    return torques.friction[:, j] * fading
+    """Friction that changes by the factor 1 + DR exp(-t/T), or 1 + DR from `start` on."""
+    friction = torques.friction[:, j]
+    if START in constants:
+        return friction
+    return np.asarray(friction * np.exp(-(s.t - s.t[0]) / constants["T"]))
 
 
 def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:

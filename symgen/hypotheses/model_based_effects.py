@@ -14,6 +14,7 @@ torque in the file's geometry and gravity, but may have one in another.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -25,7 +26,7 @@ from symgen.data.signals import differentiate, lowpass
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Constants, Torque, Torques, grid
+from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions, unit
@@ -36,8 +37,10 @@ from symgen.symbolic.variation import Variation, variation
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
 _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
-#: Crossing of the play: step in s, number of steps tried first, smallest over largest link inertia.
-_FINE, _FLIGHT, _LIGHT = 1e-3, 64, 1e-3
+_HIDDEN = 1e-4  # singular value over the largest, under which a torque is zero
+_JOINED = 1e-6  # part of another parameter of the load
+#: Crossing of the play: step in s, smallest over largest link inertia.
+_FINE, _LIGHT = 1e-3, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
 _LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
@@ -48,6 +51,7 @@ def special_candidates(
     chosen: Sequence[str] | None = None,
     *,
     given: bool = False,
+    logs: Logs = (),
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
@@ -57,6 +61,7 @@ def special_candidates(
         chosen: names of effects to try; None for all.
         given: whether the parameters are given: then a load is a candidate, and a length is not,
             because the robot always had it.
+        logs: in which a load may begin.
     """
     kinds: dict[str, Callable[[Robot], Iterator[Candidate]]] = {
         "base_tilt": _tilts,
@@ -64,8 +69,11 @@ def special_candidates(
         "backlash": _loose,
         "zero_offset": _zeros,
         "gravity_compensation": _carried,
-        ("payload" if given else "geometry_error"): _loads if given else _lengths,
+        "commanded_torque": _commanded,
+        "payload": partial(_loads, logs=logs, given=given),
     }
+    if not given:
+        kinds["geometry_error"] = _lengths
     for name, make in kinds.items():
         if chosen is None or name in chosen:
             yield from make(robot)
@@ -94,48 +102,46 @@ def _tilts(robot: Robot) -> Iterator[Candidate]:
     The base turns by beta, so that gravity turns by -beta in frame 0.
     """
     v = variation(robot)
-    gravity, units = v.gravity, _units(v)
-    turned, told = [], []
-    for axis in sorted(np.argsort(np.abs(gravity), kind="stable")[:2]) if gravity.any() else ():
-        other = -np.cross(np.eye(3)[axis], gravity)
+    units = _units(v)
+    turned = {}
+    for axis in sorted(np.argsort(np.abs(v.gravity), kind="stable")[:2]):
+        other = -np.cross(np.eye(3)[axis], v.gravity)
         if np.abs(_random(v, units, other)).max() > SINGULAR:  # it acts on some link
-            turned.append(other)
-            told.append((f"T{'XYZ'[axis]}", "rad"))
+            turned[f"T{'XYZ'[axis]}"] = other
     if not turned:
         return
-    hidden = _hidden(v, turned)
+    fields = [*turned.values()]
+    hidden = _hidden(v, fields)
 
     def columns(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        def weight(links: FloatArray, gravity: FloatArray) -> FloatArray:
-            rest = np.zeros((1, robot.n))
-            return v.torque((s.q, rest, rest), links, gravity)
-
-        along = [weight(torques.links, g) for g in turned]
-        along += [np.sum([*map(weight, blends, turned)], axis=0) for blends in hidden]
+        rest = np.zeros((1, robot.n))
+        state = (s.q, rest, rest)
+        along = [v.torque(state, torques.links, g) for g in fields]
+        for blend in hidden:
+            parts = [v.torque(state, links, g) for links, g in zip(blend, fields, strict=True)]
+            along.append(np.sum(parts, axis=0))
         return everywhere(np.stack(along, axis=-1))
 
-    made = _of_links("base_tilt", (), columns, [1.0] * len(turned), tuple(told))
+    told = tuple((name, "rad") for name in turned)
+    made = _of_links("base_tilt", (), columns, [1.0] * len(turned), told)
     yield replace(made, size=len(turned) + len(hidden))
 
 
-def _hidden(v: Variation, turned: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return link parameters with torque in gravity `turned`, but not in the file's gravity.
+def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
+    """Return link parameters with torque in other gravities, but not in that of the file.
 
     Returns:
-        A list of (directions, links, 10): one set of link parameters for each gravity direction.
-        Their summed torque is no torque of the model in the file's gravity.
+        (directions, fields, links, 10): one set for each field. Their summed torque is no torque of
+        the model in the gravity of the file.
     """
     units = _units(v)
-    own, *others = (_random(v, units, g) for g in (None, *turned))
-    size, turn = np.linalg.eigh(own.T @ own)
-    kept = size > SINGULAR * size[-1]
-    seen, open_ = turn[:, kept], turn[:, ~kept]
-    basis = np.linalg.qr(own @ seen)[0]
-    beside = np.concatenate([f @ open_ for f in others], axis=1)
-    beside = beside - basis @ (basis.T @ beside)
-    values, blend = np.linalg.eigh(beside.T @ beside)
-    found = blend[:, values > SINGULAR * size[-1]].T.reshape(-1, len(turned), open_.shape[1])
-    return [(x @ open_.T).reshape(len(turned), -1, 10) for x in found]
+    model, size, turn = np.linalg.svd(_random(v, units), full_matrices=False)
+    least = _HIDDEN * size.max()
+    model, without = model[:, size > least], turn[size <= least].T
+    others = np.concatenate([_random(v, units, g) @ without for g in fields], axis=1)
+    _, values, blend = np.linalg.svd(others - model @ (model.T @ others), full_matrices=False)
+    found = blend[values > least].reshape(-1, len(fields), without.shape[1]) @ without.T
+    return np.asarray(found.reshape(-1, len(fields), len(v.robot.moving), 10))
 
 
 def _lengths(robot: Robot) -> Iterator[Candidate]:
@@ -144,27 +150,21 @@ def _lengths(robot: Robot) -> Iterator[Candidate]:
     if robot.loops or any(j.follows is not None for j in robot.joints):
         return
     at = {joint.number: i for i, joint in enumerate(robot.movable)}
-    for number, key in (length for length in v.lengths if length[0] in at):
-        length = abs(float(getattr(plain.joint(number), key)))
-        torque, told = partial(_lengthened, v, number, key), ((f"delta_{key}{number}", "m"),)
-        yield _of_links("geometry_error", (at[number],), torque, [length], told)
+    for number, key in v.lengths:
+        if number in at:
+            length = abs(float(getattr(plain.joint(number), key)))
+            told = ((f"delta_{key}{number}", "m"),)
+            torque = partial(_lengthened, v, (number, key))
+            yield _of_links("geometry_error", (at[number],), torque, [length], told)
 
 
 def _lengthened(
-    v: Variation, number: int, key: str, s: FilteredLog, torques: Torques, _: Constants
+    v: Variation, length: tuple[int, str], s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
-    """Return d tau / d length, minus the part that other link parameters can produce.
-
-    The size of that part depends on which of many equivalent sets `links` is.
-    """
-
-    def slope(state: Sequence[FloatArray]) -> FloatArray:
-        return _slope(lambda h: v.torque(state, torques.links, changes={(number, key): h}))
-
-    same = _inverse(v) @ slope(random_states(v.robot, _STATES)).ravel()
+    """Return d tau / d length, at one of many equivalent sets of link parameters."""
     state = (s.q, s.qd, s.qdd)
-    along = slope(state) - torques.of_links(same.reshape(torques.links.shape), *state)
-    return everywhere(along[:, :, None])
+    slope = _slope(lambda h: v.torque(state, torques.links, changes={length: h}))
+    return everywhere(slope[:, :, None])
 
 
 def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:
@@ -189,11 +189,35 @@ def _carried(robot: Robot) -> Iterator[Candidate]:
     """Yield gravity compensation: something else carries a share of the weight on a joint."""
 
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        rest = np.zeros_like(s.q)
-        return {j: -torques.of_links(torques.links, s.q, rest, rest)[:, [j]]}
+        return {j: -_weight(s, torques)[:, [j]]}
 
-    for j in range(robot.n if np.any(variation(robot).gravity) else 0):
-        yield _of_links("gravity_compensation", (j,), partial(along, j))
+    if variation(robot).gravity.any():
+        for j in range(robot.n):
+            yield _of_links("gravity_compensation", (j,), partial(along, j))
+
+
+def _commanded(robot: Robot) -> Iterator[Candidate]:
+    """Yield torques without a share of what speeds and accelerations require.
+
+    Without gravity, such torques are those of another robot.
+    """
+
+    def along(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+        return everywhere((_weight(s, torques) - _rigid(s, torques))[:, :, None])
+
+    if variation(robot).gravity.any():
+        yield _of_links("commanded_torque", (), along)
+
+
+def _rigid(s: FilteredLog, torques: Torques) -> FloatArray:
+    """Return the torque of the links along a log, (N, n)."""
+    return torques.of_links(torques.links, s.q, s.qd, s.qdd)
+
+
+def _weight(s: FilteredLog, torques: Torques) -> FloatArray:
+    """Return the torque of the links at rest along a log, (N, n)."""
+    rest = np.zeros_like(s.q)
+    return torques.of_links(torques.links, s.q, rest, rest)
 
 
 def _of_links(
@@ -215,12 +239,6 @@ def _of_links(
         coefficients=coefficients,
         scales=tuple(definition.expected * size for size in sizes),
     )
-
-
-@lru_cache(maxsize=4)
-def _inverse(v: Variation) -> FloatArray:
-    """Return a map from torque at random states to link parameters (10 links,)."""
-    return np.asarray(np.linalg.pinv(_random(v, _units(v)), rcond=SINGULAR))
 
 
 def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
@@ -267,7 +285,7 @@ def _behind(
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
     along = np.stack([bent, rate, differentiate(rate, s.step)])
-    change = _moved(j, s, torques, -along) - torques.of_links(torques.links, s.q, s.qd, s.qdd)
+    change = _moved(j, s, torques, -along) - _rigid(s, torques)
     columns = np.zeros((*change.shape, 1 + rotor))
     columns[:, :, 0] = stiffness * change
     if rotor:
@@ -282,7 +300,7 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     rotor are on the motor's side. A rotor that base parameters regroup with the link counts as
     link, which makes 1/K too small.
     """
-    R, band = torques.of_links(torques.links, s.q, s.qd, s.qdd)[:, j], s.rows.cutoff
+    R, band = _rigid(s, torques)[:, j], s.rows.cutoff
     rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
     along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
@@ -315,33 +333,33 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
     Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
     """
     definition = definitions()["backlash"]
-    for j, joint in enumerate(robot.movable):
+    for j in range(robot.n):
         plain = Candidate(definition, (j,), partial(_across, j), 1, uses_model=True)
-        for constants in grid(definition.nonlinear, (), j, joint.sigma):
+        for constants in grid(robot, definition.nonlinear, (), j):
             yield replace(plain, constants=constants, scales=(constants["width"],))
 
 
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
     """Return the change of all joint torques by a play, divided by its width."""
-    b, (rigid, pull) = constants["width"], _pull(j, s, torques)
-    e = _behind_flanks(pull, s.step, b)
-    behind = -np.stack([e, np.gradient(e, s.step), np.gradient(np.gradient(e, s.step), s.step)])
-    change = _moved(j, s, torques, behind) - rigid
-    return everywhere(change[:, :, None] / b)
+    width = constants["width"]
+    rigid, pull = _pull(j, s, torques)
+    lead = _lead(pull, s.step, width)
+    rate = np.gradient(lead, s.step)
+    change = _moved(j, s, torques, -np.stack([lead, rate, np.gradient(rate, s.step)])) - rigid
+    return everywhere(change[:, :, None] / width)
 
 
 @lru_cache(maxsize=8)
 def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
     """Return the torque of the links, and the acceleration at which a free link falls behind."""
-    unit = np.zeros((3, len(s.t)))
-    unit[2] = 1.0
-    rigid = torques.of_links(torques.links, s.q, s.qd, s.qdd)
+    unit = np.array([[0.0], [0.0], [1.0]])
+    rigid = _rigid(s, torques)
     inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
     least = _LIGHT * np.abs(inertia).max(initial=1e-300)
     return rigid, rigid[:, j] / np.maximum(inertia, least)
 
 
-def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
+def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     """Return the motor's lead over the link in a gear with play, (N,), within +-width/2.
 
     Args:
@@ -351,35 +369,32 @@ def _behind_flanks(pull: FloatArray, step: float, width: float) -> FloatArray:
         width: width of the play, rad (m).
     """
     finer = max(1, int(np.ceil(step / _FINE)))
-    h, count = step / finer, (len(pull) - 1) * finer + 1
-    a = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
-    turns = np.append(np.flatnonzero((a[1:] < 0) != (a[:-1] < 0)) + 1, count)
-    out, side, at = np.empty(count), -1.0 if a[0] < 0 else 1.0, 0
-    while at < count:
-        if (a[at] < 0) == (side < 0):  # in contact until the flanks separate
-            end = int(turns[np.searchsorted(turns, at, side="right")])
-            out[at:end], at = side * width / 2, end
+    count = (len(pull) - 1) * finer + 1
+    fine = np.interp(np.arange(count) / finer, np.arange(len(pull)), pull)
+    half, h = width / 2, step / finer
+    out = np.where(fine < 0, -half, half)
+    a, met = fine.tolist(), 0
+    for leaves in np.flatnonzero(np.diff(out)) + 1:
+        if leaves < met:
             continue
-        span = _FLIGHT
-        while True:
-            e = side * width / 2 + h * np.cumsum(h * np.cumsum(a[at : at + span]))
-            lands = np.flatnonzero(np.abs(e) > width / 2)
-            if len(lands) or at + span >= count:
-                break
-            span *= 2
-        if len(lands):
-            e = e[: lands[0] + 1]
-            side = float(np.sign(e[-1]))
-            e[-1] = side * width / 2
-        out[at : at + len(e)] = e
-        at += len(e)
+        met, lead, speed = int(leaves), float(out[leaves - 1]), 0.0
+        while met < count and (abs(lead) < half or lead * a[met] < 0):
+            speed += h * a[met]
+            lead += h * speed
+            if abs(lead) >= half:
+                lead, speed = math.copysign(half, lead), 0.0
+            out[met] = lead
+            met += 1
     return out[::finer]
 
 
-def _loads(robot: Robot) -> Iterator[Candidate]:
-    """Yield a load on the last movable link, with its identifiable parameters."""
+def _loads(robot: Robot, *, logs: Logs, given: bool) -> Iterator[Candidate]:
+    """Yield a load on the last movable link: of the whole log, and from some time on.
+
+    A load of the whole log is no candidate if the parameters are fitted: it belongs to the link.
+    """
+    definition, v = definitions()["payload"], variation(robot)
     last = robot.movable[-1]
-    v = variation(robot)
     units = np.zeros((len(_LOAD), len(robot.moving), len(names.LINK)))
     for i, prefix in enumerate(_LOAD):
         units[i, robot.moving.index(last), names.LINK.index(prefix)] = 1.0
@@ -389,23 +404,25 @@ def _loads(robot: Robot) -> Iterator[Candidate]:
         return
     # A parameter with R appended stands for others that are regrouped with it.
     joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
-    told = [
-        (f"{_LOAD[i]}L" + ("R" if row.max(initial=0.0) > 1e-6 else ""),
-         names.unit(_LOAD[i], last.sigma))
-        for row, i in zip(joined, kept, strict=True)
-    ]  # fmt: skip
+    told = []
+    for row, i in zip(joined, kept, strict=True):
+        name = f"{_LOAD[i]}LR" if row.max(initial=0.0) > _JOINED else f"{_LOAD[i]}L"
+        told.append((name, names.unit(_LOAD[i], last.sigma)))
 
     def columns(s: FilteredLog, _: Torques, __: Constants) -> Columns:
         return everywhere(v.regressor((s.q, s.qd, s.qdd), units[kept]))
 
-    definition, joints = definitions()["payload"], (robot.n - 1,)
-    yield Candidate(definition, joints, columns, len(kept), coefficients=tuple(told))
+    joints = (robot.n - 1,)
+    load = Candidate(definition, joints, columns, len(kept), coefficients=tuple(told))
+    if given:
+        yield load
+    yield from begun(load, logs)
 
 
 def _independent(Y: FloatArray) -> list[int]:
     """Return the first columns of Y that are linearly independent of those before."""
     kept: list[int] = []
-    least = SINGULAR * max(float(np.linalg.norm(Y, axis=0).max(initial=0.0)), 1e-300)
+    least = SINGULAR * float(np.linalg.norm(Y, axis=0).max())
     for i in range(Y.shape[1]):
         if np.linalg.matrix_rank(Y[:, [*kept, i]], least) > len(kept):
             kept.append(i)

@@ -1,88 +1,22 @@
-"""Refine the searched constants of effects between the values of their grid.
-
-Those that torques depend on smoothly: by the Gauss-Newton method, on the constants and coefficients
-of all effects and of the model. Others, as the play of a gear: by a simplex, each effect alone.
-"""
+"""Refine the searched constants of effects between the values of their grid."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from symgen.errors import RobotError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.effects import START, Candidate, Score, Seen
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.rows import Rows
-from symgen.hypotheses.score import Columns
+from symgen.hypotheses.score import Columns, dense
 
-_STEPS = {1: 20, 2: 60}
-_ROUNDS, _HALVINGS = 8, 4  # of the Gauss-Newton method
+_EVALUATIONS = 20
 _DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
-
-
-def refined(
-    candidate: Candidate,
-    grid: Iterable[Mapping[str, float]],
-    seen: Seen,
-    gain: Callable[[Columns], float],
-) -> tuple[Candidate, Columns]:
-    """Move the constants between their neighbours on the grid to the largest gain.
-
-    Args:
-        candidate: the best candidate on the grid.
-        grid: constants of all candidates that were tried.
-        seen: gives the columns of a candidate.
-        gain: share of the residual that columns explain.
-
-    Returns:
-        The candidate with its constants, rounded to six digits, and its columns.
-    """
-    from scipy.optimize import minimize
-
-    constants, start = dict(candidate.constants), seen(candidate)
-    if candidate.smooth or not 0 < len(constants) <= max(_STEPS):
-        return candidate, start
-    points = [*grid, constants]
-    bounds = [_neighbours({p[name] for p in points}, value) for name, value in constants.items()]
-    if any(low == high for low, high in bounds):
-        return candidate, start
-    x0 = np.array(list(constants.values()))
-
-    def made(x: FloatArray) -> Candidate:
-        return candidate.moved({n: float(f"{v:.6g}") for n, v in zip(constants, x, strict=True)})
-
-    simplex = [x0]
-    for i, (low, high) in enumerate(bounds):
-        corner = x0.copy()
-        corner[i] += 0.4 * (high - x0[i]) if high > x0[i] else 0.4 * (low - x0[i])
-        simplex.append(corner)
-
-    def lost(x: FloatArray) -> float:
-        with suppress(RobotError):  # the torque is not finite there
-            return -gain(seen(made(x)))
-        return 0.0
-
-    found = minimize(
-        lost,
-        x0,
-        method="Nelder-Mead",
-        bounds=bounds,
-        options={"maxfev": _STEPS[len(x0)], "initial_simplex": np.array(simplex)},
-    )
-    if -found.fun <= gain(start):
-        return candidate, start
-    better = made(found.x)
-    return better, seen(better)
-
-
-def _neighbours(values: set[float], value: float) -> tuple[float, float]:
-    others = sorted(values)
-    at = others.index(value)
-    return others[max(at - 1, 0)], others[min(at + 1, len(others) - 1)]
 
 
 def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> list[Columns]:
@@ -99,7 +33,7 @@ def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> l
             continue
         found: dict[int, list[FloatArray]] = {j: [] for j in s.columns}
         for name, value in c.constants.items():
-            h = _DIFFERENCE * (abs(value) or 1.0)
+            h = _step(c, name, value)
             low, high = (seen(c.moved({name: value + d})) for d in (-h, h))
             for j in s.columns:
                 found[j].append((high[j] - low[j]) @ own / (2 * h))
@@ -107,75 +41,85 @@ def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> l
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class _Point:
-    """Effects with given constants.
-
-    Attributes:
-        effects: the effects with their columns.
-        now: the equations with these columns.
-        both: the equations with these columns and the slopes along constants.
-    """
-
-    effects: Sequence[Score]
-    now: Rows
-    both: Rows
-
-    @property
-    def loose(self) -> int:
-        """Number of columns and slopes of the effects with constants."""
-        smooth = [s.candidate for s in self.effects if s.candidate.smooth]
-        return sum(c.size + len(c.constants) for c in smooth)
-
-    def squares(self, sigma: FloatArray) -> float:
-        """Return the residual sum of squares with the effects."""
-        return float(np.sum((self.now.residual * self.now.sigma / sigma) ** 2))
-
-    def stepped(self, share: float, seen: Seen) -> list[Score]:
-        """Return the effects after a part of the Gauss-Newton step of all constants."""
-        step = iter(share * self.both.X[len(self.now.X) :])
-        out = []
-        for s in self.effects:
-            if s.candidate.smooth:
-                constants = s.candidate.constants.items()
-                new = {name: float(f"{value + next(step):.6g}") for name, value in constants}
-                candidate = s.candidate.moved(new)
-                s = replace(s, candidate=candidate, columns=seen(candidate))
-            out.append(s)
-        return out
+def _step(candidate: Candidate, name: str, value: float) -> float:
+    """Return the step of a difference; a time is sought within half of the distance to the next."""
+    if name == START:
+        times = candidate.definition.nonlinear[name]
+        return (times.high - times.low) / (2 * times.count)
+    return _DIFFERENCE * (abs(value) or 1.0)
 
 
 def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
     """Fit the constants of all effects together by least squares of the whole model.
 
-    Each step lowers the sum of squares and keeps the parameters determined; otherwise the constants
-    stay.
+    Variable projection: the parameters and coefficients are fitted at each value of the constants.
+    The constants stay if the logs do not determine the new ones.
+
+    Golub and Pereyra 1973, SIAM Journal on Numerical Analysis 10; Jacobian of Kaufman 1975.
     """
-    firm = [s for s in accepted if not s.candidate.smooth]
-    if len(firm) == len(accepted):
+    from scipy.optimize import least_squares
+
+    start, low = [], []
+    for candidate in (s.candidate for s in accepted if s.candidate.smooth):
+        for name, value in candidate.constants.items():
+            start.append(value)
+            positive = candidate.definition.nonlinear[name].by_ratio
+            low.append(0.0 if positive else -np.inf)
+    if not start:
         return accepted
+    sigma = baseline.beside(accepted).sigma
 
-    def point(effects: Sequence[Score]) -> _Point:
-        now = baseline.beside(effects)
-        more = slopes(effects, baseline.coefficients(now), seen)
-        columns = [*(s.columns for s in effects), *more]
-        return _Point(effects, now, baseline.base.with_columns(columns))
+    @cache
+    def point(*constants: float) -> tuple[Sequence[Score], Rows] | None:
+        effects = _moved(accepted, constants, seen)
+        if effects is None:
+            return None
+        return effects, baseline.beside(effects)
 
-    others, at = baseline.beside(firm).rank, point(accepted)
-    sigma = at.now.sigma
-    for _ in range(_ROUNDS):
-        for halving in range(_HALVINGS):
-            # The torque, or its square, is not finite there.
-            with suppress(RobotError, np.linalg.LinAlgError):
-                effects = at.stepped(0.5**halving, seen)
-                whole = (np.vdot(c, c) for s in effects for c in s.columns.values())
-                if not np.isfinite([*whole]).all():
-                    continue
-                trial = point(effects)
-                smaller = trial.squares(sigma) < at.squares(sigma)
-                if smaller and trial.both.rank == others + trial.loose:
-                    break
-        else:
-            return at.effects
-        at = trial
-    return at.effects
+    def residual(constants: FloatArray) -> FloatArray:
+        found = point(*constants)
+        if found is None:
+            return np.full(baseline.base.y.size, np.inf)
+        _, system = found
+        return (system.residual * system.sigma / sigma).ravel()
+
+    def jacobian(constants: FloatArray) -> FloatArray:
+        found = point(*constants)
+        assert found is not None
+        effects, system = found
+        along = slopes(effects, baseline.coefficients(system), seen)
+        columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
+        rows = columns * (system.moves / system.sigma)[:, :, None]
+        flat, basis = (x.reshape(system.y.size, -1) for x in (rows, system.basis))
+        free = (flat - basis @ (basis.T @ flat)).reshape(rows.shape)
+        return -(free * (system.sigma / sigma)[:, None]).reshape(flat.shape)
+
+    fit = least_squares(
+        residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
+    )
+    found = point(*fit.x)
+    assert found is not None
+    effects, system = found
+    along = slopes(effects, baseline.coefficients(system), seen)
+    columns = [*(s.columns for s in effects), *along]
+    determined = baseline.base.with_columns(columns).rank == system.rank + len(start)
+    return effects if determined else accepted
+
+
+def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score] | None:
+    """Return the effects with other constants, of six digits; None if a torque is not finite."""
+    values = iter(constants)
+    out = []
+    for s in accepted:
+        if s.candidate.smooth:
+            new = {name: float(f"{next(values):.6g}") for name in s.candidate.constants}
+            candidate = s.candidate.moved(new)
+            try:
+                columns = seen(candidate)
+            except RobotError:
+                return None
+            if not all(np.isfinite(c).all() for c in columns.values()):
+                return None
+            s = replace(s, candidate=candidate, columns=columns)
+        out.append(s)
+    return out

@@ -181,12 +181,6 @@ def explained(rows: Rows, columns: Columns) -> FloatArray:
     return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
 
 
-def gain_of(rows: Rows, columns: Columns) -> float:
-    """Return the share of the sum of squares of its joints that columns explain."""
-    whole = float(np.sum(rows.residual[:, list(columns)] ** 2))
-    return float(np.sum(explained(rows, columns) ** 2)) / whole if whole else 0.0
-
-
 def rows_of(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray | None = None) -> Rows:
     """Return the rows of a model on logs, fitted or for given parameters.
 

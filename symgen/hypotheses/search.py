@@ -37,12 +37,12 @@ from symgen.hypotheses.event import NAME as CONTACT
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.model_based_effects import special_candidates
 from symgen.hypotheses.problem import Problem, Stage
-from symgen.hypotheses.refine import refined, settled_constants
-from symgen.hypotheses.rows import explained, gain_of
+from symgen.hypotheses.refine import settled_constants
+from symgen.hypotheses.rows import explained
 from symgen.hypotheses.score import TEMPERATURE, Columns, Fit, Folded, price_of_size
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.hypotheses.terms import NAME as UNNAMED
-from symgen.hypotheses.terms import Expressions
+from symgen.hypotheses.terms import Expressions, expressions
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, LOUD
 from symgen.robot.types import Robot
@@ -117,7 +117,7 @@ def make_registry(
     bent = stiffnesses(problem.base)
     pool = (
         *candidates(source, problem.logs, chosen, given=given),
-        *special_candidates(source, bent, chosen, given=given),
+        *special_candidates(source, bent, chosen, given=given, logs=problem.logs),
     )
     every = chosen is None
     expressions = not given and (chosen is None or UNNAMED in chosen)
@@ -310,12 +310,7 @@ class _Judge:
             return self._anew(replace(found, contacts=contacts))
         if isinstance(new, Changed):
             return self._anew(replace(found, changes=(*found.changes, new)))
-        grid = [c.constants for c in self.registry.pool if c.key == new.candidate.key]
-        candidate, columns = refined(
-            new.candidate, grid, stage.seen, lambda c: gain_of(stage.rows, c)
-        )
-        fine = replace(new, candidate=candidate, columns=columns)
-        effects = settled_constants(stage.problem, [*found.effects, fine], stage.seen)
+        effects = settled_constants(stage.problem, [*found.effects, new], stage.seen)
         return replace(found, effects=tuple(effects))
 
     def _anew(self, found: Found) -> Found:
@@ -397,7 +392,7 @@ class _Judge:
             return
         self._problem = stage.problem
         self._fixed = self._grouped(stage, uses_model=False)
-        self._terms = Expressions(stage.problem) if self.registry.expressions else None
+        self._terms = expressions(stage.problem) if self.registry.expressions else None
 
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None

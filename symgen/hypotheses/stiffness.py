@@ -10,12 +10,11 @@ elasticity shows only in the torque, near the resonance.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.data.signals import differentiate, lowpass, white_noise
+from symgen.data.signals import differentiate, lowpass
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.floor import passband
 from symgen.estimation.solve import weighed
@@ -24,9 +23,9 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.rows import Rows
 
 NAME = "joint_elasticity"
-#: K is known if it exceeds this many standard deviations, and if the noise of q - qs in the band is
-#: at most this part of the column beside the others. The bias of K grows with its square.
-_SURE, _NOISE = 5.0, 0.1
+#: Share of the torque that deflection has to explain beside rotor and friction. Noise of q - qs
+#: lowers it as much as it lowers K.
+_SURE = 0.95
 #: Largest q - qs relative to the motion; above, it is another gear ratio or another unit.
 _BENT = 0.25
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
@@ -50,12 +49,6 @@ class Stiffness:
     fault: str = ""
 
 
-def has_links(scenes: Sequence[FilteredLog], j: int) -> bool:
-    """Whether all logs have a second encoder on a joint."""
-    found = [s.samples.qs for s in scenes]
-    return all(qs is not None and bool(np.isfinite(qs[:, j]).all()) for qs in found)
-
-
 def deflection(s: FilteredLog, j: int) -> FloatArray:
     """Return q - qs of a joint below the cutoff of the run, (N,), rad or m; requires qs."""
     qs = s.samples.qs
@@ -66,15 +59,22 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
 
 
 def stiffnesses(evidence: Rows) -> list[Stiffness]:
-    """Return the results of the second encoders, for each joint that has one."""
-    joints = [j for j in range(evidence.n) if has_links(evidence.logs, j)]
-    return [_stiffness(evidence, j) for j in joints]
+    """Return the results of the second encoders, for each joint that has one in all logs."""
+    encoders = [log.samples.qs for log in evidence.logs]
+    measured = np.array(
+        [
+            [qs is not None and np.isfinite(qs[:, j]).all() for qs in encoders]
+            for j in range(evidence.n)
+        ]
+    )
+    return [_stiffness(evidence, int(j)) for j in np.flatnonzero(measured.all(axis=1))]
 
 
 def _stiffness(evidence: Rows, j: int) -> Stiffness:
-    scenes, moves = evidence.logs, evidence.moves[:, j] > 0
-    travel = max(float(np.ptp(s.q[s.kept, j])) for s in scenes)
-    bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in scenes)
+    """Fit the balance of a motor by least squares."""
+    logs, moves = evidence.logs, evidence.moves[:, j] > 0
+    travel = max(float(np.ptp(s.q[s.kept, j])) for s in logs)
+    bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in logs)
     if bent > _BENT * travel:
         percent = 100 * bent / travel
         return Stiffness(
@@ -82,20 +82,19 @@ def _stiffness(evidence: Rows, j: int) -> Stiffness:
             fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
         )
     parts = []
-    for s, at in zip(scenes, kept_spans(scenes), strict=True):
+    for s, at in zip(logs, kept_spans(logs), strict=True):
         moving = moves[at]
         W, y = _columns(s, j)[moving], s.unmasked.measured[moving, j]
         parts.append(Equations(s.name, W, y, s.compared_t[moving], 2, j))
     system = LinearSystem(_NAMES, tuple(parts))
     solution = weighed(system, [np.ones(e.rows) for e in parts])
-    W, X, std = system.W, solution.X, solution.std
-    own = W[:, 0] - W[:, 1:] @ np.linalg.lstsq(W[:, 1:], W[:, 0], rcond=None)[0]
-    noise = float(np.sqrt(np.mean([_noise(s, j) ** 2 for s in scenes])))
-    if noise > _NOISE * float(np.sqrt(np.mean(own**2))):
-        return Stiffness(j, fault="what it bends is no more than the noise of its two encoders")
-    if X[0] < _SURE * std[0]:
+    basis = np.linalg.qr(system.W[:, 1:])[0]
+    column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], system.y))
+    shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
+    if shared < math.sqrt(_SURE):
         return Stiffness(j, fault="its torque does not follow what its two encoders differ by")
-    p_value = math.erfc(max(float(X[0] / std[0]), 0.0) / math.sqrt(2))
+    X, std = solution.X, solution.std
+    p_value = math.erfc(float(X[0] / std[0]) / math.sqrt(2))
     return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)
 
 
@@ -105,14 +104,3 @@ def _columns(s: FilteredLog, j: int) -> FloatArray:
     rate = differentiate(bent, s.step)
     columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]
     return s.unmasked.compared(np.column_stack(columns))
-
-
-def _noise(s: FilteredLog, j: int) -> float:
-    """Return the standard deviation of the encoders' noise in the band."""
-    qs, band, edge = s.samples.qs, s.rows.cutoff, passband(s)
-    if band is None or edge is None or qs is None:
-        return 0.0
-    raw = s.samples.q[:, j] - qs[:, j]
-    high = (raw - deflection(s, j))[:, None]
-    white = float(white_noise(high, s.step, edge)[0])
-    return white * float(np.sqrt(2 * band * s.step))

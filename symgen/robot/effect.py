@@ -74,6 +74,7 @@ class Definition:
     odds: float = 0.02
     size: float = 0.3
     expected: float = 0.0  # expected size of a coefficient; 0 if `size` says it
+    begins: float = 0.0  # prior odds that it begins within a log
     presumes: str = ""  # friction word that the joint must already have
     side: str = "physics"  # what is wrong: physics, recorder or file
     advice: str = ""
@@ -88,7 +89,7 @@ class Definition:
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
         units = {"speed": unit("speed", sigma), "duration": "s"}
-        units |= dict.fromkeys(("play", "range"), unit("position", sigma))
+        units |= dict.fromkeys(("play", "range", "place"), unit("position", sigma))
         units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
 

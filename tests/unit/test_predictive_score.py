@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from symgen.data.signals import Samples
-from symgen.estimation.events import likeliest_event
 from symgen.estimation.filtered_log import FilteredLog, unfiltered
-from symgen.estimation.predictive_score import FOLDS, TEMPERATURE, PredictiveScore, motion_folds
+from symgen.hypotheses.event import likeliest_contact
+from symgen.hypotheses.score import FOLDS, TEMPERATURE, PredictiveScore, motion_folds
 
 K, N, P = 240, 2, 5
 
@@ -102,13 +102,13 @@ def test_noise_has_no_event_and_a_span_of_other_size_is_one(size: float) -> None
     score = PredictiveScore(
         rng.normal(size=(len(fold), N, 3)), e, np.ones_like(e), np.ones(N), fold, np.full(N, 0.01)
     )
-    found = likeliest_event(score, logs)
+    found = likeliest_contact(score, logs, np.ones(N))
     if size == 1:
         assert found is None
     else:
         assert found is not None
-        assert (found.log, found.joints) == (1, (1,))
-        assert np.mean(found.rows[begin : begin + 20, 1]) > 0.8
+        assert (found.span.log, found.joints) == ("log2", (1,))
+        assert np.mean(found.span.rows[begin : begin + 20, 1]) > 0.8
 
 
 def test_folds_are_blocks_of_time_of_like_size_that_do_not_touch() -> None:
