@@ -98,10 +98,10 @@ def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
 
 
 def grade(effect: FoundEffect) -> str:
-    """Return what is said of an effect: shown as the cause, adopted, or suspected."""
+    """Return what is said of an effect: shown (as the cause), adopted, or suspected."""
     if effect.shown:
-        return "shown as the cause"
-    return "the best of the known laws" if effect.adopted else "suspected"
+        return "shown"
+    return "adopted" if effect.adopted else "suspected"
 
 
 def advice_of(

@@ -78,6 +78,7 @@ _REPAIRED = {
     "saturated": "saturation",
 }
 _LISTED = 12  # rejected candidates
+_GROWS = "with it the torque error on the validation data is not smaller"
 
 
 def diagnose(
@@ -149,7 +150,8 @@ def diagnose(
     found, weighed = confirm(found, least)
     found, weighed, model, gaps = _extend(found, weighed)
     listed = (*_repaired(opened, band, problem, least), *found_effects(model, weighed))
-    return _conclude(opened, band, _Concluded(found, weighed, model, gaps, listed), broken, least)
+    concluded = _Concluded(source, found, weighed, model, gaps, listed)
+    return _conclude(opened, band, concluded, broken, least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,26 +235,26 @@ def _extend(
 ) -> tuple[Found, tuple[Weighed, ...], Extended, Gaps]:
     """Extend the model, without effects with which it cannot be identified or the gap grows."""
     while True:
-        reason = "with it the torque error on the validation data is not smaller"
+        items = items_of(found)
+        lost = ""
         try:
             model = extend_model(found)
             gaps = measure_gap(found, model)
-            items = items_of(found)
             if not items or gaps.after.total <= gaps.before.total:
                 return found, weighed, model, gaps
         except (IdentificationError, RobotError) as error:
-            items = items_of(found)
             if not items:  # this is the declared model
                 raise
-            reason = f"the model with it cannot be identified: {error}"
-        adopted = {id(w.item): w for w in weighed}
-        weakest = min(items, key=lambda x: _fell(adopted, x))
-        rest = [x for x in items if x is not weakest]
+            lost = f"the model with it cannot be identified: {error}"
+        weakest = min(items, key=lambda x: _fell(weighed, x))
+        found = restricted(found, [x for x in items if x is not weakest])
+        if lost and isinstance(weakest, Score):
+            found = replace(found, rejected=(replace(weakest, fault=lost), *found.rejected))
+            weighed = tuple(w for w in weighed if not _same(w.item, weakest))
         weighed = tuple(
-            replace(w, adopted=False, reason=reason) if _same(w.item, weakest) else w
+            replace(w, adopted=False, reason=_GROWS) if _same(w.item, weakest) else w
             for w in weighed
         )
-        found = restricted(found, rest)
 
 
 def _same(a: Item, b: Item) -> bool:
@@ -262,11 +264,8 @@ def _same(a: Item, b: Item) -> bool:
     return a is b
 
 
-def _fell(adopted: dict[int, Weighed], item: Item) -> float:
-    known = adopted.get(id(item))
-    if known is None:  # its constants have moved since
-        return next((w.fell for w in adopted.values() if _same(w.item, item)), 0.0)
-    return known.fell
+def _fell(weighed: Sequence[Weighed], item: Item) -> float:
+    return next((w.fell for w in weighed if _same(w.item, item)), 0.0)
 
 
 def _repaired(
@@ -318,8 +317,9 @@ def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: fl
 
 @dataclass(frozen=True, eq=False)
 class _Concluded:
-    """What a diagnosis found."""
+    """What a diagnosis of a robot, as its file declares it, found."""
 
+    robot: Robot
     found: Found
     weighed: tuple[Weighed, ...]
     model: Extended
@@ -388,7 +388,7 @@ def _conclude(
         effects=c.effects,
         rejected=(*doubts, *rejected),
         advice=(*(f.fault for f in broken), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
-        notes=_notes(opened, band, robot, c),
+        notes=_notes(opened, band, c),
         extended=c.model.robot,
         joints=tuple(j.number for j in robot.movable),
         curves=c.gaps.curves,
@@ -403,7 +403,7 @@ def _conclude(
     return with_stiffness(diagnosis, robot, stiffnesses(train))
 
 
-def _notes(opened: _Opened, band: Band, robot: Robot, c: _Concluded) -> tuple[str, ...]:
+def _notes(opened: _Opened, band: Band, c: _Concluded) -> tuple[str, ...]:
     """Return what was done to the logs, and what the extended robot leaves out."""
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
@@ -414,10 +414,9 @@ def _notes(opened: _Opened, band: Band, robot: Robot, c: _Concluded) -> tuple[st
     if any(w.reason == REPEATED for w in c.weighed):
         out.append(f"{REPEATED}: record another motion (symgen excite plans one)")
     named = {(e.name, joint) for e in c.effects if e.adopted for joint in e.joints}
-    sought = robot.sought
-    lost = [s.key for s in sought if s.key not in named]
+    lost = [s.key for s in c.robot.sought if s.key not in named]
     if lost:
-        listed = ", ".join(f"{name} on {robot.label(joint)}" for name, joint in lost)
+        listed = ", ".join(f"{name} on {c.robot.label(joint)}" for name, joint in lost)
         out.append(
             f"not found in these logs, so the extended robot.toml does not contain it: {listed}"
         )
