@@ -110,7 +110,7 @@ def read_values(path: str | Path, model: Model) -> Values:
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
-    """Return what the header of values says of an estimate: verdict, reasons, uses and provenance.
+    """Return what the header of values says of an estimate: verdict, headline and provenance.
 
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
@@ -126,11 +126,7 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     return (
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
-        *(f"- {reason}" for reason in estimate.reasons),
-        *(
-            f"For {use.name}: {'yes' if use.ok else 'no: ' + '; '.join(use.reasons)}."
-            for use in estimate.uses
-        ),
+        *estimate.sentences,
         f"Physical consistency: {estimate.physical.reason}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     )

@@ -30,29 +30,27 @@ from symgen.estimation.playback import gains_of
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
-    Trials,
     assess,
-    impossible,
-    in_motion,
-    level_exceeded,
-    like_no_robot,
     outcome,
 )
 from symgen.identification.estimate import Estimate
+from symgen.identification.impossible import impossible
+from symgen.identification.judgement import Criteria, in_motion
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
     blame_motion,
     choose_model,
-    filter_in_time,
+    filter_in_band,
     name_cause,
+    undo_delay,
 )
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.physical import Consistent
 from symgen.identification.segments import LongLogs, open_long_logs
 from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST
+from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
@@ -70,6 +68,8 @@ def identify(
     method: str | Estimator = "wls",
     window: float = 0.2,
     cutoff: float | None = None,
+    accept: float = ACCEPT,
+    least: float = LEAST,
     fit: Fit | None = None,
     reading: Reading | None = None,
     executor: Executor | None = None,
@@ -95,6 +95,8 @@ def identify(
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
+        accept: largest torque error on held-out motion of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the joint's torque.
         fit: prior, weights of logs, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
         executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
@@ -134,16 +136,15 @@ def identify(
         by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
     by = replace(by, known=values_of_file(robot, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
-    run = filter_in_time(opened, cutoff, own_speeds=own_speeds)
+    run = undo_delay(filter_in_band(opened, cutoff, own_speeds=own_speeds))
     progress("asking what else could be wrong")
     run = name_cause(run)
     chosen = choose_model(run, models, by, shares, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)
     by, found = _possible(opened, chosen, by, found)
-    trials = Trials(by.known, gains_of(source))
     progress("judging")
-    return assess(chosen, by, found, trials)
+    return assess(chosen, by, found, Criteria(by.known, gains_of(source), accept, least))
 
 
 def _possible(
@@ -152,8 +153,7 @@ def _possible(
     """Return the nearest possible parameters if those of least squares are surely impossible.
 
     The exception: they raise the held-out torque error of a joint by an amount that matters. Then
-    an effect is missing, and the least-squares solution stays. If that error is above the level of
-    an unknown cause, the least-squares solution is not good for prediction.
+    an effect is missing, and the least-squares solution stays.
     """
     evaluator, logs = chosen.run.evaluator, chosen.run.train
     if not by.is_wls or evaluator.model.robot.loaded or chosen.columns is not None:
@@ -165,8 +165,7 @@ def _possible(
     try:
         other = opened.solve(chosen, bounded)
     except ParameterError as error:
-        reason = like_no_robot(wrong, "none are found")
-        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(reason,))
+        return by, replace(found, notes=(*found.notes, *wrong, str(error)))
     moving = [in_motion(o.seen).residual for o in (found, other)]
     before, after = (np.square(r.per_joint or (r.relative,)) for r in moving)
     if np.max(after - before) > LEAST**2:
@@ -175,9 +174,7 @@ def _possible(
             f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
             "symgen diagnose searches for it"
         )
-        left = level_exceeded(evaluator, chosen.run.held, other)
-        faults = (like_no_robot(wrong, left),) if left else ()
-        return by, replace(found, notes=(*found.notes, *wrong, worse), faults=faults)
+        return by, replace(found, notes=(*found.notes, *wrong, worse))
     told = "least squares gives physically impossible parameters"
     notes = tuple(f"{told}: {reason}" for reason in wrong)
     return bounded, replace(other, notes=(*other.notes, *notes))

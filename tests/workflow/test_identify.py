@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -221,13 +220,14 @@ class TestRealLogs:
         )
         print(f"tx40: residual {estimate.train} -> {estimate.validation}, {estimate.reasons}")
         assert estimate.verdict == "doubtful"
-        assert estimate.headline.startswith("Not good for torque prediction: ")
-        prediction = next(use for use in estimate.uses if use.name == "prediction")
+        prediction = estimate.uses.prediction
         assert prediction.reasons == estimate.reasons
+        assert [reason.kind for reason in prediction.reasons] == ["error"]
+        assert prediction.grade == "poor"
         # its wrist is coupled, which this robot file does not say
-        (reason,) = [r for r in estimate.reasons if "of single joints is unexplained" in r]
-        joints = [int(j) for j in re.findall(r"joint (\d) ", reason)]
-        assert joints == [5, 6]
+        assert [reason.joints for reason in prediction.large] == [(5,), (6,)]
+        (reason,) = estimate.uses.simulation.reasons
+        assert (reason.kind, reason.limit) == ("position_error", 0.4)
 
 
 class TestOtherModels:
