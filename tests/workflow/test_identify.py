@@ -295,7 +295,8 @@ class TestRefusals:
         speed = np.column_stack([log.qd[:, 0], 0.5 * log.qd[:, 0]])
         bad = symgen.make_log("proportional", log.t, same, log.tau, speed)
         found = symgen.identify("planar2r", bad, model="energy")
-        assert found.verdict == "doubtful"  # its torques are those of the other motion
+        # its torques are those of the other motion
+        assert [reason.joints for reason in found.uses.prediction.large] == [(2,)]
         assert {"ZZ1R", "ZZ2"} == {p.name for p in found.parameters if math.isnan(p.std)}
 
     def test_a_joint_at_rest(self) -> None:
