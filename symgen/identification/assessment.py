@@ -65,7 +65,9 @@ from symgen.identification.estimate import (
 )
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.parameters import mass_matrices
-from symgen.identification.physical import POSITIVE, consistency, implausible
+from symgen.identification.physical import implausible
+from symgen.identification.possible import POSITIVE
+from symgen.identification.settle import Settled
 from symgen.identification.solving import (
     UNBIASED,
     EquatedLog,
@@ -119,7 +121,7 @@ class Outcome:
     """A solution, and how it fits all equations and torques.
 
     Attributes:
-        solution: of the equations of the training logs.
+        settled: the solution of the equations of the training logs.
         train: residual of these equations.
         held: of those of the validation logs.
         own: torques of the training logs.
@@ -127,10 +129,9 @@ class Outcome:
         windows: number of independent equations.
         repairs: what was mended in the logs.
         notes, provenance: of the logs, beside those of every run.
-        faults: reasons why the model is not good for prediction.
     """
 
-    solution: Solution
+    settled: Settled
     train: Residual
     held: Residual
     own: TorqueFit
@@ -139,7 +140,6 @@ class Outcome:
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...] = ()
     provenance: tuple[tuple[str, str], ...] = ()
-    faults: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ NO_TRIALS = Trials()
 
 
 def outcome(
-    solution: Solution,
+    settled: Settled,
     model: EquationModel,
     equations: tuple[Sequence[Equations | Summary], Sequence[Equations | Summary]],
     torques: Sequence[TorqueFit],
@@ -170,7 +170,7 @@ def outcome(
     """Return how a solution fits the logs.
 
     Args:
-        solution: of the equations.
+        settled: the solution of the equations.
         model: of the equations.
         equations: of the training and of the validation logs, or their summaries.
         torques: of both, at X.
@@ -180,43 +180,39 @@ def outcome(
     if model.name == "torque":
         residuals = own.residual, seen.residual
     else:
-        train, held = (equation_residual(parts, solution.X) for parts in equations)
+        train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
-    return Outcome(solution, *residuals, own, seen, windows, repairs, notes, provenance)
+    return Outcome(settled, *residuals, own, seen, windows, repairs, notes, provenance)
 
 
-def assess(
-    chosen: ChosenModel, method: Method, found: Outcome, trials: Trials = NO_TRIALS
-) -> Estimate:
+def assess(chosen: ChosenModel, found: Outcome, trials: Trials = NO_TRIALS) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
         chosen: the run with the equations that were solved, or with those of a sample.
-        method: that solved them.
         found: the solution, and how it fits all logs.
         trials: what is simulated beside the estimate.
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, own, seen = run.evaluator, found.own, found.seen
-    solution, bias = found.solution, ""
+    settled = found.settled
+    solution, method, bias = settled.solution, settled.method, ""
     if method.name not in UNBIASED and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
     names = evaluator.model.base.names
-    physical = consistency(evaluator.model, X, solution.covariance, trials.own_values)
     if chosen.columns is not None:
         known = chosen.columns.known
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
-        physical = Consistency(None, None, f"not checked: {_OPEN}")
     parameters = parameter_estimates(evaluator, X, std)
     driven = driving_friction(evaluator, run.train, X, solution.covariance)
     faults = (
         *run.causes,
         *hardly_moving(run.train, evaluator.model.robot),
-        *(driven or found.faults),
+        *driven,
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
     coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
@@ -238,7 +234,7 @@ def assess(
         ),
         parameters_use(
             parameters,
-            physical,
+            settled.physical,
             (*_unread(unexplained), *filter(None, [bias]), *disagreement(chosen.found)),
             scaled=scale_unknown(evaluator.model.robot, [log.samples for log in run.train]),
         ),
@@ -264,7 +260,8 @@ def assess(
         notes=(*_notes(chosen, solution, found), *found.notes, *limits),
         traces=traces,
         provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
-        physical=physical,
+        physical=settled.physical,
+        at_bound=settled.at_bound,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,
@@ -662,8 +659,8 @@ def parameters_use(
     negative = negative_parameters(parameters)
     if negative:
         reasons.append(f"{', '.join(negative)} must be positive but is negative")
-    if physical.feasible is False:
-        reasons.append(f"not physically possible: {physical.reason}")
+    if physical.reason is not None:
+        reasons.append(f"not physically possible: {physical.reason.text}")
     return Use("parameters", tuple(reasons), known)
 
 
@@ -702,78 +699,6 @@ def driving_friction(
         f"friction would drive {evaluator.model.robot.listed(out)}: check the sign of {taus} and "
         f"of {positions}, and that time increases; if they are right, an effect is missing, and "
         "symgen diagnose searches for it",
-    )
-
-
-def negative_mass(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, covariance: FloatArray
-) -> tuple[str, ...]:
-    """Say that the mass matrix is negative where the robot was: no real one is.
-
-        v' M(q) v < -3 of its standard deviations,    v the eigenvector of the least eigenvalue
-
-    Args:
-        evaluator: the compiled model, with torque_regressor and inverse_dynamics.
-        logs: the training logs.
-        X, covariance: of the parameters, (p,) and (p, p).
-    """
-    q = np.concatenate([log.q[log.kept] for log in logs])
-    q = np.ascontiguousarray(q[:: max(1, len(q) // STATES)])
-    values, vectors = np.linalg.eigh(mass_matrices(evaluator, q, X))
-    v, zero = np.ascontiguousarray(vectors[:, :, 0]), np.zeros_like(q)
-    regressor = evaluator["torque_regressor"]
-    rows = np.einsum("kj,kja->ka", v, regressor(q, zero, v) - regressor(q, zero, zero))
-    C = covariance[: rows.shape[1], : rows.shape[1]]
-    std = np.sqrt(np.maximum(np.einsum("ka,ab,kb->k", rows, C, rows), 0.0))
-    share = float(np.mean(values[:, 0] < -SIGNIFICANT * std))
-    if not share:
-        return ()
-    return (
-        f"the mass matrix has a negative eigenvalue, by more than {SIGNIFICANT:g} std, in "
-        f"{100 * share:.3g} % of the positions of the log",
-    )
-
-
-def impossible(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, covariance: FloatArray
-) -> tuple[str, ...]:
-    """Say why no robot has some parameters, each reason beyond 3 standard deviations.
-
-    Args:
-        evaluator: the compiled model, with torque_regressor and inverse_dynamics.
-        logs: the training logs.
-        X, covariance: of the parameters, (p,) and (p, p).
-    """
-    std = np.sqrt(np.diag(covariance))
-    below = negative_parameters(parameter_estimates(evaluator, X, std))
-    return (
-        *driving_friction(evaluator, logs, X, covariance),
-        *negative_mass(evaluator, logs, X, covariance),
-        *(f"{name} must be positive but is negative" for name in below),
-    )
-
-
-def level_exceeded(evaluator: Evaluator, logs: Sequence[FilteredLog], fit: Outcome) -> str:
-    """Say which errors of a fit are above the level of an unknown cause; "" if none is.
-
-    Args:
-        evaluator: the compiled model, with inverse_dynamics.
-        logs: the validation logs.
-        fit: the fit of the training logs.
-    """
-    held = in_motion(fit.seen)
-    noise = _noise_of(noise_fit(evaluator, logs, fit.solution.X).residual, held.residual)
-    return "; ".join(_unexplained(held, noise, evaluator.model.robot, False, ""))
-
-
-def like_no_robot(wrong: Sequence[str], possible: str) -> str:
-    """Say that no robot has the parameters that fit, and what is known of possible ones.
-
-    Parameters that no robot has can hide what is wrong with a log, on motion like its own alone.
-    """
-    return (
-        f"no robot moves like this: {wrong[0].split(':')[0]}; physically possible parameters: "
-        f"{possible}; check signs, units and gravity; {_SEARCH}"
     )
 
 

@@ -246,6 +246,7 @@ class ChosenModel:
         run: the logs.
         model: of the equations.
         train, held: the logs with its equations.
+        blocks: summaries by blocks of time, of its equations and of the torques.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
         plain: weighted least squares of these equations, where they determine it and no effect of
@@ -259,6 +260,7 @@ class ChosenModel:
     model: EquationModel
     train: list[EquatedLog]
     held: list[EquatedLog]
+    blocks: tuple[Blocks, Blocks]
     found: tuple[Alternative, ...] = ()
     fault: str = ""
     plain: Solution | None = None
@@ -302,18 +304,19 @@ def choose_model(
     if evaluator.model.robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
-        chosen = ChosenModel(
-            run, model, _enough(run, _equations(run, model, shares)), [], fault=fault
-        )
+        train = _enough(run, _equations(run, model, shares))
+        torques = _summary(train, model)
+        chosen = ChosenModel(run, model, train, [], (torques, torques), fault=fault)
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         with blame_motion(fault):
             # A prior tells what the motion does not.
             reduce = bool(together) and method.prior is None
-            best, found = _alternatives(run, models, shares, reduce)
+            best, found, torques = _alternatives(run, models, shares, reduce)
         plain = best.solution if isinstance(best.solution, Solution) else None
         about = plain, best.torques, best.columns, together
-        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *about)
+        blocks = (best.blocks, torques)
+        chosen = ChosenModel(run, best.model, best.train, [], blocks, found, fault, *about)
     try:
         held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
     except IdentificationError as error:
@@ -351,7 +354,7 @@ def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
 
 def _alternatives(
     run: Run, models: Sequence[EquationModel], shares: Sequence[float], reduce: bool
-) -> tuple[Candidate, tuple[Alternative, ...]]:
+) -> tuple[Candidate, tuple[Alternative, ...], Blocks]:
     """Fit every model and compare them; validation logs report, and do not choose.
 
     Args:
@@ -361,7 +364,8 @@ def _alternatives(
         reduce: whether to solve for what the equations determine alone.
 
     Returns:
-        The model that predicts best, and what is told of all, that one first.
+        The model that predicts best, what is told of all, that one first, and the summary of the
+        torques by blocks of time.
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
     torques = _summary(compared, _COMPARED)
@@ -394,7 +398,7 @@ def _alternatives(
         Alternative(model, math.inf, None, None, math.inf, False, str(error))
         for model, error in lost.items()
     ]
-    return best, tuple(found)
+    return best, tuple(found), torques
 
 
 def _determined_columns(

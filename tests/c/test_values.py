@@ -19,7 +19,7 @@ from packages import STRICT, STRICT_CXX
 
 import symgen
 from symgen.cli import cli
-from symgen.estimation.values import Residual
+from symgen.estimation.values import Reason, Residual
 from symgen.identification.estimate import (
     ROBOT_DIGEST,
     Consistency,
@@ -85,7 +85,7 @@ def estimate(model: symgen.Model) -> Estimate:
         notes=(),
         correlation=np.eye(len(parameters)),
         provenance=((HOSTILE, "x"),),
-        physical=Consistency(False, 3.0, f"FV1 is -3 {HOSTILE}"),
+        physical=Consistency(3.0, Reason("effect_missing", text=f"FV1 is -3 {HOSTILE}")),
     )
 
 

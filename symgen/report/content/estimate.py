@@ -230,7 +230,7 @@ def _known_section(e: Estimate) -> Section:
     heading = f"Known parameters ({len(rows)} of {len(e.parameters)})"
     told = (
         f"Standard deviations exclude: {e.excludes or 'not stated'}.",
-        f"Physical consistency: {e.physical.reason}.",
+        f"Physical consistency: {e.physical.text}.",
     )
     return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
 
