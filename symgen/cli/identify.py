@@ -47,8 +47,8 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 )
 @click.option(
     "--method",
-    default="wls",
-    help="wls, ols, huber, tls, iv, consistent or recursive.",
+    default="auto",
+    help="auto, wls, ols, huber, tls, iv, consistent or recursive.",
     shell_complete=one_of(*METHODS),
 )
 @WINDOW
@@ -67,7 +67,9 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     callback=share,
     help="Smallest torque that matters, percent of the joint's torque.",
 )
-@click.option("--prior", help="Prior values for wls and consistent: estimate.json, TOML or .urdf.")
+@click.option(
+    "--prior", help="Prior values for auto, wls and consistent: estimate.json, TOML or .urdf."
+)
 @click.option(
     "--forgetting",
     default=1.0,
@@ -145,8 +147,6 @@ def identify(
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
     elif not (trusted and sound and estimate.unexplained is None):
         click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
-    if trusted and estimate.physical.feasible is False and method == "wls":
-        click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(map(str, written))}")

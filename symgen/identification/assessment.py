@@ -27,14 +27,12 @@ from symgen.identification.estimate import (
     LOG_DIGEST,
     ROBOT_DIGEST,
     Alternative,
-    Consistency,
     Estimate,
     ParameterEstimate,
     joints_of,
 )
 from symgen.identification.judgement import (
     DEFAULTS,
-    OPEN,
     Criteria,
     in_motion,
     parameters_use,
@@ -44,7 +42,8 @@ from symgen.identification.judgement import (
     suspicions,
 )
 from symgen.identification.model_choice import ChosenModel
-from symgen.identification.physical import consistency, implausible
+from symgen.identification.physical import implausible
+from symgen.identification.settle import Settled
 from symgen.identification.simulation import simulation_use
 from symgen.identification.solving import UNBIASED, EquatedLog, Method, system_of
 from symgen.identification.uses import Uses
@@ -63,7 +62,7 @@ class Outcome:
     """A solution, and how it fits all equations and torques.
 
     Attributes:
-        solution: of the equations of the training logs.
+        settled: the solution of the equations of the training logs.
         train: residual of these equations.
         held: of those of the validation logs.
         own: torques of the training logs.
@@ -73,7 +72,7 @@ class Outcome:
         notes, provenance: of the logs, beside those of every run.
     """
 
-    solution: Solution
+    settled: Settled
     train: Residual
     held: Residual
     own: TorqueFit
@@ -85,7 +84,7 @@ class Outcome:
 
 
 def outcome(
-    solution: Solution,
+    settled: Settled,
     model: EquationModel,
     equations: tuple[Sequence[Equations | Summary], Sequence[Equations | Summary]],
     torques: Sequence[TorqueFit],
@@ -96,7 +95,7 @@ def outcome(
     """Return how a solution fits the logs.
 
     Args:
-        solution: of the equations.
+        settled: the solution of the equations.
         model: of the equations.
         equations: of the training and of the validation logs, or their summaries.
         torques: of both, at X.
@@ -106,36 +105,32 @@ def outcome(
     if model.name == "torque":
         residuals = own.residual, seen.residual
     else:
-        train, held = (equation_residual(parts, solution.X) for parts in equations)
+        train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
-    return Outcome(solution, *residuals, own, seen, windows, repairs, notes, provenance)
+    return Outcome(settled, *residuals, own, seen, windows, repairs, notes, provenance)
 
 
-def assess(
-    chosen: ChosenModel, method: Method, found: Outcome, criteria: Criteria = DEFAULTS
-) -> Estimate:
+def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
         chosen: the run with the equations that were solved, or with those of a sample.
-        method: that solved them.
         found: the solution, and how it fits all logs.
         criteria: what it is judged by.
     """
     run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
     evaluator, robot = run.evaluator, run.evaluator.model.robot
-    solution, bias = found.solution, ""
+    settled = found.settled
+    solution, method, bias = settled.solution, settled.method, ""
     if method.name not in UNBIASED and chosen.columns is None:
         system = system_of(evaluator, train)
         solution, bias = bias_of_least_squares(system, solution, chosen.plain)
     X, std = solution.X, solution.std
-    physical = consistency(evaluator.model, X, solution.covariance, criteria.own_values)
     if chosen.columns is not None:
         known = chosen.columns.known
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
-        physical = Consistency(None, None, f"not checked: {OPEN}")
     parameters = _parameter_estimates(evaluator, X, std)
     error = in_motion(found.seen).residual
     floor = _limited_noise(noise_fit(evaluator, run.held, X).residual, error)
@@ -143,7 +138,7 @@ def assess(
     limits = restrictions(chosen.together, robot)
     uses = Uses(
         prediction_use(run, solution, found.seen, floor, criteria),
-        parameters_use(parameters, physical, unexplained, bias, scaled=scale_unknown(run)),
+        parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
         simulation_use(
             evaluator,
             (run.train, run.held),
@@ -185,7 +180,8 @@ def assess(
         band=run.band,
         alternatives=tuple(_alternatives(chosen.found, method, solution, found)),
         repairs=found.repairs,
-        physical=physical,
+        physical=settled.physical,
+        at_bound=settled.at_bound,
         excludes=method.excludes,
         endogeneity=solution.endogeneity,
         comparison=solution.comparison,

@@ -96,18 +96,26 @@ class Consistency:
     """Whether a robot that could exist has these base parameters.
 
     Attributes:
-        feasible: None where it was not checked.
-        distance_sigma: to the nearest physically possible base parameters, in standard deviations
-            of the estimate; None where it is unknown.
-        reason: in words.
+        distance_sigma: from least squares to the nearest physically possible base parameters, in
+            standard deviations; None where it is unknown.
+        reason: why the estimate is not possible; None where it is.
+        held_out: torque errors on held-out folds of least squares and of the nearest possible
+            parameters; None where both are the same.
     """
 
-    feasible: bool | None
     distance_sigma: float | None
-    reason: str
+    reason: Reason | None = None
+    held_out: tuple[float, float] | None = None
+
+    @property
+    def text(self) -> str:
+        """The same as one sentence."""
+        if self.reason is not None:
+            return self.reason.text
+        return "bodies of positive mass can have these base parameters"
 
 
-UNCHECKED = Consistency(None, None, "not checked")
+UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +166,10 @@ class Estimate(Viewable):
         suspected: what may be wrong but is not certain; it changes no verdict.
         notes: what was done to the logs, in words.
         correlation: of the estimated parameters, shape (p, p).
-        physical: whether a robot could have these parameters.
+        possible: whether some robot has these parameters.
+        at_bound: names of the parameters that a constraint of possible robots holds; their standard
+            deviations do not describe them.
+        physical: how far least squares is from a possible robot, and why the estimate is none.
         excludes: what the standard deviations leave out, in words.
         endogeneity: tests of whether least squares is biased here, where instruments exist.
         comparison: the same parameters by other methods: wls beside iv and iv beside wls.
@@ -194,6 +205,8 @@ class Estimate(Viewable):
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
+    possible: bool = field(init=False)
+    at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
     endogeneity: tuple[Endogeneity, ...] = ()
@@ -203,6 +216,9 @@ class Estimate(Viewable):
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "possible", self.physical.reason is None)
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,8 +24,9 @@ from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.faults.samples import torques_look_computed
-from symgen.identification.estimate import Consistency, ParameterEstimate
+from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
+from symgen.identification.settle import Settled
 from symgen.identification.simulation import STATES, mixed_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
 from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
@@ -96,7 +97,7 @@ def prediction_use(
 
 def parameters_use(
     parameters: Sequence[ParameterEstimate],
-    physical: Consistency,
+    settled: Settled,
     unexplained: float | None,
     bias: str,
     *,
@@ -106,7 +107,7 @@ def parameters_use(
 
     Args:
         parameters: of the estimate.
-        physical: whether a robot can have them.
+        settled: whether a robot can have them, and which of them a constraint holds.
         unexplained: part of the torque that neither the model nor noise explains; None if it is
             not visible.
         bias: of least squares, in words, or "".
@@ -120,19 +121,25 @@ def parameters_use(
         reasons.append(Reason("unexplained", value=unexplained, text=text))
     if bias:
         reasons.append(Reason("biased", text=bias))
-    if physical.feasible is False:
-        text = f"not physically possible: {physical.reason}"
-        reasons.append(Reason("impossible", text=text))
     hidden = [p.name for p in parameters if math.isnan(p.std)]
+    impossible = settled.physical.reason
+    if impossible is not None and not hidden:
+        text = f"not physically possible: {impossible.text}"
+        reasons.append(replace(impossible, text=text))
     if hidden:
         text = f"{OPEN}: {first_of(hidden, _NAMED)}"
         reasons.append(Reason("not_determined", value=float(len(hidden)), text=text))
-    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN]
+    bound = settled.at_bound
+    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
     if weak:
         text = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): "
         text += first_of(weak, _NAMED)
         reasons.append(Reason("weak", value=float(len(weak)), text=text))
-    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN]
+    if bound:
+        text = f"{len(bound)} of {len(parameters)} are at a bound of possible robots: "
+        text += first_of(bound, _NAMED)
+        reasons.append(Reason("at_bound", value=float(len(bound)), text=text))
+    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
     if scaled:
         known = []
     return ParametersUse(tuple(reasons), tuple(known), len(parameters))

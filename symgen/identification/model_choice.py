@@ -31,6 +31,7 @@ from symgen.estimation.solve import (
     identifiable_columns,
 )
 from symgen.estimation.summary import (
+    Blocks,
     block_errors,
     block_summary,
     held_out_error,
@@ -199,7 +200,8 @@ class Candidate:
 
     Attributes:
         model: of the equations.
-        train: the training logs with them; empty if they do not fit the logs.
+        train: the training logs with them.
+        blocks: summaries by blocks of time, of its equations and of the torques.
         held_out: error in torque on folds that were left out of the fit.
         columns: which parameters the equations determine; None for all.
         solution: by weighted least squares; None if they determine none.
@@ -209,6 +211,7 @@ class Candidate:
 
     model: EquationModel
     train: list[EquatedLog]
+    blocks: tuple[Blocks, Blocks]
     held_out: float = math.inf
     columns: IdentifiableColumns | None = None
     solution: Solution | None = None
@@ -224,6 +227,7 @@ class ChosenModel:
         run: the logs.
         model: of the equations.
         train, held: the logs with its equations.
+        blocks: summaries by blocks of time, of its equations and of the torques.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
         plain: weighted least squares of these equations, where they determine it and no effect of
@@ -237,6 +241,7 @@ class ChosenModel:
     model: EquationModel
     train: list[EquatedLog]
     held: list[EquatedLog]
+    blocks: tuple[Blocks, Blocks]
     found: tuple[Alternative, ...] = ()
     fault: str = ""
     plain: Solution | None = None
@@ -281,7 +286,9 @@ def choose_model(
     if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
-        best = Candidate(model, _equations(run, model, shares))
+        train = _equations(run, model, shares)
+        torques = block_summary([p.equations for p in train], model.gap)
+        best = Candidate(model, train, (torques, torques))
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         reduce = bool(together) and method.prior is None  # a prior tells what the motion does not
@@ -303,6 +310,7 @@ def choose_model(
         best.model,
         train,
         held,
+        best.blocks,
         found,
         fault,
         best.solution,
@@ -342,24 +350,28 @@ def _best_model(
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
     torques = block_summary([p.equations for p in compared], _COMPARED.gap)
-    candidates = []
+    candidates, errors = list[Candidate](), dict[str, IdentificationError]()
     for model in models:
         try:
             train = compared
             if model.name != _COMPARED.name:
                 train = _equations(run, model, shares)
         except IdentificationError as error:
-            candidates.append(Candidate(model, [], error=error))
-        else:
-            blocks = block_summary([p.equations for p in train], model.gap)
-            held_out = held_out_error(block_errors(blocks, torques))
-            columns = _determined_columns(run, train, model) if reduce else None
-            candidates.append(_solved(run, Candidate(model, train, held_out, columns)))
+            errors[model.name] = error
+            continue
+        blocks = block_summary([p.equations for p in train], model.gap)
+        held_out = held_out_error(block_errors(blocks, torques))
+        columns = _determined_columns(run, train, model) if reduce else None
+        candidate = Candidate(model, train, (blocks, torques), held_out, columns)
+        candidates.append(_solved(run, candidate))
+    if not candidates:
+        raise next(iter(errors.values()))
     candidates.sort(key=lambda candidate: candidate.held_out)
     best = candidates[0]
-    if not best.train and best.error is not None:
-        raise best.error
-    return best, tuple(_alternative(candidate, best) for candidate in candidates)
+    found = [_alternative(candidate, best) for candidate in candidates]
+    for name, reason in errors.items():
+        found.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
+    return best, tuple(found)
 
 
 def _solved(run: Run, candidate: Candidate) -> Candidate:
@@ -385,18 +397,16 @@ def _determined_columns(
 
 def _alternative(own: Candidate, best: Candidate) -> Alternative:
     """Return the result of a model beside the best one."""
-    name, reason = own.model.name, str(own.error)
-    if own.train:
-        reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
-        if own is not best:
-            reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
-    if own.solution is None:
-        if own.train:
-            reason += f"; {own.error}"
-        return Alternative(name, math.inf, None, None, own.held_out, own is best, reason)
-    train, held = (fit.residual for fit in own.torques)
-    number = own.solution.condition_number
-    return Alternative(name, number, train, held, own.held_out, own is best, reason)
+    number, train, held = math.inf, None, None
+    reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
+    if own is not best:
+        reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
+    if own.error is not None:
+        reason += f"; {own.error}"
+    if own.solution is not None:
+        number = own.solution.condition_number
+        train, held = (fit.residual for fit in own.torques)
+    return Alternative(own.model.name, number, train, held, own.held_out, own is best, reason)
 
 
 @contextmanager

@@ -115,10 +115,10 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
-    if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
+    if estimate.method.startswith("consistent") and not estimate.possible:
         raise ParameterError(
             f"{estimate.robot}: not exported, the parameters are not physically possible: "
-            f"{estimate.physical.reason}"
+            f"{estimate.physical.text}"
         )
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
     if bad:
@@ -127,7 +127,7 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
         *estimate.sentences,
-        f"Physical consistency: {estimate.physical.reason}.",
+        f"Physical consistency: {estimate.physical.text}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     )
 

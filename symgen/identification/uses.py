@@ -80,7 +80,7 @@ class ParametersUse(Use):
     def sentence(self) -> str:
         """The result in one sentence."""
         text = f"Parameters: {len(self.known)} of {self.count} are known to {KNOWN:g} %"
-        others = [reason for reason in self.reasons if reason.kind != "weak"]
+        others = [reason for reason in self.reasons if reason.kind not in ("weak", "at_bound")]
         return f"{text}; {joined(others)}." if others else f"{text}."
 
 

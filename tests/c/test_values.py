@@ -85,7 +85,7 @@ def estimate(model: symgen.Model) -> Estimate:
         notes=(),
         correlation=np.eye(len(parameters)),
         provenance=((HOSTILE, "x"),),
-        physical=Consistency(False, 3.0, f"FV1 is -3 {HOSTILE}"),
+        physical=Consistency(3.0, Reason("effect_missing", text=f"FV1 is -3 {HOSTILE}")),
     )
 
 

@@ -398,7 +398,7 @@ def test_command_writes_the_estimate_and_a_page(tmp_path) -> None:
     assert set(estimate["residual"]) == {"train", "validation"}
     assert set(estimate["torque_residual"]["validation"]) == {"relative", "per_joint"}
     assert estimate["torque_residual"]["validation"]["relative"] < 1e-3
-    assert set(estimate["physical"]) == {"feasible", "distance_sigma", "reason"}
+    assert set(estimate["physical"]) == {"distance_sigma", "reason", "held_out"}
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
     assert "planar2r_values" in (tmp_path / "out" / "planar2r_values.h").read_text()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv", "out"]

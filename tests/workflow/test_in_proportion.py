@@ -79,7 +79,7 @@ def test_what_moves_in_proportion_predicts_and_what_is_not_determined_is_named(n
 def test_motion_out_of_proportion_is_judged_by_its_error() -> None:
     robot = symgen.parse_robot(ROBOT)
     found = symgen.identify(robot, log("a", 2, own=0.003), validation=log("b", 3, own=1.0))
-    assert found.torque_train.relative < 0.03 < 0.25 < found.torque_validation.relative
+    assert found.torque_train.relative < 0.03 < 0.2 < found.torque_validation.relative
     assert found.verdict == "doubtful"
 
 

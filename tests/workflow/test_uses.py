@@ -90,7 +90,8 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
     values = {p.name: p.value for p in found.parameters}
     assert found.method == "consistent"
     assert min(values["FV1"], values["FV2"]) >= 0
-    assert any("friction would drive joint" in note for note in found.notes), found.notes
+    assert found.possible
+    assert {"FV1", "FV2"} & set(found.at_bound)
     assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
     sound = identified(0.004)
     assert sound.method == "wls"
@@ -99,9 +100,12 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
 def test_friction_that_drives_the_robot_much_is_an_effect_that_is_missing() -> None:
     found = identified(-0.1)
     assert found.method == "wls"
-    assert any("symgen diagnose" in note for note in found.notes), found.notes
-    kinds = {reason.kind for reason in found.uses.simulation.reasons}
-    assert "negative_friction" in kinds
+    assert not found.possible
+    reason = found.physical.reason
+    assert reason.kind == "effect_missing"
+    assert set(reason.joints) <= {1, 2}
+    assert reason.value > reason.limit
+    assert "negative_friction" in {r.kind for r in found.uses.simulation.reasons}
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])

@@ -83,7 +83,7 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
     facts = [(f"{said}, {data}", percent(r.relative)) for said, data, r in _errors(e)]
-    known = len(e.parameters) - sum(map(_weak, e.parameters))
+    known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
     facts.append(("condition number", number(e.condition_number, 3)))
     tone = "good" if trusted else "warn"
@@ -224,29 +224,34 @@ def _suspected_sections(e: Estimate) -> list[Section]:
 
 
 def _known_section(e: Estimate) -> Section:
-    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if not _weak(p)]
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if not _weak(e, p)]
     heading = f"Known parameters ({len(rows)} of {len(e.parameters)})"
     told = (
         f"Standard deviations exclude: {e.excludes or 'not stated'}.",
-        f"Physical consistency: {e.physical.reason}.",
+        f"Physical consistency: {e.physical.text}.",
     )
     return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
 
 
 def _weak_section(e: Estimate) -> Section:
-    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if _weak(p)]
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if _weak(e, p)]
     text = (
         f"The standard deviation is above {KNOWN:g} % of the value. The logs hardly determine "
-        "these parameters one by one."
+        "these parameters one by one. At bound: a constraint of possible robots holds the value."
     )
     return Section(f"Weak parameters ({len(rows)})", (text,), Table(_COLUMNS, rows))
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
-    return [
-        (p.name, *value_with_std(p.value, p.std), percent(relative), p.unit)
-        for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
-    ]
+    return [_row(p, at_bound=p.name in e.at_bound) for p in e.parameters]
+
+
+def _row(p: ParameterEstimate, *, at_bound: bool) -> tuple[str, ...]:
+    """Return value and standard deviation of a parameter, unless a constraint holds it."""
+    value, std = value_with_std(p.value, p.std)
+    if at_bound:
+        return p.name, value, "at bound", "", p.unit
+    return p.name, value, std, percent(p.relative_std_percent / 100), p.unit
 
 
 def _values_sections(e: Estimate) -> list[Section]:
@@ -316,6 +321,7 @@ def _provenance(e: Estimate) -> Table:
     return Table(("item", "value"), rows)
 
 
-def _weak(parameter: ParameterEstimate) -> bool:
-    # an unknown deviation (NaN) counts as weak
-    return not parameter.relative_std_percent <= KNOWN
+def _weak(e: Estimate, parameter: ParameterEstimate) -> bool:
+    """Whether a parameter is not known: its deviation is large, or unknown (NaN), or none."""
+    known = parameter.relative_std_percent <= KNOWN
+    return not known or parameter.name in e.at_bound
