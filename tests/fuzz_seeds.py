@@ -130,7 +130,7 @@ ESTIMATE = {
     },
     "joints": [{"number": 1, "unit": "N m"}, {"number": 2, "unit": "N m"}],
     "correlation": [[1, 0.1, 0], [0.1, 1, 0], [0, 0, 1]],
-    "physical": {"feasible": True, "distance_sigma": 0.1, "reason": "exists"},
+    "physical": {"distance_sigma": 0.1, "reason": None, "held_out": [0.1, 0.11]},
     "provenance": {"robot": "abc"},
     "comparison": [{"method": "iv", "parameters": [{"name": "ZZ2", "value": 1, "std": 0.1}]}],
     "cutoff_hz": 8.5,

@@ -12,6 +12,7 @@ from symgen.cli.options import (
     LOGS,
     METHODS,
     MODELS,
+    PERCENT,
     ROBOT,
     WINDOW,
     again,
@@ -19,8 +20,10 @@ from symgen.cli.options import (
     numbers,
     one_of,
     reading_options,
+    share,
 )
 from symgen.cli.progress import stages
+from symgen.policy import ACCEPT, LEAST
 from symgen.report.terminal import print_result
 
 #: First word of a progress message, and the share of the time that has passed by then.
@@ -44,13 +47,29 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
 )
 @click.option(
     "--method",
-    default="wls",
-    help="wls, ols, huber, tls, iv, consistent or recursive.",
+    default="auto",
+    help="auto, wls, ols, huber, tls, iv, consistent or recursive.",
     shell_complete=one_of(*METHODS),
 )
 @WINDOW
 @CUTOFF
-@click.option("--prior", help="Prior values for wls and consistent: estimate.json, TOML or .urdf.")
+@click.option(
+    "--accept",
+    type=PERCENT,
+    default=100 * ACCEPT,
+    callback=share,
+    help="Largest torque error of a usable model, percent.",
+)
+@click.option(
+    "--least",
+    type=PERCENT,
+    default=100 * LEAST,
+    callback=share,
+    help="Smallest torque that matters, percent of the joint's torque.",
+)
+@click.option(
+    "--prior", help="Prior values for auto, wls and consistent: estimate.json, TOML or .urdf."
+)
 @click.option(
     "--forgetting",
     default=1.0,
@@ -123,13 +142,11 @@ def identify(
                 said = f"no URDF is written: {error}"
         written = symgen.write(estimate, into, robot=source, more=urdf)
     trusted = print_result(estimate)
-    sound = all(use.ok for use in estimate.uses if use.name == "simulation")
+    sound = estimate.uses is not None and estimate.uses.simulation.ok
     if model != "auto" and not trusted:
         click.echo(f"try: {again(model='auto', into=f'{into}-auto')}")
     elif not (trusted and sound and estimate.unexplained is None):
         click.echo(f"try: {again('diagnose', into=f'{into}-why')}")
-    if trusted and estimate.physical.feasible is False and method == "wls":
-        click.echo(f"try: {again(method='consistent', into=f'{into}-consistent')}")
     if said:
         click.echo(f"note: {said}")
     click.echo(f"written: {', '.join(map(str, written))}")

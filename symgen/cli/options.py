@@ -101,7 +101,7 @@ WINDOW = click.option("--window", default=0.2, help="Length of the sliding windo
 DURATION = click.option("--duration", default=20.0, help="Duration of the Fourier series, s.")
 SEED = click.option("--seed", default=0, help="Seed of noise and Fourier series.")
 MODELS = ("energy", "momentum", "torque")
-METHODS = ("wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
+METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
 
 
 def into(marker: str, **options: Any) -> Command:

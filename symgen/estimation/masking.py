@@ -16,7 +16,6 @@ from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
 
 _MUCH = 0.03  # share of samples at rest that is worth a word
-_SELDOM = 0.2  # share of samples in motion that shows little
 
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
@@ -99,22 +98,5 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
             out.append(
                 f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
                 "Static friction there is part of the torque error; --mask rest omits these samples"
-            )
-    return tuple(out)
-
-
-def seldom_moving(logs: Sequence[FilteredLog], robot: Robot) -> tuple[str, ...]:
-    """Return notes on joints that are at rest for most of a log, so their motion hardly shows."""
-    out = []
-    for log in logs:
-        if log.at_rest is None:
-            continue
-        moving = 1 - log.at_rest.mean(axis=0)
-        few = np.flatnonzero(moving < _SELDOM)
-        if len(few):
-            out.append(
-                f"{log.name}: {robot.listed(few)} moved in at most "
-                f"{100 * moving[few].max():.2g} % of the samples; symgen excite writes a motion in "
-                "which all joints move"
             )
     return tuple(out)

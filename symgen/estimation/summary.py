@@ -288,17 +288,3 @@ def block_errors(equations: Blocks, torques: Blocks) -> FloatArray:
 def held_out_error(errors: FloatArray) -> float:
     """Return what `block_errors` come to: root mean square over the joints."""
     return float(np.sqrt(errors.sum() / errors.shape[1]))
-
-
-def deviation_of_difference(a: Blocks, b: Blocks, blocks: Sequence[int]) -> FloatArray:
-    """Return the standard deviation of X_a - X_b, block-robust: the jackknife over blocks.
-
-        var = (B - 1)/B sum over blocks of (d_b - mean d)^2,   d_b the difference without block b
-
-    (Efron and Tibshirani 1993, section 11.5). Both are fitted to the same logs, so that what they
-    share does not count.
-    """
-    d = np.stack([a.fit([k]) - b.fit([k]) for k in blocks])
-    count = len(d)
-    spread = np.sum((d - d.mean(axis=0)) ** 2, axis=0)
-    return np.asarray(np.sqrt((count - 1) / count * spread))

@@ -33,6 +33,7 @@ from symgen.experiment.simulate import KERNELS, Parameters, Simulation, simulate
 from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, filter_in_band
+from symgen.identification.possible import nearest_possible
 from symgen.identification.solving import Method, equate, settle_load, solve
 from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
@@ -312,7 +313,10 @@ def _solved(
         parts = [instrumented(evaluator, part, model, None) for part in parts]
     with suppress(IdentificationError, np.linalg.LinAlgError):
         solution = solve(evaluator, parts, method, model)
-        return solution.X, solution.std
+        X = solution.X
+        if method.is_bounded:
+            X = nearest_possible(evaluator.model, X, solution.covariance).X
+        return X, solution.std
     return None
 
 

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
-from symgen.estimation.playback import Horizon
 from symgen.estimation.values import (
     Endogeneity,
     OtherEstimate,
+    Reason,
     Residual,
     Trace,
 )
 from symgen.faults.fault import Fault, delay_of
 from symgen.identification.curves import FILE, read_traces
+from symgen.identification.uses import Uses, joined
 from symgen.names import joint_label, unit
 from symgen.robot.types import Robot
 from symgen.schemas import (
@@ -29,10 +29,8 @@ from symgen.schemas import (
     MATRIX,
     OPTIONAL,
     PAIRS,
-    Form,
     OrInf,
     OrNan,
-    as_json,
     at,
     read_result,
     result_file,
@@ -98,82 +96,26 @@ class Consistency:
     """Whether a robot that could exist has these base parameters.
 
     Attributes:
-        feasible: None where it was not checked.
-        distance_sigma: to the nearest physically possible base parameters, in standard deviations
-            of the estimate; None where it is unknown.
-        reason: in words.
+        distance_sigma: from least squares to the nearest physically possible base parameters, in
+            standard deviations; None where it is unknown.
+        reason: why the estimate is not possible; None where it is.
+        held_out: torque errors on held-out folds of least squares and of the nearest possible
+            parameters; None where both are the same.
     """
 
-    feasible: bool | None
     distance_sigma: float | None
-    reason: str
+    reason: Reason | None = None
+    held_out: tuple[float, float] | None = None
+
+    @property
+    def text(self) -> str:
+        """The same as one sentence."""
+        if self.reason is not None:
+            return self.reason.text
+        return "bodies of positive mass can have these base parameters"
 
 
-UNCHECKED = Consistency(None, None, "not checked")
-
-
-#: Reasons as one text.
-_JOINED = Form(str, "; ".join, lambda reason: (reason,) if reason else ())
-
-
-@dataclass(frozen=True)
-class Use:
-    """Whether an estimate serves a purpose.
-
-    Attributes:
-        name: prediction, parameters or simulation.
-        reasons: what speaks against it, in words; empty where it does.
-        known: names of the parameters that are known, of parameters alone.
-        ok: whether nothing speaks against it.
-        horizons: of simulation alone: position errors on held-out motion after some times.
-        before: the same with the values of the robot's own file, where it has any.
-        with_feedback: the same of the estimate, with the gains of a controller that holds it to the
-            measured motion; empty without gains.
-        windows: of simulation alone: number of windows of held-out motion that were simulated.
-        diverged: in how many of them the simulated robot ran away.
-    """
-
-    name: Annotated[str, BESIDE] = ""
-    ok: bool = field(init=False)
-    reasons: Annotated[tuple[str, ...], at("reason"), _JOINED] = ()
-    known: tuple[str, ...] = ()
-    horizons: tuple[Horizon, ...] = ()
-    before: tuple[Horizon, ...] = ()
-    with_feedback: tuple[Horizon, ...] = ()
-    windows: int = 0
-    diverged: int = 0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "ok", not self.reasons)
-
-
-#: What stands in the file of one use alone.
-_OWN = {"known": "parameters"} | dict.fromkeys(
-    ("horizons", "before", "with_feedback", "windows", "diverged"), "simulation"
-)
-
-
-def _by_name(uses: Iterable[Use]) -> dict[str, dict[str, Any]]:
-    """Return what stands in the file: of each use what is its own."""
-    return {
-        use.name: {k: v for k, v in as_json(use).items() if _OWN.get(k, use.name) == use.name}
-        for use in uses
-    }
-
-
-#: Uses by their names.
-_USES = Form(
-    dict[str, Use],
-    _by_name,
-    lambda found: tuple(replace(use, name=name) for name, use in found.items()),
-)
-
-
-class Apart(NamedTuple):
-    """A parameter of another model that differs from the chosen one's, by so many std."""
-
-    name: str
-    std: float
+UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +129,6 @@ class Alternative:
         held_out: error in torque on folds left out of its fit, RMS over the joints.
         chosen: whether it is the estimate.
         reason: in words.
-        apart: parameters that differ from those of the chosen model beyond chance, in std.
     """
 
     model: str
@@ -197,7 +138,6 @@ class Alternative:
     held_out: Annotated[OrInf, at("held_out_folds")]
     chosen: bool
     reason: str
-    apart: tuple[Apart, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -222,10 +162,14 @@ class Estimate(Viewable):
         cutoff_hz: of the zero-phase filter, None where none was used.
         window_s: length of the energy windows, s.
         verdict: "trusted" or "doubtful".
-        reasons: why it is doubtful, in words; empty for "trusted".
+        reasons: why it is doubtful; empty for "trusted".
+        suspected: what may be wrong but is not certain; it changes no verdict.
         notes: what was done to the logs, in words.
         correlation: of the estimated parameters, shape (p, p).
-        physical: whether a robot could have these parameters.
+        possible: whether some robot has these parameters.
+        at_bound: names of the parameters that a constraint of possible robots holds; their standard
+            deviations do not describe them.
+        physical: how far least squares is from a possible robot, and why the estimate is none.
         excludes: what the standard deviations leave out, in words.
         endogeneity: tests of whether least squares is biased here, where instruments exist.
         comparison: the same parameters by other methods: wls beside iv and iv beside wls.
@@ -233,8 +177,8 @@ class Estimate(Viewable):
         band: the filters of the run; None in an older file.
         repairs: what was mended in the logs before anything was estimated.
         alternatives: the models that were fitted, the chosen one first.
-        uses: what the estimate may be used for.
-        headline: what it is good for, one sentence a use, with BETWEEN_USES between them.
+        uses: what the estimate may be used for; None in a file of schema 1.
+        headline: the torque error, then a sentence for each use, with BETWEEN_USES between them.
     """
 
     GONE: ClassVar = ("whiteness",)
@@ -254,12 +198,15 @@ class Estimate(Viewable):
     cutoff_hz: float | None
     window_s: float | None
     verdict: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Reason, ...]
+    suspected: tuple[Reason, ...] = ()
     headline: str = ""
-    uses: Annotated[tuple[Use, ...], _USES] = ()
+    uses: Uses | None = None
     band: Band | None = None
     alternatives: Annotated[tuple[Alternative, ...], at("models")] = ()
     repairs: tuple[Fault, ...] = ()
+    possible: bool = field(init=False)
+    at_bound: tuple[str, ...] = ()
     physical: Consistency = UNCHECKED
     excludes: Annotated[str, at("std_excludes")] = ""
     endogeneity: tuple[Endogeneity, ...] = ()
@@ -269,6 +216,9 @@ class Estimate(Viewable):
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "possible", self.physical.reason is None)
 
     def __repr__(self) -> str:
         """Return robot, model, method and verdict."""
@@ -281,6 +231,13 @@ class Estimate(Viewable):
     def X(self) -> FloatArray:
         """The values, shape (p,), in the order of every kernel."""
         return np.array([p.value for p in self.parameters])
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The sentences of the headline; in a file of schema 1, the reasons."""
+        if self.headline:
+            return tuple(self.headline.split(BETWEEN_USES))
+        return (joined(self.reasons),) if self.reasons else ()
 
     @property
     def shifts(self) -> tuple[Fault, ...]:

@@ -22,6 +22,7 @@ from symgen.data.long_logs import Source
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.identification.estimate import ROBOT_DIGEST, Estimate, read_estimate
 from symgen.identification.parameters import (
@@ -31,11 +32,7 @@ from symgen.identification.parameters import (
     read_parameters,
     with_fixed_links,
 )
-from symgen.identification.physical import (
-    LinkParameters,
-    link_parameters,
-    no_robot_near,
-)
+from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
 from symgen.policy import LEAST
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
@@ -136,11 +133,15 @@ def identified_file(
     notes = [f"link parameters in {path.name}: {links.caveat}"]
     if links.sigmas > 0:
         notes.append(
-            f"the identified X is not physically possible: the file contains the nearest "
-            f"possible values, {links.sigmas:.3g} standard deviations away in all"
+            "the identified X is not physically possible: the file contains the nearest possible "
+            f"values, {links.sigmas:.3g} standard deviations away"
         )
-        if far := no_robot_near(links.sigmas, len(links.X)):
-            notes.append(far)
+        if X is None and estimate.physical.held_out is not None:
+            least, possible = map(percent, estimate.physical.held_out)
+            notes.append(
+                f"their torque error on held-out folds of the training logs is {possible}, that of "
+                f"the identified X {least}"
+            )
     if mjcf:
         text = updated_mjcf(path, dynamics)
         held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}

@@ -2,8 +2,7 @@
 
 There are three ways to the same parameters: energy, momentum and torque from the same filtered
 logs. What chooses between them is the error in torque, in the comparison band, on folds of the
-training logs that a fit did not see. Where two of them give parameters that differ by more than
-chance, the model of the robot misses something.
+training logs that a fit did not see.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 import numpy as np
 
@@ -34,11 +32,9 @@ from symgen.estimation.solve import (
     identifiable_columns,
 )
 from symgen.estimation.summary import (
-    BLOCKS,
     Blocks,
     block_errors,
     block_summary,
-    deviation_of_difference,
     held_out_error,
 )
 from symgen.estimation.torque_error import TorqueFit, fit
@@ -48,7 +44,7 @@ from symgen.faults.logs import join_bands
 from symgen.faults.samples import lasting, unmended_faults
 from symgen.hypotheses.ask import ask
 from symgen.hypotheses.changes import Change
-from symgen.identification.estimate import Alternative, Apart
+from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
     EquatedLog,
@@ -64,9 +60,6 @@ from symgen.policy import LEAST
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Difference in standard deviations from which two estimates of one parameter disagree, for one
-#: comparison; more for more of them, so that as few are chance (Bonferroni).
-APART = 3.0
 #: Equations of the torques that models are compared by.
 _COMPARED = EquationModel("torque", 0.0)
 #: Speeds closer than this to a linear relation are proportional.
@@ -216,20 +209,22 @@ class Candidate:
     Attributes:
         model: of the equations.
         train: the training logs with them.
-        blocks: their summary by blocks of time.
+        blocks: summaries by blocks of time, of its equations and of the torques.
         held_out: error in torque on folds that were left out of the fit.
-        solution: by weighted least squares; the error where the equations determine none.
-        torques: of the training and the validation logs; empty without a solution.
         columns: which parameters the equations determine; None for all.
+        solution: by weighted least squares; None if they determine none.
+        torques: of the training and the validation logs; empty without a solution.
+        error: why there is no solution.
     """
 
     model: EquationModel
     train: list[EquatedLog]
-    blocks: Blocks
-    held_out: float
-    solution: Solution | Exception
-    torques: tuple[TorqueFit, ...]
-    columns: IdentifiableColumns | None
+    blocks: tuple[Blocks, Blocks]
+    held_out: float = math.inf
+    columns: IdentifiableColumns | None = None
+    solution: Solution | None = None
+    torques: tuple[TorqueFit, ...] = ()
+    error: Exception | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +235,7 @@ class ChosenModel:
         run: the logs.
         model: of the equations.
         train, held: the logs with its equations.
+        blocks: summaries by blocks of time, of its equations and of the torques.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
         plain: weighted least squares of these equations, where they determine it and no effect of
@@ -253,6 +249,7 @@ class ChosenModel:
     model: EquationModel
     train: list[EquatedLog]
     held: list[EquatedLog]
+    blocks: tuple[Blocks, Blocks]
     found: tuple[Alternative, ...] = ()
     fault: str = ""
     plain: Solution | None = None
@@ -288,62 +285,64 @@ def choose_model(
         IdentificationError: no model's equations fit these logs; the reason of the first.
         LogError: a mask leaves too little, or a validation log is too short.
     """
-    evaluator = run.evaluator
+    evaluator, robot = run.evaluator, run.evaluator.model.robot
     together = proportional_joints(run.train)
-    fault = motion_fault(together, evaluator.model.robot)
-    known = features_of(run.train, evaluator.model.robot.sigma)
+    fault = motion_fault(together, robot)
+    known = features_of(run.train, robot.sigma)
     models = [replace(model, features=known) for model in models]
-    if evaluator.model.robot.loaded:
+    found: tuple[Alternative, ...] = ()
+    if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
-        chosen = ChosenModel(
-            run, model, _enough(run, _equations(run, model, shares)), [], fault=fault
-        )
+        train = _equations(run, model, shares)
+        torques = block_summary([p.equations for p in train], model.gap)
+        best = Candidate(model, train, (torques, torques))
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
+        reduce = bool(together) and method.prior is None  # a prior tells what the motion does not
         with blame_motion(fault):
-            # A prior tells what the motion does not.
-            reduce = bool(together) and method.prior is None
-            best, found = _alternatives(run, models, shares, reduce)
-        plain = best.solution if isinstance(best.solution, Solution) else None
-        about = plain, best.torques, best.columns, together
-        chosen = ChosenModel(run, best.model, best.train, [], found, fault, *about)
+            best, found = _best_model(run, models, shares, reduce)
+    train = []
+    for k, part in enumerate(best.train):
+        if method.name == "iv" or method.is_tested(part.log):
+            part = instrumented(evaluator, part, best.model, motions[k] if motions else None)
+        train.append(part)
     try:
-        held = [equate(evaluator, log, chosen.model, kind="validation") for log in run.held]
+        held = [equate(evaluator, log, best.model, kind="validation") for log in run.held]
     except IdentificationError as error:
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
-    return replace(
-        chosen,
-        train=[
-            instrumented(evaluator, part, chosen.model, motions[k] if motions else None)
-            if method.name == "iv" or method.is_tested(part.log)
-            else part
-            for k, part in enumerate(chosen.train)
-        ],
-        held=_enough(run, held),
+    _require_equations(held, robot)
+    return ChosenModel(
+        run,
+        best.model,
+        train,
+        held,
+        best.blocks,
+        found,
+        fault,
+        best.solution,
+        best.torques,
+        best.columns,
+        together,
     )
 
 
 def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[EquatedLog]:
     """Return the training logs with equations, weighed as it was asked for."""
     pairs = zip(run.train, shares or [1.0] * len(run.train), strict=True)
-    return [equate(run.evaluator, log, model, weight) for log, weight in pairs]
-
-
-def _enough(run: Run, logs: list[EquatedLog]) -> list[EquatedLog]:
-    """Return logs of which masks leave enough equations."""
-    for part in logs:
-        require_left(part.log, part.equations, run.evaluator.model.robot)
+    logs = [equate(run.evaluator, log, model, weight) for log, weight in pairs]
+    _require_equations(logs, run.evaluator.model.robot)
     return logs
 
 
-def _summary(logs: Sequence[EquatedLog], model: EquationModel) -> Blocks:
-    """Return the summary of equations by blocks of time."""
-    return block_summary([p.equations for p in logs], model.gap)
+def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
+    """Refuse logs of which masks leave too few equations."""
+    for part in logs:
+        require_left(part.log, part.equations, robot)
 
 
-def _alternatives(
+def _best_model(
     run: Run, models: Sequence[EquationModel], shares: Sequence[float], reduce: bool
 ) -> tuple[Candidate, tuple[Alternative, ...]]:
     """Fit every model and compare them; validation logs report, and do not choose.
@@ -355,40 +354,43 @@ def _alternatives(
         reduce: whether to solve for what the equations determine alone.
 
     Returns:
-        The model that predicts best, and what is told of all, that one first.
+        The model that predicts best, and the results of all, that one first.
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
-    torques = _summary(compared, _COMPARED)
-    fitted, lost = list[Candidate](), dict[str, IdentificationError]()
+    torques = block_summary([p.equations for p in compared], _COMPARED.gap)
+    candidates, errors = list[Candidate](), dict[str, IdentificationError]()
     for model in models:
         try:
-            torque = model.name == _COMPARED.name
-            train = _enough(run, compared if torque else _equations(run, model, shares))
+            train = compared
+            if model.name != _COMPARED.name:
+                train = _equations(run, model, shares)
         except IdentificationError as error:
-            lost[model.name] = error
+            errors[model.name] = error
             continue
-        blocks = _summary(train, model)
-        left = held_out_error(block_errors(blocks, torques))
+        blocks = block_summary([p.equations for p in train], model.gap)
+        held_out = held_out_error(block_errors(blocks, torques))
         columns = _determined_columns(run, train, model) if reduce else None
-        kept = None if columns is None else columns.kept
-        solution: Solution | Exception
-        fits: tuple[TorqueFit, ...] = ()
-        try:
-            solution = solve(run.evaluator, train, Method(Wls.name), model, kept)
-            fits = run.torques(solution.X)
-        except (IdentificationError, np.linalg.LinAlgError) as singular:
-            solution = singular
-        fitted.append(Candidate(model, train, blocks, left, solution, fits, columns))
-    if not fitted:
-        raise next(iter(lost.values()))
-    best = min(fitted, key=lambda f: f.held_out)
-    found = [_alternative(f, best, run.evaluator.model.base.names) for f in fitted]
-    found.sort(key=lambda a: (not a.chosen, a.held_out))
-    found += [
-        Alternative(model, math.inf, None, None, math.inf, False, str(error))
-        for model, error in lost.items()
-    ]
+        candidate = Candidate(model, train, (blocks, torques), held_out, columns)
+        candidates.append(_solved(run, candidate))
+    if not candidates:
+        raise next(iter(errors.values()))
+    candidates.sort(key=lambda candidate: candidate.held_out)
+    best = candidates[0]
+    found = [_alternative(candidate, best) for candidate in candidates]
+    for name, reason in errors.items():
+        found.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
     return best, tuple(found)
+
+
+def _solved(run: Run, candidate: Candidate) -> Candidate:
+    """Return a candidate with its solution, or with the error of the solver."""
+    kept = None if candidate.columns is None else candidate.columns.kept
+    plain = Method(Wls.name)
+    try:
+        solution = solve(run.evaluator, candidate.train, plain, candidate.model, kept)
+    except (IdentificationError, np.linalg.LinAlgError) as error:
+        return replace(candidate, error=error)
+    return replace(candidate, solution=solution, torques=run.torques(solution.X))
 
 
 def _determined_columns(
@@ -401,38 +403,18 @@ def _determined_columns(
     return None if len(columns.known) == W.shape[1] else columns
 
 
-def _alternative(own: Candidate, best: Candidate, names: Sequence[str]) -> Alternative:
-    """Return what is told of a model beside the best one."""
-    reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
-    apart: tuple[Apart, ...] = ()
+def _alternative(own: Candidate, best: Candidate) -> Alternative:
+    """Return the result of a model beside the best one."""
     number, train, held = math.inf, None, None
+    reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
     if own is not best:
         reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
-    if isinstance(own.solution, Solution):
+    if own.error is not None:
+        reason += f"; {own.error}"
+    if own.solution is not None:
         number = own.solution.condition_number
-        train, held = (f.residual for f in own.torques)
-        told = own is not best and own.columns is None and best.columns is None
-        apart = _apart(own.blocks, best.blocks, names) if told else ()
-    else:
-        singular = isinstance(own.solution, np.linalg.LinAlgError)
-        reason += "; singular" if singular else f"; {own.solution}"
-    model = own.model.name
-    return Alternative(model, number, train, held, own.held_out, own is best, reason, apart)
-
-
-def _apart(a: Blocks, b: Blocks, names: Sequence[str]) -> tuple[Apart, ...]:
-    """Return the parameters that two models see apart, with how far, in std of the difference."""
-    filled = [k for k in range(BLOCKS) if a.rows[k].any() and b.rows[k].any()]
-    if len(filled) < BLOCKS // 2:
-        return ()
-    std = deviation_of_difference(a, b, filled)
-    from scipy.special import stdtrit
-
-    # the level of 3 std for one comparison, shared by all of them, under Student's law
-    tail = (1 - NormalDist().cdf(APART)) / max(len(names), 1)
-    level = stdtrit(len(filled) - 1, 1 - tail)
-    ratio = np.abs(a.fit() - b.fit()) / np.where(std > 0, std, np.inf)
-    return tuple(Apart(name, float(r)) for name, r in zip(names, ratio, strict=True) if r > level)
+        train, held = (fit.residual for fit in own.torques)
+    return Alternative(own.model.name, number, train, held, own.held_out, own is best, reason)
 
 
 @contextmanager

@@ -110,15 +110,15 @@ def read_values(path: str | Path, model: Model) -> Values:
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
-    """Return what the header of values says of an estimate: verdict, reasons, uses and provenance.
+    """Return what the header of values says of an estimate: verdict, headline and provenance.
 
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
     """
-    if estimate.method.startswith("consistent") and estimate.physical.feasible is not True:
+    if estimate.method.startswith("consistent") and not estimate.possible:
         raise ParameterError(
             f"{estimate.robot}: not exported, the parameters are not physically possible: "
-            f"{estimate.physical.reason}"
+            f"{estimate.physical.text}"
         )
     bad = [p.name for p in estimate.parameters if not math.isfinite(p.value)]
     if bad:
@@ -126,12 +126,8 @@ def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
     return (
         f"Identified by symgen with the {estimate.model} model, method {estimate.method}.",
         f"Verdict: {estimate.verdict}.",
-        *(f"- {reason}" for reason in estimate.reasons),
-        *(
-            f"For {use.name}: {'yes' if use.ok else 'no: ' + '; '.join(use.reasons)}."
-            for use in estimate.uses
-        ),
-        f"Physical consistency: {estimate.physical.reason}.",
+        *estimate.sentences,
+        f"Physical consistency: {estimate.physical.text}.",
         *(f"{key}: {value}" for key, value in estimate.provenance),
     )
 

@@ -68,13 +68,11 @@ from symgen.faults.undo import with_known_shifts
 from symgen.identification.curves import FILE, read_traces
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import Given, link_columns, read_given
-from symgen.identification.physical import (
+from symgen.identification.possible import Cone, deviations, nearest_moves
+from symgen.identification.pseudo_inertia import (
     IDENTITY,
     MATRIX,
-    Cone,
     about_centre,
-    deviations,
-    nearest_moves,
     parameters_of,
     pseudo_inertia,
 )

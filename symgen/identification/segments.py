@@ -57,7 +57,7 @@ from symgen.faults.samples import mended_speeds
 from symgen.faults.undo import with_earlier_torques
 from symgen.identification.assessment import Outcome, outcome
 from symgen.identification.model_choice import ChosenModel, OpenLogs
-from symgen.identification.physical import Consistent
+from symgen.identification.settle import settle
 from symgen.identification.solving import Method
 from symgen.parallel import Say, in_order, own_threads
 from symgen.robot.toml_io import parse_robot
@@ -413,14 +413,15 @@ class LongLogs(OpenLogs):
         meat, fits = self._errors(settings, solution.X, summed, again)
         noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
         solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
-        if method.name == Consistent.name:
-            solution = Consistent(run.evaluator.model).bounded(solution, names)
-            _, fits = self._errors(settings, solution.X, summed, again)
-        seen = run.torques(solution.X)
+        settled = settle(chosen, method, solution)
+        X = settled.solution.X
+        if X is not solution.X:
+            _, fits = self._errors(settings, X, summed, again)
+        seen = run.torques(X)
         fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
-            solution,
+            settled,
             chosen.model,
             (list(train.values()), list(held.values())),
             fits,

@@ -29,11 +29,10 @@ from symgen.estimation.solve import Solution, weighed, with_the_others_zero
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 from symgen.faults.samples import least_step
-from symgen.identification.physical import Consistent
 from symgen.runtime.evaluator import Evaluator
 
 #: Methods for which logs can be given weights.
-WEIGHED = ("wls", "ols")
+WEIGHED = ("auto", "wls", "ols")
 
 
 @dataclass(frozen=True)
@@ -42,8 +41,9 @@ class Fit:
 
     Attributes:
         prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from.
-            Methods wls and consistent are pulled towards its values (see `read_prior`).
-        weights: weight of the squared residuals of each log, for wls and ols; None for equal ones.
+            Methods auto, wls and consistent are pulled towards its values (see `read_prior`).
+        weights: weight of the squared residuals of each log, for auto, wls and ols; None for equal
+            ones.
         commanded: commanded motion of each log, as instruments of method iv. By default, the
             instruments come from the encoders, if speeds were measured too.
         forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. About
@@ -90,14 +90,20 @@ class Fit:
         return motions
 
 
-ALL_METHODS = (*METHODS, Consistent.name, "recursive")
+#: Methods whose estimate is a possible robot: where that costs no held-out error, and always.
+AUTO, CONSISTENT = "auto", "consistent"
+ALL_METHODS = (AUTO, *METHODS, CONSISTENT, "recursive")
 #: Methods that only need sums over parts of the logs.
-FOLDED = (Wls.name, Ols.name, Consistent.name)
-_WITH_PRIOR = (Wls.name, Consistent.name)
+FOLDED = (AUTO, Wls.name, Ols.name, CONSISTENT)
+_WITH_PRIOR = (AUTO, Wls.name, CONSISTENT)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
 #: Of the draw of noise that columns are compared with.
 SEED = 1988
+_CONSTRAINED = (
+    NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
+    "where a constraint binds)"
+)
 _ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
 
 
@@ -133,16 +139,14 @@ class Method:
     Attributes:
         name: one of ALL_METHODS, or that of the estimator object.
         forgetting: for method recursive, in (0, 1].
-        prior: for methods wls and consistent.
+        prior: for methods auto, wls and consistent.
         given: the estimator object, if the user passed one.
-        known: base parameters (p,) of the robot's file, for method consistent.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
     given: Estimator | None = None
-    known: FloatArray | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -178,9 +182,19 @@ class Method:
         return self.name in FOLDED and self.prior is None and self.given is None
 
     @property
+    def is_bounded(self) -> bool:
+        """Whether its estimate may be the nearest possible one."""
+        return self.name in (AUTO, CONSISTENT)
+
+    @property
+    def unconstrained(self) -> Method:
+        """The method without the constraints of a possible robot."""
+        return replace(self, name=Wls.name) if self.is_bounded else self
+
+    @property
     def is_wls(self) -> bool:
-        """Whether it is the least squares that chooses the model."""
-        return self.name == Wls.name and self.plain
+        """Whether it solves the least squares that chooses the model."""
+        return self.plain and self.name != Ols.name
 
     @property
     def label(self) -> str:
@@ -195,22 +209,18 @@ class Method:
             return self.given.excludes
         if self.name == "recursive":
             return NOISE_BIAS
-        if self.name == Consistent.name:
-            return Consistent.excludes
+        if self.is_bounded:
+            return _CONSTRAINED
         return (self.prior or ESTIMATORS[self.name]).excludes
 
     def is_tested(self, log: FilteredLog) -> bool:
         """Whether a log can show a bias of least squares: it has measured speeds."""
         return self.name not in UNBIASED and log.band.velocity == "measured"
 
-    def estimator(self, evaluator: Evaluator) -> Estimator:
-        """Return the estimator of a robot."""
-        if self.given is not None:
-            return self.given
-        plain = self.prior or Wls()
-        if self.name == Consistent.name:
-            return Consistent(evaluator.model, plain, self.known)
-        return plain if self.name == Wls.name else ESTIMATORS[self.name]
+    @property
+    def estimator(self) -> Estimator:
+        """The estimator, without constraints."""
+        return self.given or self.prior or ESTIMATORS[self.unconstrained.name]
 
 
 def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
@@ -226,7 +236,7 @@ def solve(
     model: EquationModel,
     kept: Sequence[int] | None = None,
 ) -> Solution:
-    """Solve the equations of the training logs.
+    """Solve the equations of the training logs, without the constraints of a possible robot.
 
     Args:
         evaluator: the compiled model.
@@ -241,14 +251,14 @@ def solve(
     system = system_of(evaluator, train)
     p = len(system.names)
     if kept is not None:
-        if method.name == Consistent.name:
+        if method.name == CONSISTENT:
             listed = first_of([n for k, n in enumerate(system.names) if k not in kept], 8)
             raise IdentificationError(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
         system = system.columns(kept)
     if method.given is not None or method.name != "recursive":
-        found = method.estimator(evaluator).solve(system)
+        found = method.estimator.solve(system)
     elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
     else:

@@ -11,12 +11,10 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from symgen.codegen.model import derive
 from symgen.data.long_logs import LIMIT, expanded, is_long
 from symgen.data.raw import Reading
-from symgen.errors import IdentificationError, ParameterError
+from symgen.errors import IdentificationError
 from symgen.estimation.equation_model import NEEDED, EquationModel
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
@@ -30,15 +28,11 @@ from symgen.estimation.playback import gains_of
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
-    Trials,
     assess,
-    impossible,
-    in_motion,
-    level_exceeded,
-    like_no_robot,
     outcome,
 )
 from symgen.identification.estimate import Estimate
+from symgen.identification.judgement import Criteria
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
@@ -48,16 +42,15 @@ from symgen.identification.model_choice import (
     filter_in_band,
 )
 from symgen.identification.parameters import read_prior, values_of_file
-from symgen.identification.physical import Consistent
 from symgen.identification.segments import LongLogs, open_long_logs
-from symgen.identification.solving import FOLDED, Fit, Method, solve, system_of
+from symgen.identification.settle import settle
+from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve, system_of
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST
+from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
-AUTO = "auto"
 MODELS = (AUTO, *NEEDED)
 
 
@@ -67,9 +60,11 @@ def identify(
     *,
     validation: Sequence[Source] | Source = (),
     model: str = AUTO,
-    method: str | Estimator = "wls",
+    method: str | Estimator = AUTO,
     window: float = 0.2,
     cutoff: float | None = None,
+    accept: float = ACCEPT,
+    least: float = LEAST,
     fit: Fit | None = None,
     reading: Reading | None = None,
     executor: Executor | None = None,
@@ -89,12 +84,15 @@ def identify(
             window; "torque", with filtered accelerations; "auto", which fits all three and keeps
             the one with the smallest torque error on held-out folds of the training logs.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
-            weight from its own residual), "ols", "huber", "tls", "iv",
-            "consistent" (physically possible parameters), or "recursive" (least squares with
-            forgetting).
+            weight from its own residual), "ols", "huber", "tls", "iv", "consistent" (the nearest
+            physically possible parameters), or "recursive" (least squares with forgetting). The
+            default "auto" is "consistent" unless that raises the torque error on held-out folds,
+            and "wls" then.
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
+        accept: largest torque error on held-out motion of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the joint's torque.
         fit: prior, weights of logs, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
         executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
@@ -132,7 +130,6 @@ def identify(
         opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
     if asked.prior is not None:
         by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
-    by = replace(by, known=values_of_file(robot, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
@@ -140,47 +137,9 @@ def identify(
     chosen = choose_model(run, models, by, shares, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)
-    by, found = _possible(opened, chosen, by, found)
-    trials = Trials(by.known, gains_of(source))
     progress("judging")
-    return assess(chosen, by, found, trials)
-
-
-def _possible(
-    opened: LogsInMemory | LongLogs, chosen: ChosenModel, by: Method, found: Outcome
-) -> tuple[Method, Outcome]:
-    """Return the nearest possible parameters if those of least squares are surely impossible.
-
-    The exception: they raise the held-out torque error of a joint by an amount that matters. Then
-    an effect is missing, and the least-squares solution stays. If that error is above the level of
-    an unknown cause, the least-squares solution is not good for prediction.
-    """
-    evaluator, logs = chosen.run.evaluator, chosen.run.train
-    if not by.is_wls or evaluator.model.robot.loaded or chosen.columns is not None:
-        return by, found
-    wrong = impossible(evaluator, logs, found.solution.X, found.solution.covariance)
-    if not wrong:
-        return by, found
-    bounded = replace(by, name=Consistent.name)
-    try:
-        other = opened.solve(chosen, bounded)
-    except ParameterError as error:
-        reason = like_no_robot(wrong, "none are found")
-        return by, replace(found, notes=(*found.notes, *wrong, str(error)), faults=(reason,))
-    moving = [in_motion(o.seen).residual for o in (found, other)]
-    before, after = (np.square(r.per_joint or (r.relative,)) for r in moving)
-    if np.max(after - before) > LEAST**2:
-        worse = (
-            "physically possible parameters have a larger torque error "
-            f"({100 * other.seen.residual.relative:.3g} % on held-out data): an effect is missing; "
-            "symgen diagnose searches for it"
-        )
-        left = level_exceeded(evaluator, chosen.run.held, other)
-        faults = (like_no_robot(wrong, left),) if left else ()
-        return by, replace(found, notes=(*found.notes, *wrong, worse), faults=faults)
-    told = "least squares gives physically impossible parameters"
-    notes = tuple(f"{told}: {reason}" for reason in wrong)
-    return bounded, replace(other, notes=(*other.notes, *notes))
+    own_values = values_of_file(robot, opened.evaluator.model)
+    return assess(chosen, found, Criteria(own_values, gains_of(source), accept, least))
 
 
 def _equation_models(
@@ -216,12 +175,14 @@ class LogsInMemory(OpenLogs):
         rows = sum(e.rows for p in chosen.train for e in p.equations)
         names = run.evaluator.model.base.names
         self.progress(f"solving {rows} equations for {len(names)} parameters")
-        known = chosen.plain if method.is_wls else None
+        least = chosen.plain if method.is_wls else None
         about = run.evaluator, chosen.train, method, chosen.model
-        solution = known or solve(*about, chosen.kept)
-        fits = chosen.torques if known else run.torques(solution.X)
-        own, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
-        return outcome(solution, chosen.model, (own, held), fits, run.repairs)
+        settled = settle(chosen, method, least or solve(*about, chosen.kept))
+        X = settled.solution.X
+        is_plain = least is not None and X is least.X
+        torques = chosen.torques if is_plain else run.torques(X)
+        train, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
+        return outcome(settled, chosen.model, (train, held), torques, run.repairs)
 
 
 def _open_in_memory(

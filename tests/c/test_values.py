@@ -19,7 +19,7 @@ from packages import STRICT, STRICT_CXX
 
 import symgen
 from symgen.cli import cli
-from symgen.estimation.values import Residual
+from symgen.estimation.values import Reason, Residual
 from symgen.identification.estimate import (
     ROBOT_DIGEST,
     Consistency,
@@ -81,11 +81,11 @@ def estimate(model: symgen.Model) -> Estimate:
         cutoff_hz=None,
         window_s=None,
         verdict="doubtful",
-        reasons=("joint 2 is hardly excited", HOSTILE),
+        reasons=(Reason("error", text="10 % error"), Reason("fault", text=HOSTILE)),
         notes=(),
         correlation=np.eye(len(parameters)),
         provenance=((HOSTILE, "x"),),
-        physical=Consistency(False, 3.0, f"FV1 is -3 {HOSTILE}"),
+        physical=Consistency(3.0, Reason("effect_missing", text=f"FV1 is -3 {HOSTILE}")),
     )
 
 
@@ -188,7 +188,7 @@ def test_header_says_what_the_estimate_says(estimate) -> None:
         line = next(x for x in text.splitlines() if f"){p.value!r}" in x)
         assert p.expression in line
         assert f"[{p.unit}]" in line
-    assert all(reason in text for reason in estimate.reasons[:1])
+    assert estimate.reasons[0].text in text
     assert len(re.findall(r"/\*", text)) == len(re.findall(r"\*/", text))
 
 

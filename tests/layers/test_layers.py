@@ -22,7 +22,7 @@ DOORS = {
     "rosbags": ("data/bags",),
     "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
     "pandas": ("identification/estimate",),
-    "clarabel": ("identification/physical",),
+    "clarabel": ("identification/possible",),
     "plotly": ("report", "views"),
     "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
     "click": ("cli", "report/terminal"),

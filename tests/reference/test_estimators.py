@@ -26,7 +26,7 @@ from symgen.estimation.estimators import (
 )
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.parameters import read_prior
-from symgen.identification.physical import Consistent, nearest_consistent
+from symgen.identification.possible import nearest_possible
 
 TRUE = np.array([1.5, -0.4, 0.02, 3.0])
 NAMES = ("A", "B", "C", "FV1")
@@ -254,14 +254,14 @@ def test_iv_without_instruments_says_what_it_accepts() -> None:
         solve(_system(_rows(1)), "iv")
 
 
-class TestConsistent:
+class TestNearestPossible:
     MODEL = symgen.derive(symgen.read_robot("planar2r"))
     #: ZZ1R, ZZ2, MX2, MY2: M2 = (MX2^2 + MY2^2)/ZZ2 at least, and L1^2 M2 at most ZZ1R
     IMPOSSIBLE = np.array([0.05, 0.02, 0.15, 0.075])
     COVARIANCE = np.diag([0.01, 0.01, 0.02, 0.03]) ** 2
 
     def test_the_nearest_is_that_of_the_analytic_condition(self) -> None:
-        near, sigmas = nearest_consistent(self.MODEL, self.IMPOSSIBLE, self.COVARIANCE)
+        near = nearest_possible(self.MODEL, self.IMPOSSIBLE, self.COVARIANCE)
         std = np.sqrt(np.diag(self.COVARIANCE))
 
         def room(u: np.ndarray) -> float:
@@ -277,31 +277,26 @@ class TestConsistent:
         )
         assert best.success
         # The semidefinite program keeps the smallest eigenvalues above 1e-5 of the robot's unit.
-        np.testing.assert_allclose(near, self.IMPOSSIBLE + std * best.x, atol=2e-4)
-        assert sigmas == pytest.approx(np.sqrt(best.fun), rel=5e-3)
+        np.testing.assert_allclose(near.X, self.IMPOSSIBLE + std * best.x, atol=2e-4)
+        assert near.distance == pytest.approx(np.sqrt(best.fun), rel=5e-3)
 
-    def test_a_possible_estimate_is_kept_and_an_impossible_one_is_not_exported(self) -> None:
+    def test_a_possible_estimate_is_kept_and_an_impossible_one_is_moved(self) -> None:
         X = np.array([1.702, 0.05644, 0.15, 0.075])
-        assert nearest_consistent(self.MODEL, X, self.COVARIANCE)[1] == 0.0
-        draw = np.random.default_rng(20)
-        W = draw.normal(size=(200, 4))
-        for true, possible in ((X, True), (self.IMPOSSIBLE, False)):
-            y = W @ true + 0.01 * draw.normal(size=200)
-            system = LinearSystem(
-                self.MODEL.base.names, (Equations("a", W, y, np.arange(200.0), 1),)
-            )
-            found = Consistent(self.MODEL).solve(system)
-            plain = Wls().solve(system)
-            assert np.array_equal(found.X, plain.X) is possible
-            assert found.X[0] * found.X[1] >= 0.25 * (found.X[2:] @ found.X[2:])
-            assert ("is kept" in found.notes[-1]) is possible
+        kept = nearest_possible(self.MODEL, X, self.COVARIANCE)
+        assert (kept.distance, kept.at_bound, kept.fault) == (0.0, (), "")
+        assert np.array_equal(kept.X, X)
+        moved = nearest_possible(self.MODEL, self.IMPOSSIBLE, self.COVARIANCE)
+        assert "cannot be positive definite" in moved.fault
+        assert set(moved.at_bound) <= set(self.MODEL.base.names)
+        assert moved.X[0] * moved.X[1] >= 0.25 * (moved.X[2:] @ moved.X[2:])
+        again = nearest_possible(self.MODEL, moved.X, self.COVARIANCE)
+        assert np.array_equal(again.X, moved.X)
 
 
 def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None:
     years = [str(year) for year in range(1800, 2030)]
     kinds: list[Callable[..., Estimator] | type] = [
         Ols, Wls, Huber, TotalLeastSquares, InstrumentalVariables, Prior,
-        Consistent,
     ]  # fmt: skip
     for kind in kinds:
         from importlib import import_module

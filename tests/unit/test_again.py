@@ -116,7 +116,7 @@ def test_what_is_unexplained_comes_with_the_command_and_the_options_of_the_call(
     into = tmp_path / "out"
     code, out, err = command(*asked, "--model", "torque", "--until", "60", "--into", into)
     assert code == 0, out + err
-    assert "of the torque is unexplained, cause unknown" in " ".join(out.split())
+    assert "of the torque is unexplained" in " ".join(out.split())
     (line,) = [line for line in out.splitlines() if line.startswith("try: symgen diagnose")]
     words = shlex.split(line.removeprefix("try: symgen diagnose"))
     assert words[:2] == [str(x) for x in asked[1:3]]

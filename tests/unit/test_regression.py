@@ -16,7 +16,7 @@ from symgen.estimation.solve import (
     require_rows,
     undetermined,
 )
-from symgen.estimation.summary import Blocks, Summary, deviation_of_difference, summaries
+from symgen.estimation.summary import Summary, summaries
 from symgen.estimation.system import Equations, LinearSystem
 
 NAMES = ("A", "B", "C")
@@ -125,25 +125,3 @@ def test_what_is_not_determined_is_named_and_counted() -> None:
         W[:, :count] = W[:, :1]
         R = np.linalg.qr(W / column_norms(W), mode="r")
         assert words in undetermined(R, names)
-
-
-def test_the_jackknife_of_a_difference_is_that_of_plain_fits() -> None:
-    rng = np.random.default_rng(2)
-    W, count = rng.normal(size=(2, 6, 40, 3)), 6
-    y = W[0] @ [1.0, 2.0, 3.0] + 0.1 * rng.normal(size=(2, 6, 40))
-
-    def summary(W: np.ndarray, y: np.ndarray) -> Blocks:
-        rows = np.concatenate([W, y[:, :, None]], axis=2)
-        return Blocks(np.einsum("bka,bkc->bac", rows, rows)[:, None], np.full((count, 1), 40.0))
-
-    found = deviation_of_difference(summary(W[0], y[0]), summary(W[1], y[1]), range(count))
-    d = []
-    for k in range(count):
-        left = [b for b in range(count) if b != k]
-        fits = [
-            np.linalg.lstsq(w[left].reshape(-1, 3), z[left].ravel(), rcond=None)[0]
-            for w, z in zip(W, y, strict=True)
-        ]
-        d.append(fits[0] - fits[1])
-    expected = np.sqrt((count - 1) * np.var(d, axis=0))
-    np.testing.assert_allclose(found, expected, rtol=1e-6)

@@ -179,7 +179,7 @@ def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders,
     (tmp_path / "e.json").write_text(json.dumps(kept))
     old = symgen.read_estimate(tmp_path / "e.json")
     assert old.traces == ()
-    assert (old.band, old.repairs, old.alternatives, old.uses) == (None, (), (), ())
+    assert (old.band, old.repairs, old.alternatives, old.uses) == (None, (), (), None)
     assert old.joints == (Joint(1, "N m or N"), Joint(2, "N m or N"))
     assert len(Page(result_page(old)).figures) == 1  # of one method alone
     assert symgen.compare(old, folders[0]).verdict == "agree"
@@ -220,11 +220,11 @@ def test_the_estimate_is_printed_again(run, logs, tmp_path) -> None:
         line for line in first[1].splitlines(keepends=True) if not line.startswith("written")
     )
     content = json.loads((into / "estimate.json").read_text())
-    content.update(verdict="doubtful", reasons=["because"], headline="")
+    content.update(verdict="doubtful", reasons=[{"kind": "error", "text": "because"}], headline="")
     (into / "estimate.json").write_text(json.dumps(content))
     code, out, _ = run("report", into / "estimate.json")
     assert code == 1
-    assert "\nverdict: doubtful\n  - because\n" in out
+    assert "\nverdict: doubtful\n  because\n" in out
 
 
 def test_two_estimates_are_compared(run, folders, tmp_path) -> None:

@@ -269,9 +269,9 @@ def test_links_are_the_files_own_where_they_give_X(arm) -> None:
     X = base_values(prior, model, "arm.xml")
     links = symgen.link_parameters(model, X, prior=prior).values
     for name, value in prior.items():
-        assert links[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+        assert links[name] == pytest.approx(value, rel=1e-4, abs=1e-7), name
     # A change of X moves them in proportion.
-    step = 1e-3 * X * np.random.default_rng(2).uniform(-1, 1, len(X))
+    step = 1e-2 * X * np.random.default_rng(2).uniform(-1, 1, len(X))
     moved = [
         symgen.link_parameters(model, X + k * step, prior=prior).values["M2"] - prior["M2"]
         for k in (1, 2)

@@ -259,7 +259,7 @@ def test_a_fault_is_repaired_or_named(sound: Stored, what: str) -> None:
         assert measured[name] == pytest.approx(value, abs=off)
     assert estimate.verdict == ("doubtful" if row.blames else "trusted"), estimate.reasons
     for name in row.blames:
-        assert name in estimate.reasons[0]
+        assert name in estimate.reasons[0].text
     if not row.blames:
         assert estimate.torque_validation.relative < row.left
 
@@ -331,4 +331,4 @@ def test_a_gear_that_turns_the_other_way_is_named(
         robot, tmp_path / "train.npz", validation=tmp_path / "test.npz", model="torque"
     )
     assert estimate.verdict == ("doubtful" if joint else "trusted"), estimate.reasons
-    assert not joint or f"joint {joint}" in " ".join(estimate.reasons)
+    assert not joint or f"joint {joint}" in " ".join(reason.text for reason in estimate.reasons)

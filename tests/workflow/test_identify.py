@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -221,13 +220,14 @@ class TestRealLogs:
         )
         print(f"tx40: residual {estimate.train} -> {estimate.validation}, {estimate.reasons}")
         assert estimate.verdict == "doubtful"
-        assert estimate.headline.startswith("Not good for torque prediction: ")
-        prediction = next(use for use in estimate.uses if use.name == "prediction")
+        prediction = estimate.uses.prediction
         assert prediction.reasons == estimate.reasons
+        assert [reason.kind for reason in prediction.reasons] == ["error"]
+        assert prediction.grade == "poor"
         # its wrist is coupled, which this robot file does not say
-        (reason,) = [r for r in estimate.reasons if "of single joints is unexplained" in r]
-        joints = [int(j) for j in re.findall(r"joint (\d) ", reason)]
-        assert joints == [5, 6]
+        assert [reason.joints for reason in prediction.large] == [(5,), (6,)]
+        (reason,) = estimate.uses.simulation.reasons
+        assert (reason.kind, reason.limit) == ("position_error", 0.4)
 
 
 class TestOtherModels:
@@ -295,7 +295,8 @@ class TestRefusals:
         speed = np.column_stack([log.qd[:, 0], 0.5 * log.qd[:, 0]])
         bad = symgen.make_log("proportional", log.t, same, log.tau, speed)
         found = symgen.identify("planar2r", bad, model="energy")
-        assert found.verdict == "doubtful"  # its torques are those of the other motion
+        # its torques are those of the other motion
+        assert [reason.joints for reason in found.uses.prediction.large] == [(2,)]
         assert {"ZZ1R", "ZZ2"} == {p.name for p in found.parameters if math.isnan(p.std)}
 
     def test_a_joint_at_rest(self) -> None:
@@ -397,7 +398,7 @@ def test_command_writes_the_estimate_and_a_page(tmp_path) -> None:
     assert set(estimate["residual"]) == {"train", "validation"}
     assert set(estimate["torque_residual"]["validation"]) == {"relative", "per_joint"}
     assert estimate["torque_residual"]["validation"]["relative"] < 1e-3
-    assert set(estimate["physical"]) == {"feasible", "distance_sigma", "reason"}
+    assert set(estimate["physical"]) == {"distance_sigma", "reason", "held_out"}
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
     assert "planar2r_values" in (tmp_path / "out" / "planar2r_values.h").read_text()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv", "out"]

@@ -115,7 +115,8 @@ def test_no_torque_counts_on_a_joint_without_motor(command, tmp_path, shoulder) 
 def test_a_torque_of_noise_alone_is_named_with_the_option(command, tmp_path, shoulder) -> None:
     code, estimate = identified(command, tmp_path, ROBOT.format(""), shoulder)
     assert code == 1
-    (reason,) = (r for r in estimate["reasons"] if r.startswith("tau1 of 1.npz"))
+    reason = next(r["text"] for r in estimate["reasons"] if r["kind"] == "fault")
+    assert reason.startswith("tau1 of 1.npz")
     assert "actuated = false" in reason
     assert "leave that time out" not in reason
     require_true(estimate)

@@ -97,10 +97,10 @@ def test_a_model_worse_than_standing_still_is_not_good_for_simulation() -> None:
     found = symgen.identify(
         symgen.parse_robot(ROBOT, "robot"), symgen.make_log("log", t, q, tau, qd)
     )
-    use = found.uses[2]
-    assert use.horizons[0].position_error > 1
+    use = found.uses.simulation
     assert not use.ok
-    assert "after 0.2 s" in found.headline
+    reason = next(r for r in use.reasons if r.kind == "position_error")
+    assert reason.value == use.horizons[0].position_error > reason.limit == 1
 
 
 def test_a_robot_without_values_has_none_before() -> None:
@@ -108,7 +108,7 @@ def test_a_robot_without_values_has_none_before() -> None:
     found = symgen.identify(
         symgen.parse_robot(ROBOT, "robot"), symgen.make_log("log", t, q, tau, qd)
     )
-    use = found.uses[2]
+    use = found.uses.simulation
     assert use.ok
     assert use.before == ()
     assert use.horizons[-1].position_error < 1e-3
@@ -145,4 +145,4 @@ def test_a_simulation_ends_far_from_the_motion(tmp_path) -> None:
     began = time.process_time()
     found = symgen.identify(tmp_path / "two.urdf", symgen.make_log("log", t, q, 5000 * tau, qd))
     assert time.process_time() - began < 10
-    assert found.uses[2].before[0].position_error > 1
+    assert found.uses.simulation.before[0].position_error > 1

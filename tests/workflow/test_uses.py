@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from oracles import planar2r
+from support import shared_file
 
 import symgen
 
@@ -46,13 +49,40 @@ def identified(viscous: float) -> symgen.Estimate:
     return symgen.identify(robot, log(3, viscous), validation=held)
 
 
-def test_a_verdict_has_one_line_for_each_use() -> None:
+def test_a_headline_begins_with_the_error_and_has_a_sentence_for_each_use() -> None:
     found = identified(0.1)
-    first, second, third = found.headline.split(" | ")
-    assert found.verdict == "trusted"
-    assert first.startswith("Good for torque prediction: 0.")
-    assert second == "Parameters: 6 of 6 are known to 30 %."
-    assert third.startswith("Good for simulation: position error after 1 s 0.0")
+    assert (found.verdict, found.reasons) == ("trusted", ())
+    error, *uses = found.headline.split(" | ")
+    relative = found.torque_validation.relative
+    assert error.startswith(f"{100 * relative:#.3g} % torque error on motion it has not seen; ")
+    assert str(found.uses).splitlines() == uses
+    assert uses[:2] == ["Good for torque prediction.", "Parameters: 6 of 6 are known to 30 %."]
+    assert uses[2].startswith("Good for simulation: position error after 1 s 0.0")
+
+
+@pytest.mark.parametrize(
+    ("accept", "grade", "kinds"),
+    [(0.10, "usable", []), (0.05, "poor", ["error"]), (0.055, "usable", [])],
+)
+def test_the_grade_follows_the_error_and_what_is_accepted(accept, grade, kinds) -> None:
+    found = lacking(0.3, accept=accept)
+    assert 0.05 < found.torque_validation.relative < 0.055
+    assert found.uses.prediction.grade == grade
+    assert [reason.kind for reason in found.reasons] == kinds
+    assert found.uses.prediction.ok == (not kinds)
+
+
+def test_reasons_stand_in_the_file_as_values(tmp_path: Path) -> None:
+    found = lacking(0.3, accept=0.05)
+    symgen.write(found, tmp_path / "out")
+    content = json.loads((tmp_path / "out" / "estimate.json").read_text("utf-8"))
+    (reason,) = content["uses"]["prediction"]["reasons"]
+    assert content["reasons"] == [reason]
+    assert set(reason) == {"kind", "joints", "value", "limit", "text"}
+    assert (reason["kind"], reason["joints"], reason["limit"]) == ("error", [], 0.05)
+    again = symgen.read_estimate(tmp_path / "out")
+    assert again.uses == found.uses
+    assert again.reasons == found.reasons
 
 
 def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
@@ -60,7 +90,8 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
     values = {p.name: p.value for p in found.parameters}
     assert found.method == "consistent"
     assert min(values["FV1"], values["FV2"]) >= 0
-    assert any("friction would drive joint" in note for note in found.notes), found.notes
+    assert found.possible
+    assert {"FV1", "FV2"} & set(found.at_bound)
     assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
     sound = identified(0.004)
     assert sound.method == "wls"
@@ -69,10 +100,12 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
 def test_friction_that_drives_the_robot_much_is_an_effect_that_is_missing() -> None:
     found = identified(-0.1)
     assert found.method == "wls"
-    assert any("symgen diagnose" in note for note in found.notes), found.notes
-    uses = {use.name: use for use in found.uses}
-    assert not uses["simulation"].ok
-    assert not uses["prediction"].ok
+    assert not found.possible
+    reason = found.physical.reason
+    assert reason.kind == "effect_missing"
+    assert set(reason.joints) <= {1, 2}
+    assert reason.value > reason.limit
+    assert "negative_friction" in {r.kind for r in found.uses.simulation.reasons}
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
@@ -80,16 +113,17 @@ def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
     robot = symgen.parse_robot(ROBOT, "rubbing.toml")
     logs = [replace(log(seed, 0.1, noise), name=f"log {seed}") for seed in (3, 4)]
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
-    said = [note for note in found.notes if "torques have no noise" in note]
-    assert len(said) == (0 if noise else 2), found.notes
+    computed = [reason for reason in found.suspected if reason.kind == "computed_torque"]
+    assert len(computed) == (0 if noise else 1)
+    assert found.verdict == "trusted"
 
 
 def test_torques_without_friction_and_noise_are_a_command() -> None:
     robot, logs = commands(0.0, 0.0, 1e-4)
     found = symgen.identify(robot, logs[:1], validation=logs[1:])
     assert found.verdict == "doubtful"
-    assert "command" in found.reasons[0]
-    assert "log the measured torque" in found.reasons[0]
+    assert found.reasons[0].kind == "fault"
+    assert "command" in found.reasons[0].text
     diagnosis = symgen.diagnose(robot, logs[:1], validation=logs[1:])
     assert diagnosis.verdict == "bad-measurement"
     assert [(e.name, e.joints) for e in diagnosis.effects] == [("commanded_torque", ())]
@@ -115,7 +149,7 @@ def test_what_may_have_been_measured_is_no_command(
     assert found.verdict == "trusted", found.reasons
 
 
-def lacking(part: float, noise: float = 1e-3) -> symgen.Estimate:
+def lacking(part: float, noise: float = 1e-3, **options: float) -> symgen.Estimate:
     """What is identified where the model lacks a part of the torque of joint 2."""
     logs = []
     for seed in (3, 4):
@@ -124,24 +158,35 @@ def lacking(part: float, noise: float = 1e-3) -> symgen.Estimate:
         tau[:, 1] += part * size[1] * np.sqrt(2) * np.cos(3 * own.q[:, 0] + own.qd[:, 1])
         tau[:, 1] += noise * size[1] * np.random.default_rng(seed).normal(size=len(tau))
         logs.append(replace(own, tau=tau))
-    return symgen.identify(symgen.parse_robot(ROBOT, "r.toml"), logs[0], validation=logs[1])
+    robot = symgen.parse_robot(ROBOT, "r.toml")
+    return symgen.identify(robot, logs[0], validation=logs[1], **options)
 
 
-def test_a_torque_is_unexplained_beside_its_noise_and_doubtful_from_a_level_on() -> None:
-    little, much = lacking(0.06), lacking(0.3)
-    assert little.verdict == "trusted", little.reasons
-    assert little.unexplained is not None
-    assert little.unexplained < 0.05
-    assert "of the torque is unexplained, cause unknown (noise floor: " in little.headline
-    use = next(use for use in little.uses if use.name == "parameters")
-    assert not use.ok
-    assert use.reasons[0].startswith("do not use single values: ")
-    assert use.reasons[0].endswith("% of the torque is unexplained")
-    assert " | Parameters: do not use single values: " in little.headline
-    assert much.verdict == "doubtful"
-    (told,) = [r for r in much.reasons if "of single joints is unexplained" in r]
-    assert "joint 2 " in told
-    assert "joint 1 " not in told
+def test_single_values_are_not_to_be_read_where_torque_is_unexplained() -> None:
+    found = lacking(0.06)
+    assert found.verdict == "trusted"
+    assert 0 < found.unexplained < 0.05
+    reason = found.uses.parameters.reasons[0]
+    assert (reason.kind, reason.value) == ("unexplained", found.unexplained)
+
+
+def test_joints_with_a_large_error_are_listed_with_their_torque() -> None:
+    found = lacking(0.5)
+    (large,) = found.uses.prediction.large
+    assert (large.kind, large.joints, large.limit) == ("large_error", (2,), 0.3)
+    assert large.value == pytest.approx(found.torque_validation.per_joint[1])
+    assert "N m" in large.text
+
+
+def test_training_logs_that_move_one_joint_at_a_time_are_the_reason() -> None:
+    folder = shared_file("cases/jointwise/robot.toml").parent
+    logs = [folder / f"train_{k}.csv" for k in (1, 2, 3)]
+    found = symgen.identify(folder / "robot.toml", logs, validation=folder / "test.csv")
+    assert found.verdict == "doubtful"
+    first, *others = found.reasons
+    assert (first.kind, first.joints) == ("not_excited", (1, 2, 3))
+    assert first.value > first.limit
+    assert [reason.kind for reason in others] == ["error"]
 
 
 def test_a_stop_between_two_moves_is_a_rest() -> None:

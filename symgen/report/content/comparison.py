@@ -88,8 +88,8 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
             Table(("", "a", "b"), sides),
             told=(),
         ),
-        Section(f"Why a is {c.a.verdict}", c.a.reasons),
-        Section(f"Why b is {c.b.verdict}", c.b.reasons),
+        Section(f"Why a is {c.a.verdict}", tuple(r.text for r in c.a.reasons)),
+        Section(f"Why b is {c.b.verdict}", tuple(r.text for r in c.b.reasons)),
         Section("Not compared", (left,), Table(("name", "why"), c.left_out), told=()),
         Section(
             "Notes",

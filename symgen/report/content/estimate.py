@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from symgen.identification.assessment import KNOWN
-from symgen.identification.estimate import BETWEEN_USES, Estimate, ParameterEstimate
+from symgen.identification.estimate import Estimate, ParameterEstimate
+from symgen.identification.uses import KNOWN
 from symgen.report.content.parts import (
     PLAYBACK,
     Banner,
@@ -59,10 +59,7 @@ _MODELS = (
     "symgen fits all models to the same filtered logs. It keeps the one with the smallest torque "
     "error on folds of the training logs that the fit did not use."
 )
-_DIFFERENCES = (
-    "Parameters for which another model gives a significantly different value. They indicate an "
-    "effect that the robot file does not declare."
-)
+_SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
 _VALUES = (
     "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
     "pale, and their bars can be longer than the plot. Values of zero are left out."
@@ -86,13 +83,11 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
     facts = [(f"{said}, {data}", percent(r.relative)) for said, data, r in _errors(e)]
-    known = len(e.parameters) - sum(map(_weak, e.parameters))
+    known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
     facts.append(("condition number", number(e.condition_number, 3)))
-    text = "\n".join(e.headline.split(BETWEEN_USES))
-    return Banner(
-        "good" if trusted else "warn", e.verdict, text, () if text else e.reasons, tuple(facts)
-    )
+    tone = "good" if trusted else "warn"
+    return Banner(tone, e.verdict, "\n".join(e.sentences), facts=tuple(facts))
 
 
 def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
@@ -112,6 +107,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             (_TORQUES,),
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
+        *_suspected_sections(e),
         _known_section(e),
         *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
@@ -122,9 +118,9 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 def _simulation_sections(e: Estimate) -> list[Section]:
     """Return the position errors of the simulated robot, where there are any."""
-    use = next((use for use in e.uses if use.name == "simulation" and use.horizons), None)
-    if use is None:
+    if e.uses is None or not e.uses.simulation.horizons:
         return []
+    use = e.uses.simulation
     own = (("values of the robot file", use.before),) if use.before else ()
     led = (("identified, with feedback", use.with_feedback),) if use.with_feedback else ()
     models = (*own, ("identified", use.horizons), *led)
@@ -160,7 +156,6 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
         *(() if e.prior else _values_sections(e)),
-        _difference_section(e),
         *(
             Section(
                 f"Measured and predicted {quantity}",
@@ -219,36 +214,44 @@ def _model_section(e: Estimate) -> Section:
     return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), told=())
 
 
-def _difference_section(e: Estimate) -> Section:
-    rows = [(a.model, name, f"{size:.2g} std") for a in e.alternatives for name, size in a.apart]
-    header = ("model", "parameter", "difference")
-    return Section("Differences between the models", (_DIFFERENCES,), Table(header, rows))
+def _suspected_sections(e: Estimate) -> list[Section]:
+    """Return what is suspected, a paragraph each."""
+    if not e.suspected:
+        return []
+    texts = [reason.text for reason in e.suspected]
+    lines = tuple(f"suspected: {text}" for text in texts)
+    return [Section("Suspected", (_SUSPECTED, *texts), told=lines)]
 
 
 def _known_section(e: Estimate) -> Section:
-    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if not _weak(p)]
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if not _weak(e, p)]
     heading = f"Known parameters ({len(rows)} of {len(e.parameters)})"
     told = (
         f"Standard deviations exclude: {e.excludes or 'not stated'}.",
-        f"Physical consistency: {e.physical.reason}.",
+        f"Physical consistency: {e.physical.text}.",
     )
     return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
 
 
 def _weak_section(e: Estimate) -> Section:
-    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if _weak(p)]
+    rows = [row for p, row in zip(e.parameters, _rows(e), strict=True) if _weak(e, p)]
     text = (
         f"The standard deviation is above {KNOWN:g} % of the value. The logs hardly determine "
-        "these parameters one by one."
+        "these parameters one by one. At bound: a constraint of possible robots holds the value."
     )
     return Section(f"Weak parameters ({len(rows)})", (text,), Table(_COLUMNS, rows))
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
-    return [
-        (p.name, *value_with_std(p.value, p.std), percent(relative), p.unit)
-        for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
-    ]
+    return [_row(p, at_bound=p.name in e.at_bound) for p in e.parameters]
+
+
+def _row(p: ParameterEstimate, *, at_bound: bool) -> tuple[str, ...]:
+    """Return value and standard deviation of a parameter, unless a constraint holds it."""
+    value, std = value_with_std(p.value, p.std)
+    if at_bound:
+        return p.name, value, "at bound", "", p.unit
+    return p.name, value, std, percent(p.relative_std_percent / 100), p.unit
 
 
 def _values_sections(e: Estimate) -> list[Section]:
@@ -318,6 +321,7 @@ def _provenance(e: Estimate) -> Table:
     return Table(("item", "value"), rows)
 
 
-def _weak(parameter: ParameterEstimate) -> bool:
-    # an unknown deviation (NaN) counts as weak
-    return not parameter.relative_std_percent <= KNOWN
+def _weak(e: Estimate, parameter: ParameterEstimate) -> bool:
+    """Whether a parameter is not known: its deviation is large, or unknown (NaN), or none."""
+    known = parameter.relative_std_percent <= KNOWN
+    return not known or parameter.name in e.at_bound

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from symgen.data.raw import FloatArray
 from symgen.estimation.values import Trace
-from symgen.identification.assessment import KNOWN
 from symgen.identification.estimate import Estimate
+from symgen.identification.uses import KNOWN
 from symgen.robot.expressions import shortened
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.identification.assessment import KNOWN
 from symgen.identification.comparison import MOVED, Comparison
 from symgen.identification.estimate import Estimate
+from symgen.identification.uses import KNOWN
 from symgen.report.plots.curves import (
     COLOURS,
     NAMED_AXIS,

@@ -1,0 +1,299 @@
+"""What an estimate is good for: prediction and parameters, and what is suspected.
+
+    prediction  the torque error on held-out motion is at most `accept`, no fault of the recorder or
+                of the robot file is shown, and no part of the motion has a much larger error
+    parameters  which of them are known, and whether a robot can have them
+
+The third use, simulation, is judged by `symgen.identification.simulation`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symgen import names
+from symgen.data.mask import moving_joints
+from symgen.errors import first_of
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.playback import Gains
+from symgen.estimation.solve import Solution
+from symgen.estimation.torque_error import TorqueFit, percent, relative_error
+from symgen.estimation.values import FloatArray, Reason, Residual
+from symgen.faults.samples import torques_look_computed
+from symgen.identification.estimate import ParameterEstimate
+from symgen.identification.model_choice import Run
+from symgen.identification.settle import Settled
+from symgen.identification.simulation import STATES, mixed_states
+from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
+from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
+from symgen.robot.types import Robot
+from symgen.runtime.evaluator import Evaluator
+
+OPEN = "the motion does not determine all parameters"
+_NAMED = 8  # largest number of parameters that a text names
+_SEARCH = "symgen diagnose searches for the cause"
+_SCALED = (
+    "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
+    "inertias and friction alike and which no such log determines: only ratios of parameters hold"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Criteria:
+    """What an estimate is judged by.
+
+    Attributes:
+        own_values: parameters (p,) of the robot's own file, None where it has none.
+        gains: of a controller that holds the robot to the measured motion, None without one.
+        accept: largest torque error of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the torque.
+    """
+
+    own_values: FloatArray | None = None
+    gains: Gains | None = None
+    accept: float = ACCEPT
+    least: float = LEAST
+
+
+DEFAULTS = Criteria()
+
+
+def prediction_use(
+    run: Run, solution: Solution, seen: TorqueFit, noise: Residual, criteria: Criteria
+) -> PredictionUse:
+    """Judge the torque on held-out motion: of joints that move, where any does.
+
+    Args:
+        run: the logs, with the faults that are shown.
+        solution: of the equations of the training logs.
+        seen: torques of data that the estimate never saw.
+        noise: what noise alone leaves of them.
+        criteria: what the estimate is judged by.
+    """
+    error, accept, worst = in_motion(seen).residual.relative, criteria.accept, run.worst
+    reasons = list(run.shown)
+    grade = "good" if error <= GOOD else "usable"
+    if not error <= accept:
+        grade = "poor"
+        reasons += _not_excited(run, solution, accept)
+        reasons += _mostly_noise(noise)
+        text = f"the torque error is above {100 * accept:g} %"
+        if not reasons:
+            text += f"; {_SEARCH}"
+        reasons.append(Reason("error", value=error, limit=accept, text=text))
+    if worst > VARIES * error and worst**2 - error**2 > criteria.least**2:
+        text = (
+            f"the error depends on the motion: {percent(worst)} on another part of the motion that "
+            f"the fit did not use; {_SEARCH}"
+        )
+        reasons.append(Reason("varies", value=worst, limit=VARIES * error, text=text))
+    large = _large_errors(run.held, seen, run.evaluator.model.robot)
+    return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
+
+
+def parameters_use(
+    parameters: Sequence[ParameterEstimate],
+    settled: Settled,
+    unexplained: float | None,
+    bias: str,
+    *,
+    scaled: bool,
+) -> ParametersUse:
+    """Judge which parameters are known, and what speaks against them as those of a robot.
+
+    Args:
+        parameters: of the estimate.
+        settled: whether a robot can have them, and which of them a constraint holds.
+        unexplained: part of the torque that neither the model nor noise explains; None if it is
+            not visible.
+        bias: of least squares, in words, or "".
+        scaled: whether they have a common factor that is unknown.
+    """
+    reasons = []
+    if scaled:
+        reasons.append(Reason("scale_unknown", text=_SCALED))
+    if unexplained is not None:
+        text = f"do not read single values: {percent(unexplained)} of the torque is unexplained"
+        reasons.append(Reason("unexplained", value=unexplained, text=text))
+    if bias:
+        reasons.append(Reason("biased", text=bias))
+    hidden = [p.name for p in parameters if math.isnan(p.std)]
+    impossible = settled.physical.reason
+    if impossible is not None and not hidden:
+        text = f"not physically possible: {impossible.text}"
+        reasons.append(replace(impossible, text=text))
+    if hidden:
+        text = f"{OPEN}: {first_of(hidden, _NAMED)}"
+        reasons.append(Reason("not_determined", value=float(len(hidden)), text=text))
+    bound = settled.at_bound
+    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
+    if weak:
+        text = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): "
+        text += first_of(weak, _NAMED)
+        reasons.append(Reason("weak", value=float(len(weak)), text=text))
+    if bound:
+        text = f"{len(bound)} of {len(parameters)} are at a bound of possible robots: "
+        text += first_of(bound, _NAMED)
+        reasons.append(Reason("at_bound", value=float(len(bound)), text=text))
+    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
+    if scaled:
+        known = []
+    return ParametersUse(tuple(reasons), tuple(known), len(parameters))
+
+
+def suspicions(run: Run, solution: Solution, accept: float) -> list[Reason]:
+    """Return what may be wrong with the logs, or with motions that they do not contain."""
+    reasons = []
+    computed = [log.name for log in run.logs if torques_look_computed(log.samples)]
+    if computed:
+        text = (
+            f"{', '.join(computed)}: torques have no noise. They look computed (a command or a "
+            "simulation), not measured: log the measured torque or the motor current"
+        )
+        reasons.append(Reason("computed_torque", text=text))
+    reasons += _hardly_moving(run.train, run.evaluator.model.robot)
+    other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
+    if other > accept:
+        text = (
+            "on other motions in the same range the uncertainty of the parameters alone causes "
+            f"{percent(other)} torque error; symgen excite plans a motion that determines them"
+        )
+        reasons.append(Reason("not_excited", value=other, limit=accept, text=text))
+    return reasons
+
+
+def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
+    """Return a reason if the training logs do not determine what the held-out motion needs."""
+    train, held = (
+        uncertain_torque(run.evaluator, logs, solution.covariance) for logs in (run.train, run.held)
+    )
+    limit = max(accept, VARIES * train.relative)
+    if held.relative <= limit:
+        return []
+    robot, places = run.evaluator.model.robot, []
+    pairs = zip(train.per_joint or (), held.per_joint or (), strict=True)
+    for j, (before, after) in enumerate(pairs):
+        if after > max(accept, VARIES * before):
+            places.append(j)
+    text = (
+        "the training logs do not determine what this motion needs: the uncertainty of the "
+        f"parameters alone causes {percent(held.relative)} torque error; move "
+        f"{robot.listed(places)} together in one training log; symgen excite plans such a motion"
+    )
+    return [Reason("not_excited", _numbers(robot, places), held.relative, limit, text)]
+
+
+def _mostly_noise(noise: Residual) -> list[Reason]:
+    """Return a reason if more than half of the power of the measured torque is noise."""
+    half = math.sqrt(1 / 2)
+    if noise.relative <= half:
+        return []
+    text = f"the torque is mostly noise ({percent(noise.relative)}): record larger torques"
+    return [Reason("noise", value=noise.relative, limit=half, text=text)]
+
+
+def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) -> list[Reason]:
+    """Return the joints whose torque error in motion is large, with the error in N m or N."""
+    each = in_motion(seen).residual.per_joint or ()
+    squares, counts = np.zeros(robot.n), np.zeros(robot.n)
+    for log in held:
+        rows = log.free if log.resting is None else log.free & ~log.resting
+        squares += np.sum(rows * log.measured**2, axis=0)
+        counts += rows.sum(axis=0)
+    rms = np.sqrt(squares / np.maximum(counts, 1))
+    reasons = []
+    for j, error in enumerate(each):
+        if error > JOINT:
+            unit = names.unit("OF", robot.sigma[j])
+            text = f"{robot.listed([j])} {percent(error)}, {error * rms[j]:.3g} {unit}"
+            reasons.append(Reason("large_error", _numbers(robot, [j]), error, JOINT, text))
+    return reasons
+
+
+def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
+    """Return the joints that stay slower than 2 % of the fastest one of their kind in all logs.
+
+    What is fitted there carries over to faster motions of these joints by chance only, whatever
+    its standard deviation.
+    """
+    moving = moving_joints([log.qd for log in logs], robot.sigma)
+    size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
+    reasons = []
+    for j, kind in enumerate(robot.sigma):
+        if j in moving:
+            continue
+        unit = "m" if kind == names.PRISMATIC else "rad"
+        text = (
+            f"{robot.listed([j])} hardly moves ({size[j]:.2g} {unit} in all): its friction and "
+            "inertia hold for no larger motion; move it too, or fix it in the robot (sigma = 2; "
+            "symgen import --fix)"
+        )
+        reasons.append(Reason("hardly_moving", _numbers(robot, [j]), float(size[j]), text=text))
+    return reasons
+
+
+def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
+    """Return the motion to which a model is restricted whose joints moved in proportion."""
+    reasons = []
+    for group in together:
+        text = (
+            f"this model holds only for motion in which {robot.listed(group)} move in "
+            "proportion, as in the training logs"
+        )
+        reasons.append(Reason("in_proportion", _numbers(robot, group), text=text))
+    return reasons
+
+
+def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
+    """Return the numbers of joints in the robot file, by their places in q."""
+    return tuple(robot.movable[j].number for j in places)
+
+
+def in_motion(fit: TorqueFit) -> TorqueFit:
+    """Return the fit of joints that move, where any does."""
+    return fit.in_motion if fit.in_motion.size.any() else fit
+
+
+def uncertain_torque(
+    evaluator: Evaluator,
+    logs: Sequence[FilteredLog],
+    covariance: FloatArray,
+    *,
+    mixed: bool = False,
+) -> Residual:
+    """Return the torque error that the uncertainty of X causes, total and by joint.
+
+        sqrt(mean over states of diag(W C W')) over the RMS of the measured torque
+
+    Args:
+        evaluator: the compiled model, with torque_regressor.
+        logs: with the motion.
+        covariance: C of X, (p, p).
+        mixed: whether the joints of a state are drawn from the logs independently of each other.
+    """
+    q, qd, qdd = (
+        np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd", "qdd")
+    )
+    if mixed:
+        states = mixed_states(q, qd, qdd)
+    else:
+        every = slice(None, None, max(1, len(q) // STATES))
+        states = [np.ascontiguousarray(x[every]) for x in (q, qd, qdd)]
+    W = evaluator["torque_regressor"](*states)
+    C = covariance[: W.shape[2], : W.shape[2]]
+    variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
+    variance[evaluator.model.robot.passive] = 0.0
+    tau = np.concatenate([log.measured for log in logs])
+    return relative_error(variance, np.mean(tau**2, axis=0))
+
+
+def scale_unknown(run: Run) -> bool:
+    """Whether gains that are known up to a common factor gave the torques of a training log."""
+    servo = run.evaluator.model.robot.controller
+    if servo is None or servo.scale != "unknown":
+        return False
+    return any(log.samples.command is not None for log in run.train)

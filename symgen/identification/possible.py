@@ -1,0 +1,393 @@
+"""The possible robot nearest to an estimate, by a semidefinite program.
+
+Base parameters X = G s determine only combinations of the standard parameters s. X is possible if
+some s gives it in which every link is a body of positive mass density, and friction and rotor
+inertia are not negative:
+
+    G s = X,   pseudo-inertia P_j positive definite for each link j,   IA, FS, FV >= 0
+
+(Sousa and Cortesao 2014; Traversaro, Brossette, Escande, Nori 2016; Wensing, Kim, Slotine 2018).
+Every base parameter has a leading standard parameter that no other one contains. The other standard
+parameters are free variables, and X = G s holds to rounding. The units are a typical length and
+mass of the robot, in which the entries of a pseudo-inertia have similar size.
+
+The possible X nearest to an estimate X0 of covariance C has the whitened deviation z as variable,
+
+    minimise |z|^2 + faint |y|^2   with   X = X0 + L z,   L L' = C
+
+and the free standard parameters y. So the optimum has size one for any precision of the logs.
+
+Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
+
+    minimise 1/2 y'P y + c'y   with   E y + f in a cone
+
+and are solved by Clarabel (Goulart and Chen 2024).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symgen import names
+from symgen.codegen.model import Model, regrouping
+from symgen.errors import ParameterError
+from symgen.estimation.values import FloatArray
+from symgen.identification.pseudo_inertia import IDENTITY, MATRIX, UNIT, least_eigenvalues
+from symgen.robot.expressions import six_digits
+from symgen.robot.types import Robot
+
+#: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive: what half
+#: the digits of a number show ...
+CERTAIN = math.sqrt(np.finfo(float).eps)
+#: ... that the nearest possible parameters keep, far below the smallest link of an arm ...
+_MARGIN = 1e-7
+#: ... and above which a robot is not asked for more.
+_ENOUGH = 1e-3
+#: Largest trace of a pseudo-inertia, in the robot's units.
+_LARGEST = 300.0
+#: Weight of the squared size of variables that have no other weight.
+_FAINT = 1e-6
+#: Units of distance in the search for the nearest, in standard deviations, one after the other.
+_DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e4, 1e6, 1e8, 1e10)
+#: A negative value of this size, in the robot's units, is rounding.
+_ROUNDING = 1e-12
+#: Share of a link in what makes X impossible, from which it is named.
+_BLAMED = 0.1
+#: Smallest eigenvalue of a correlation matrix.
+_TIED = 1e-10
+#: Accuracies of the solver in its first and second try.
+_ACCURACIES = (1e-10, 1e-8)
+#: Statuses of the solver: to the accuracy; to a hundred times that, which decides existence.
+_SOLVED, _DECIDED = ("Solved",), ("Solved", "AlmostSolved")
+#: Factor, and power of the length, of the robot's unit for each unit of a parameter; effects are
+#: free of constraints and taken as they are.
+_UNITS = {
+    "kg m2": (1, 2),
+    "kg m": (1, 1),
+    "kg": (1, 0),
+    "N m": (10, 1),
+    "N m s/rad": (10, 1),
+    "N": (10, 0),
+    "N s/m": (10, 0),
+}
+#: Parameters that are positive by their nature.
+POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
+#: Parameters that are above zero in every body.
+_DIAGONAL = ("XX", "YY", "ZZ", "M")
+
+
+@dataclass(frozen=True, eq=False)
+class Possible:
+    """The possible base parameters nearest to an estimate.
+
+    Attributes:
+        X: (p,) base parameters; the estimate itself where it is possible.
+        distance: sqrt((X - X0)' C^-1 (X - X0)) from the estimate X0; 0 where it is possible.
+        at_bound: names of the parameters that a constraint holds at zero, or that it moved by more
+            than their standard deviation, which does not describe them then.
+        fault: a text, why the estimate is not possible; "" where it is.
+    """
+
+    X: FloatArray
+    distance: float = 0.0
+    at_bound: tuple[str, ...] = ()
+    fault: str = ""
+
+
+def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Possible:
+    """Return the nearest base parameters that a robot can have.
+
+        minimise (X - X0)' C^-1 (X - X0)
+
+    over parameters of links whose pseudo-inertias are positive definite, with friction and rotor
+    inertia not negative.
+
+    Args:
+        model: whose parameters they are.
+        X: base parameters X0, (p,).
+        covariance: C of X0, (p, p).
+
+    Raises:
+        ParameterError: X are not base parameters of this robot, the covariance is not one, or the
+            solver finds no possible parameters.
+    """
+    problem = Constraints.of(model, X)
+    fault = problem.fault()
+    if not fault:
+        return Possible(problem.X)
+    p = len(problem.X)
+    variances = np.diag(covariance) if np.shape(covariance) == (p, p) else np.zeros(p)
+    if not (np.isfinite(covariance).all() and (variances > 0).all()):
+        raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
+    L = deviations(covariance)
+    moved = np.zeros((len(problem.at), p))
+    moved[problem.heads] = L / problem.scale[problem.heads, None]
+    wider = replace(problem, onto=np.hstack([problem.onto, moved]))
+    for move in nearest_moves(problem.onto.shape[1], wider.cones(_MARGIN)):
+        x = wider.onto @ move + wider.at
+        signed = x[problem.positive]
+        x[problem.positive] = np.where(signed > _MARGIN, signed, 0.0)
+        if least_eigenvalues(x[problem.links]).min() > 0:
+            break
+    else:
+        raise ParameterError(f"{fault}; the solver finds no possible robot near these parameters")
+    near = problem.G @ (x * problem.scale)
+    distance = float(np.linalg.norm(np.linalg.solve(L, near - problem.X)))
+    at_zero = np.isin(problem.heads, problem.positive) & (near == 0)
+    bound = at_zero | (np.abs(near - problem.X) > np.sqrt(variances))
+    at_bound = tuple(name for name, held in zip(model.base.names, bound, strict=True) if held)
+    return Possible(near, distance, at_bound, fault)
+
+
+class Margin(NamedTuple):
+    """How far inside the possible some parameters can be.
+
+    Attributes:
+        value: the largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
+        y: (m,) variables of that.
+        blame: (L,) share of each link in the constraints that limit t.
+    """
+
+    value: float
+    y: FloatArray
+    blame: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """The standard parameters of a robot that give X, in its own units: x = onto y + at.
+
+    Attributes:
+        model: of the robot.
+        X: (p,) base parameters.
+        G: (p, s) of X = G s.
+        scale: (s,) units: s = scale x.
+        heads: place of the leading standard parameter of each base parameter.
+        free: places of the others, which are the variables y.
+        onto, at: (s, m) and (s,).
+        links: (L, 10) places of the parameters of each link.
+        positive: places of friction and rotor inertia.
+    """
+
+    model: Model
+    X: FloatArray
+    G: FloatArray
+    scale: FloatArray
+    heads: list[int]
+    free: list[int]
+    onto: FloatArray
+    at: FloatArray
+    links: NDArray[np.intp]
+    positive: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, model: Model, X: Sequence[float] | FloatArray) -> Constraints:
+        """Return the constraints on standard parameters that give X, (p,).
+
+        Raises:
+            ParameterError: X are not finite base parameters of this robot.
+        """
+        base = model.base
+        X = np.array(X, dtype=float)
+        if X.shape != (len(base.parameters),) or not np.isfinite(X).all():
+            raise ParameterError(
+                f"{model.robot.name}: X is not {len(base.parameters)} finite base parameters"
+            )
+        G, n = regrouping(model), len(base.standard)
+        heads = [p.index for p in base.parameters]
+        free = sorted(set(range(n)) - set(heads))
+        prefixes = np.array([p.prefix for p in base.standard])
+        links = np.flatnonzero(prefixes == names.LINK[0])[:, None] + np.arange(len(names.LINK))
+        drives = np.isin(prefixes, POSITIVE)
+        drives[links] = False
+        scale = _units(model)
+        inertial = heads[: base.inertial]
+        mass = float(np.max(np.abs(X[: base.inertial]) / scale[inertial], initial=0.0))
+        scale = scale * (mass or 1.0)
+        # As equations beside the cones, X = G s makes the solver fail on some robots of six joints.
+        onto = np.eye(n)[:, free]
+        onto[heads] = -G[:, free] * scale[free] / scale[heads, None]
+        at = np.zeros(n)
+        at[heads] = X / scale[heads]
+        return cls(model, X, G, scale, heads, free, onto, at, links, np.flatnonzero(drives))
+
+    def cones(self, least: float | FloatArray = 0.0) -> list[Cone]:
+        """Return the cones of y: links as bodies, and what is never negative.
+
+        The pseudo-inertias of the links have eigenvalues of at least `least`, a number or (L,).
+        """
+        floors = np.broadcast_to(least, len(self.links))
+        out = [
+            Cone("semidefinite", MATRIX @ self.onto[k], MATRIX @ self.at[k] - floor * IDENTITY)
+            for k, floor in zip(self.links, floors, strict=True)
+        ]
+        return [*out, Cone("nonnegative", self.onto[self.positive], self.at[self.positive])]
+
+    def margin(self) -> Margin:
+        """Return how far inside the possible the parameters that give X can be.
+
+        Raises:
+            ParameterError: the solver does not decide it.
+        """
+        narrowed = np.zeros(len(self.at))
+        narrowed[self.links] = -UNIT
+        wider = replace(self, onto=np.column_stack([self.onto, narrowed]))
+        t = np.eye(wider.onto.shape[1])[-1]
+        trace = IDENTITY @ MATRIX
+        growth = np.tensordot(trace, self.onto[self.links], (0, 1))
+        cones = [
+            *wider.cones(),
+            Cone(
+                "nonnegative",
+                -np.pad(growth, ((0, 0), (0, 1))),
+                _LARGEST - self.at[self.links] @ trace,
+            ),
+            Cone("nonnegative", -t[None], np.array([_ENOUGH])),
+        ]
+        y, duals = minimise(np.zeros((len(t), len(t))), -t, cones)
+        blame = np.array([IDENTITY @ dual for dual in duals[: len(self.links)]])
+        return Margin(float(y[-1]), y[:-1], blame)
+
+    def fault(self) -> str:
+        """Return a text: why no link parameters give X; "" if some do.
+
+        Raises:
+            ParameterError: the solver does not decide it.
+        """
+        prefixes = [p.prefix for p in self.model.base.standard]
+        never_negative = np.isin(prefixes, (*_DIAGONAL, *POSITIVE))
+        wrong = []
+        for k, p in enumerate(self.model.base.parameters):
+            row = self.G[k]
+            if self.at[self.heads[k]] >= -_ROUNDING or row.min() < 0:
+                continue
+            if never_negative[row > 0].all():
+                formula = f" ({six_digits(p.expression)})" if p.terms else ""
+                wrong.append(f"{p.name} is {self.X[k]:.4g} and cannot be negative{formula}")
+        if wrong:
+            return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
+        value, _, blame = self.margin()
+        if value > CERTAIN:
+            return ""
+        worst = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
+        standard = self.model.base.standard
+        numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in worst]
+        links = " and ".join(f"link {number}" for number in numbers)
+        return f"the inertia of {links} cannot be positive definite"
+
+
+def _units(model: Model) -> FloatArray:
+    """Return the unit of each standard parameter for a robot of 1 kg, (s,)."""
+    length = _length(model.robot)
+    out = []
+    for p in model.base.standard:
+        factor, power = _UNITS.get(p.unit, (1, 0))
+        out.append(factor * length**power)
+    return np.array(out)
+
+
+def _length(robot: Robot) -> float:
+    """Return a typical length in m: the mean of those of the geometry, or 0.1."""
+    plain = robot.with_values()
+    lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
+    return sum(lengths) / len(lengths) if lengths else 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """E y + f lies in a cone; E (m, n), f (m,).
+
+    `kind` is "zero", "nonnegative", "semidefinite" or "exponential": f2 exp(f1/f2) <= f3.
+    """
+
+    kind: str
+    E: FloatArray
+    f: FloatArray
+
+
+def minimise(
+    P: FloatArray, c: FloatArray, cones: Sequence[Cone], accepted: Sequence[str] = _DECIDED
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Return the minimiser y (n,), and the dual vector of every cone.
+
+    Args:
+        P: positive semidefinite (n, n).
+        c: (n,).
+        cones: constraints on y.
+        accepted: statuses of Clarabel that are a solution.
+
+    Raises:
+        ParameterError: Clarabel finds no solution.
+    """
+    import clarabel
+    from scipy.sparse import csc_matrix
+
+    kinds = {
+        "zero": clarabel.ZeroConeT,
+        "nonnegative": clarabel.NonnegativeConeT,
+        "semidefinite": lambda m: clarabel.PSDTriangleConeT(math.isqrt(2 * m)),
+        "exponential": lambda _: clarabel.ExponentialConeT(),
+    }
+    E = np.concatenate([cone.E for cone in cones])
+    for accuracy in _ACCURACIES:
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        for name in ("gap_abs", "gap_rel", "feas"):
+            setattr(settings, f"tol_{name}", accuracy)
+            setattr(settings, f"reduced_tol_{name}", 100 * accuracy)
+        # Variables of very different size stop the solver: the second try has them alike.
+        size = np.sqrt(np.diag(P) + np.sum(E**2, axis=0))
+        unit = np.ones(len(c)) if accuracy == _ACCURACIES[0] else 1 / np.where(size > 0, size, 1.0)
+        solver = clarabel.DefaultSolver(
+            csc_matrix(np.triu(P * np.outer(unit, unit))),
+            c * unit,
+            csc_matrix(-E * unit),
+            np.concatenate([cone.f for cone in cones]),
+            [kinds[cone.kind](len(cone.f)) for cone in cones],
+            settings,
+        )
+        solution = solver.solve()
+        if str(solution.status) in accepted:
+            break
+    else:
+        raise ParameterError(f"the solver Clarabel ends with {solution.status}")
+    ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
+    return np.array(solution.x) * unit, np.split(np.array(solution.z), ends)
+
+
+def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
+    """Yield minimisers (y, z) of |z/unit|^2 + faint |y|^2, for a unit of distance that grows.
+
+    The solver needs variables of size one, and the distance |z| of the nearest point is not known.
+    The solution of the smallest unit is the most exact one.
+
+    Args:
+        free: number of variables y, which come first.
+        cones: constraints on (y, z).
+    """
+    n = cones[0].E.shape[1]
+    weights, size = np.ones(n), np.ones(n)
+    weights[:free] = _FAINT
+    for size[free:] in _DISTANCES:
+        scaled = [replace(cone, E=cone.E * size) for cone in cones]
+        with suppress(ParameterError):
+            yield size * minimise(np.diag(weights), np.zeros(n), scaled, _SOLVED)[0]
+
+
+def deviations(covariance: FloatArray) -> FloatArray:
+    """Return L (p, p) with L L' a covariance, so that z of X = X0 + L z is in standard deviations.
+
+    Eigenvalues of the correlation matrix are at least 1e-10.
+    """
+    std = np.sqrt(np.diag(covariance))
+    unit = np.where(std > 0, std, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _TIED))
+    return L

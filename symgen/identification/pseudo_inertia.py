@@ -1,0 +1,75 @@
+"""Pseudo-inertias: the ten parameters of a link as a symmetric matrix.
+
+    P = [[S, m], [m', M]],   S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
+
+A body of positive mass density has a positive definite one, and vice versa (Wensing, Kim, Slotine
+2018). A solver sees it as a vector: the upper triangle column by column, off-diagonal entries times
+sqrt(2), so that tr(A B) is a scalar product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symgen import names
+from symgen.estimation.values import FloatArray
+
+
+def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
+    """Return the pseudo-inertia (4, 4) of a link.
+
+    Args:
+        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
+    """
+    J, m, M = _matrices(link)
+    out = np.zeros((4, 4))
+    out[:3, :3] = np.trace(J) / 2 * np.eye(3) - J
+    out[:3, 3] = out[3, :3] = m
+    out[3, 3] = M
+    return out
+
+
+def parameters_of(P: FloatArray) -> FloatArray:
+    """Return XX XY XZ YY YZ ZZ MX MY MZ M (10,) of a pseudo-inertia (4, 4)."""
+    J = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
+    return np.array([*J[np.triu_indices(3)], *P[:3, 3], P[3, 3]])
+
+
+def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Return mass, centre of mass (3,) and inertia (3, 3) about it; NaN where the mass is 0.
+
+    Args:
+        link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
+    """
+    J, m, mass = _matrices(link)
+    com = m / (mass or np.nan)
+    return mass, com, J - mass * (com @ com * np.eye(3) - np.outer(com, com))
+
+
+def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return J (3, 3), m (3,) and M."""
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = link[:6]
+    J += np.triu(J, 1).T
+    return J, np.array(link[6:9], dtype=float), float(link[9])
+
+
+def triangle_vector(matrix: FloatArray) -> FloatArray:
+    """Return a symmetric matrix (m, m) as a vector (m (m + 1)/2,)."""
+    columns, rows = np.tril_indices(len(matrix))  # the upper triangle, column by column
+    return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
+
+
+#: Pseudo-inertias of unit parameters, (10, 4, 4); as columns of vectors, (10, 10); I as a vector.
+BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
+MATRIX = np.array([triangle_vector(P) for P in BASIS]).T
+IDENTITY = triangle_vector(np.eye(4))
+#: The link parameters whose pseudo-inertia is I.
+UNIT = parameters_of(np.eye(4))
+
+
+def least_eigenvalues(links: FloatArray) -> FloatArray:
+    """Return the least eigenvalue of the pseudo-inertia of each of some links (L, 10)."""
+    return np.asarray(np.linalg.eigvalsh(np.tensordot(links, BASIS, 1))[:, 0])

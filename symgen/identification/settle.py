@@ -1,0 +1,150 @@
+"""Which base parameters are the estimate: those of least squares, or the nearest possible ones.
+
+Both are fitted to folds of the training logs, and compared by their torque error on the fold left
+out. The possible ones are the estimate unless they lose by an amount that matters: then no robot
+that the model can describe moves like the logs, and an effect is missing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symgen.codegen.model import Model
+from symgen.errors import ParameterError
+from symgen.estimation.solve import Solution
+from symgen.estimation.summary import BLOCKS, FOLDS, Blocks
+from symgen.estimation.torque_error import percent, relative_error
+from symgen.estimation.values import FloatArray, OtherEstimate, Reason, Residual
+from symgen.identification.estimate import Consistency
+from symgen.identification.model_choice import ChosenModel
+from symgen.identification.possible import Possible, nearest_possible
+from symgen.identification.solving import CONSISTENT, Method
+from symgen.policy import LEAST, POSSIBLE
+from symgen.robot.types import Robot
+
+_DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """The solution that is the estimate, and whether a robot can have its parameters.
+
+    Attributes:
+        solution: its X is that of least squares, or the nearest possible one.
+        method: that the estimate is by.
+        physical: distance and torque errors of both, and why X is not possible.
+        at_bound: names of the parameters that a constraint holds.
+    """
+
+    solution: Solution
+    method: Method
+    physical: Consistency
+    at_bound: tuple[str, ...] = ()
+
+
+def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
+    """Return the estimate: a solution, or the nearest possible one as the method has it.
+
+    Args:
+        chosen: the model with the folds of its equations.
+        method: "auto" compares both; "consistent" takes the possible one; others the solution.
+        least: the solution without constraints.
+
+    Raises:
+        ParameterError: method consistent, and no possible parameters are found.
+    """
+    model = chosen.run.evaluator.model
+    base = method.unconstrained
+    reason: Reason | None = None
+    if chosen.columns is not None:
+        reason = Reason("not_excited", text="the motion does not determine all parameters")
+        return Settled(least, base, Consistency(None, reason))
+    try:
+        near = nearest_possible(model, least.X, least.covariance)
+        if not near.fault:
+            return Settled(least, method if method.name == CONSISTENT else base, Consistency(0.0))
+        errors = held_out_errors(model, chosen.blocks, least.covariance)
+    except ParameterError as error:
+        if method.name == CONSISTENT:
+            raise
+        reason = Reason("no_possible_robot", text=f"{error}; {_DIAGNOSE}")
+        return Settled(least, base, Consistency(None, reason))
+    free, bounded = errors
+    held_out = free.relative, bounded.relative
+    if not method.is_bounded:
+        reason = _not_asked(near)
+    elif method.name != CONSISTENT and bounded.relative > largest_error(free.relative):
+        reason = _missing(near, free, bounded, model.robot)
+    if reason is not None:
+        return Settled(least, base, Consistency(near.distance, reason, held_out))
+    moved = _moved(model, least, near, base.name)
+    taken = replace(method, name=CONSISTENT)
+    return Settled(moved, taken, Consistency(near.distance, None, held_out), near.at_bound)
+
+
+def largest_error(least: float) -> float:
+    """Return the largest held-out error of a possible robot that is taken, beside least squares'.
+
+    e + max(LEAST, POSSIBLE e), with LEAST a part of the torque and POSSIBLE one of the error.
+    """
+    return least + max(LEAST, POSSIBLE * least)
+
+
+def held_out_errors(
+    model: Model, blocks: tuple[Blocks, Blocks], covariance: FloatArray
+) -> tuple[Residual, Residual]:
+    """Return the torque error on folds left out, of least squares and of the nearest possible X.
+
+    Args:
+        model: of the robot.
+        blocks: of the equations that are fitted, and of the torques.
+        covariance: of X, (p, p): the metric of the distance.
+
+    Raises:
+        ParameterError: a fold has no possible parameters.
+    """
+    equations, torques = blocks
+    size = torques.grams[:, :, -1, -1].sum(axis=0)
+    free, bounded = np.zeros_like(size), np.zeros_like(size)
+    for fold in np.arange(BLOCKS).reshape(FOLDS, -1).tolist():
+        X = equations.fit(fold)
+        near = nearest_possible(model, X, covariance).X
+        free += torques.errors(fold, X)
+        bounded += torques.errors(fold, near)
+    return relative_error(free, size), relative_error(bounded, size)
+
+
+def _not_asked(near: Possible) -> Reason:
+    """Return the reason of a method without constraints."""
+    text = (
+        f"{near.fault}; the nearest possible robot is {near.distance:.3g} standard deviations "
+        "away: symgen identify --method auto or consistent gives it"
+    )
+    return Reason("not_possible", value=near.distance, text=text)
+
+
+def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) -> Reason:
+    """Return the reason of least squares that predict better than any possible robot near them."""
+    rise = np.array(bounded.per_joint) - np.array(free.per_joint)
+    joints = np.flatnonzero(rise > min(LEAST, rise.max()) * (1 - 1e-9))
+    limit = largest_error(free.relative)
+    text = (
+        f"{near.fault}; the nearest possible robot raises the torque error on held-out folds from "
+        f"{percent(free.relative)} to {percent(bounded.relative)}, at {robot.listed(joints)}: "
+        f"{_DIAGNOSE}"
+    )
+    numbers = tuple(robot.movable[j].number for j in joints)
+    return Reason("effect_missing", numbers, bounded.relative, limit, text)
+
+
+def _moved(model: Model, least: Solution, near: Possible, method: str) -> Solution:
+    """Return the solution with the nearest possible X, the other one beside it."""
+    note = (
+        f"least squares is not physically possible ({near.fault}): the nearest possible "
+        f"parameters are {near.distance:.3g} standard deviations away"
+    )
+    other = OtherEstimate.by(method, model.base.names, least.X, least.std)
+    comparison = (other, *least.comparison)
+    return replace(least, X=near.X, notes=(*least.notes, note), comparison=comparison)

@@ -1,0 +1,157 @@
+"""Whether an identified model can be simulated over the range of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symgen.errors import ParameterError
+from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.playback import (
+    HORIZONS,
+    Gains,
+    Horizon,
+    Window,
+    model_mover,
+    play,
+    position_errors,
+    windows_of,
+)
+from symgen.estimation.torque_error import percent
+from symgen.estimation.values import FloatArray, Reason
+from symgen.identification.estimate import ParameterEstimate
+from symgen.identification.parameters import mass_matrices
+from symgen.identification.uses import SimulationUse
+from symgen.policy import NEARER, SIMULATES
+from symgen.runtime.evaluator import Evaluator
+
+#: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
+WINDOWS_PLAYED = 24
+#: States that are drawn to look at a model elsewhere, and their seed.
+STATES, SEED = 500, 1988
+_FRICTION = ("FS", "FV", "FSM", "FVM")
+
+
+def simulation_use(
+    evaluator: Evaluator,
+    logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]],
+    X: FloatArray,
+    parameters: Sequence[ParameterEstimate],
+    restrictions: Sequence[Reason],
+    own_values: FloatArray | None,
+    gains: Gains | None,
+) -> SimulationUse:
+    """Judge whether the model can be simulated over the range of the motion.
+
+    The mass matrix has to be positive definite at positions of the logs, and at positions whose
+    joints are drawn from them independently; coefficients of friction must not be negative. On
+    held-out motion, the position error has to stay below limits of `symgen.policy`.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        logs: the training logs, and the held-out ones.
+        X: the parameters, (p,).
+        parameters: the same with their standard deviations.
+        restrictions: motion to which the model is restricted: a simulated robot does not keep it.
+        own_values: parameters (p,) of the robot's own file, None where it has none.
+        gains: of a controller that holds the robot to the measured motion, None without one.
+    """
+    if restrictions:
+        return SimulationUse(tuple(restrictions))
+    train, held = logs
+    reasons = [*_mass_matrix_reasons(evaluator, train, X), *_friction_reasons(parameters)]
+    windows = _windows(held)
+    horizons, diverged = _play(evaluator, windows, X)
+    before, _ = _play(evaluator, windows, own_values)
+    with_feedback: tuple[Horizon, ...] = ()
+    if gains is not None:
+        with_feedback, _ = _play(evaluator, windows, X, gains)
+    if horizons:
+        reasons += _position_reasons(horizons)
+    elif not reasons:
+        reasons.append(Reason("not_simulated", text="no held-out motion was simulated"))
+    return SimulationUse(
+        tuple(reasons),
+        horizons=horizons,
+        before=before,
+        with_feedback=with_feedback,
+        windows=len(windows) if horizons else 0,
+        diverged=diverged,
+    )
+
+
+def mixed_states(*motion: FloatArray) -> list[FloatArray]:
+    """Return states whose joints are drawn from a motion, (N, n) each, independently."""
+    count, n = motion[0].shape
+    rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
+    return [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion]
+
+
+def _mass_matrix_reasons(
+    evaluator: Evaluator, train: Sequence[FilteredLog], X: FloatArray
+) -> list[Reason]:
+    """Return a reason if the mass matrix is not positive definite somewhere."""
+    q = np.concatenate([log.q[log.kept] for log in train])
+    positions = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
+    M = mass_matrices(evaluator, positions, X)
+    least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
+    share = float(np.mean(least <= 0))
+    if not share:
+        return []
+    text = (
+        f"the mass matrix is not positive definite at {percent(share)} of the positions in the "
+        "range of the motion"
+    )
+    return [Reason("mass_matrix", value=share, limit=0.0, text=text)]
+
+
+def _friction_reasons(parameters: Sequence[ParameterEstimate]) -> list[Reason]:
+    """Return a reason for each coefficient of friction that is negative."""
+    reasons = []
+    for p in parameters:
+        kind = p.name.rstrip("0123456789")
+        if kind in _FRICTION and p.value < 0:
+            joint = int(p.name.removeprefix(kind))
+            text = f"{p.name} is negative: friction would drive the joint"
+            reasons.append(Reason("negative_friction", (joint,), p.value, 0.0, text))
+    return reasons
+
+
+def _position_reasons(horizons: Sequence[Horizon]) -> list[Reason]:
+    """Return a reason if the first or the last position error is above its limit."""
+    for horizon, limit in ((horizons[0], NEARER), (horizons[-1], SIMULATES)):
+        error = horizon.position_error
+        if not error < limit:
+            text = (
+                f"position error after {horizon.seconds:g} s {percent(error)} of the distance "
+                f"moved (accepted: {100 * limit:g} %)"
+            )
+            return [Reason("position_error", value=error, limit=limit, text=text)]
+    return []
+
+
+def _windows(held: Sequence[FilteredLog]) -> list[Window]:
+    """Return the windows of held-out motion that are simulated."""
+    windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
+    if len(windows) <= WINDOWS_PLAYED:
+        return windows
+    evenly = np.linspace(0, len(windows) - 1, WINDOWS_PLAYED).astype(int)  # more logs than windows
+    return [windows[k] for k in evenly]
+
+
+def _play(
+    evaluator: Evaluator,
+    windows: Sequence[Window],
+    X: FloatArray | None,
+    gains: Gains | None = None,
+) -> tuple[tuple[Horizon, ...], int]:
+    """Return the position errors over windows, and how many diverged; none without a motion."""
+    if X is None or not windows:
+        return (), 0
+    t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])
+    try:
+        mover = model_mover(evaluator.model, X)
+    except ParameterError:  # negative friction: the reasons name it
+        return (), 0
+    return position_errors(windows, t, play(mover, windows, t, gains))
