@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,17 +59,15 @@ def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen)
     """
     from scipy.optimize import least_squares
 
-    start, low = [], []
-    for candidate in (s.candidate for s in accepted if s.candidate.smooth):
-        for name, value in candidate.constants.items():
-            start.append(value)
-            positive = candidate.definition.nonlinear[name].by_ratio
-            low.append(0.0 if positive else -np.inf)
+    chosen = [s.candidate for s in accepted if s.candidate.smooth]
+    start = [value for c in chosen for value in c.constants.values()]
     if not start:
         return accepted
+    positive = [c.definition.nonlinear[name].by_ratio for c in chosen for name in c.constants]
+    low = np.where(positive, 0.0, -np.inf)
     sigma = baseline.beside(accepted).sigma
 
-    @cache
+    @lru_cache(maxsize=2)
     def point(*constants: float) -> tuple[Sequence[Score], WhitenedSystem] | None:
         effects = _moved(accepted, constants, seen)
         if effects is None:
@@ -94,9 +92,12 @@ def settled_constants(baseline: Baseline, accepted: Sequence[Score], seen: Seen)
         free = (flat - basis @ (basis.T @ flat)).reshape(rows.shape)
         return -(free * (system.sigma / sigma)[:, None]).reshape(flat.shape)
 
-    fit = least_squares(
-        residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
-    )
+    try:
+        fit = least_squares(
+            residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
+        )
+    except (RobotError, np.linalg.LinAlgError):  # a torque near the start is not finite
+        return accepted
     found = point(*fit.x)
     assert found is not None
     effects, system = found
@@ -118,7 +119,7 @@ def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) ->
                 columns = seen(candidate)
             except RobotError:
                 return None
-            if not all(np.isfinite(c).all() for c in columns.values()):
+            if not all(np.isfinite(np.vdot(c, c)) for c in columns.values()):
                 return None
             s = replace(s, candidate=candidate, columns=columns)
         out.append(s)
