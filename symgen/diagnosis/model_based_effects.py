@@ -29,7 +29,7 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.predictive_score import Columns, everywhere
 from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
-from symgen.robot.effect import definitions, unit
+from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
@@ -253,7 +253,7 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, j), 1, uses_model=True)
             continue
-        told = [(f"CE{joint.number}", unit(definition.linear["CE"], joint.sigma))]
+        told = [*definition.coefficients(joint.number, joint.sigma)]
         if joint.rotor_inertia:
             told.append((f"IA{joint.number}", names.unit("IA", joint.sigma)))
         yield Candidate(
