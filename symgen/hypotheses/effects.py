@@ -23,7 +23,7 @@ from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.rows import in_band
 from symgen.hypotheses.score import Columns
-from symgen.robot.effect import Definition, Search, definitions
+from symgen.robot.effect import OWN, Definition, Search, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
@@ -33,7 +33,7 @@ Logs = Sequence[FilteredLog]
 _PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
 #: Constant of an effect that begins within a log: the time, s; and how many are tried.
 START = "start"
-_STARTS = 24
+_STARTS = 16
 Constants = Mapping[str, float]
 
 
@@ -220,7 +220,7 @@ def candidates(
             continue
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
-        elif definition.torque or definition.name in _SHAPES:
+        elif definition.torque or definition.name == "presliding_friction":
             for position in range(robot.n):
                 yield from _of_library(robot, definition, position, logs, given=given)
     values = robot.values()
@@ -250,14 +250,12 @@ def _of_library(
 
 def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     joint = robot.movable[position]
-    if definition.native in names.FRICTION:
-        return definition.native in joint.friction
     if definition.native == "rotor":
         return joint.rotor_inertia
     if definition.name == "drive_gain_error" and not joint.actuated:
         return True  # there is no drive
-    known = {(e.name, j) for e in robot.effects for j in e.joints}
-    return (definition.name, joint.number) in known
+    known = {e.name for e in robot.effects if joint.number in e.joints}
+    return definition.name in known or definition.native in joint.friction
 
 
 def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
@@ -279,6 +277,7 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
             torque="",
             formula=f"{definition.formula or definition.torque}, in {log.name} from t = start on",
             nonlinear={START: Search(first, first + length, count, "duration")},
+            sign="any",
             odds=definition.begins,
         )
         for part in range(count):
@@ -303,13 +302,12 @@ def _after(
 
 def _on_joint(robot: Robot, definition: Definition, position: int) -> Candidate:
     """Return an effect on one joint, without constants."""
-    if definition.name in _SHAPES and not definition.own:
-        shape, uses_model = _SHAPES[definition.name]
-        torque: Torque = partial(_shaped, shape, position)
-        return Candidate(definition, (position,), torque, 1, uses_model=uses_model)
     size = len(definition.linear) + definition.offset
+    if not definition.torque:
+        return Candidate(definition, (position,), partial(_presliding, position), size)
     torque = _written(robot, definition, position)
-    return Candidate(definition, (position,), torque, size, uses_model="taur" in definition.torque)
+    uses_model = "tau" in definition.torque or "friction" in definition.torque
+    return Candidate(definition, (position,), torque, size, uses_model=uses_model)
 
 
 def _written(robot: Robot, definition: Definition, position: int) -> Torque:
@@ -325,7 +323,10 @@ def _written(robot: Robot, definition: Definition, position: int) -> Torque:
     arithmetic = Numbers(robot.values() if definition.own else {}, functions)
 
     def columns(s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
-        variables = {"q": s.q, "qd": s.qd, "qdd": s.qdd, "taur": torques.load}
+        time = np.broadcast_to((s.t - s.t[0])[:, None], s.q.shape)
+        motion = (s.q, s.qd, s.qdd)
+        model = (torques.load, torques.model, torques.friction)
+        variables = dict(zip(OWN, (*motion, *model, time), strict=True))
         inputs: dict[str, list[Any]] = {key: [*x[:, joints].T] for key, x in variables.items()}
         inputs["c"] = [np.float64(constants[name]) for name in definition.nonlinear]
         with np.errstate(all="ignore"):
@@ -407,52 +408,17 @@ def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -
     return {j: F, k: ratio * F}
 
 
-# Columns (N,) of effects with one coefficient that no expression in a joint's variables gives:
-# they depend on states, on time, or on the model. Each is the change of the motor torque.
+def _presliding(j: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:
+    """Return Dahl's friction of 1 N m, dz/dq = (1 - z sign(qd))/xs, from sliding at the start.
 
-Shape = Callable[[FilteredLog, Torques, int, Constants], FloatArray]
-
-
-def _shaped(
-    shape: Shape, position: int, s: FilteredLog, torques: Torques, constants: Constants
-) -> Columns:
-    return {position: shape(s, torques, position, constants)[:, None]}
-
-
-def _gain(_: FilteredLog, torques: Torques, j: int, __: Constants) -> FloatArray:
-    """A channel that reads too much by the factor 1 + G: tau = (1 + G) model."""
-    return torques.model[:, j]
-
-
-def _drift(s: FilteredLog, torques: Torques, j: int, constants: Constants) -> FloatArray:
-    """Friction that changes by the factor 1 + DR exp(-t/T), or 1 + DR from `start` on."""
-    friction = torques.friction[:, j]
-    if START in constants:
-        return friction
-    return np.asarray(friction * np.exp(-(s.t - s.t[0]) / constants["T"]))
-
-
-def _presliding(s: FilteredLog, _: Torques, j: int, constants: Constants) -> FloatArray:
-    """Friction of 1 N m that reverses over a distance xs: z = sign + (z0 - sign) exp(-way/xs).
-
-    Here `way` is the distance since the last reversal and z0 the state there. At the start of the
-    log the joint is taken to slide.
+    It is exact between two samples without a reversal.
     """
-    q, xs = s.q[:, j], constants["xs"]
-    sign = np.sign(np.diff(q, prepend=2 * q[0] - q[1]))
-    turns = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1), len(q)]
-    z, state = np.empty(len(q)), float(sign[0])
-    for first, last in itertools.pairwise(turns):
-        here = slice(first, last)
-        way = np.abs(q[here] - q[max(first - 1, 0)])
-        z[here] = sign[first] + (state - sign[first]) * np.exp(-way / xs)
-        state = float(z[last - 1])
-    return z
-
-
-#: Shape of an effect, and whether it contains the model's torque.
-_SHAPES: dict[str, tuple[Shape, bool]] = {
-    "drive_gain_error": (_gain, True),
-    "thermal_drift": (_drift, True),
-    "presliding_friction": (_presliding, False),
-}
+    way = np.diff(s.q[:, j])
+    kept = np.exp(-np.abs(way) / constants["xs"])
+    gained = (1 - kept) * np.sign(way)
+    z = float(np.sign(way[0]))
+    out = [z]
+    for share, more in zip(kept.tolist(), gained.tolist(), strict=True):
+        z = share * z + more
+        out.append(z)
+    return {j: np.array(out)[:, None]}

@@ -29,7 +29,7 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
-from symgen.robot.effect import definitions, unit
+from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.independence import random_states
 from symgen.symbolic.variation import Variation, variation
@@ -42,7 +42,8 @@ _JOINED = 1e-6  # part of another parameter of the load
 #: Crossing of the play: step in s, smallest over largest link inertia.
 _FINE, _LIGHT = 1e-3, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
-_LOAD = (names.MASS, *names.MOMENT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
+_POINT = (names.MASS, *names.MOMENT)
+_LOAD = (*_POINT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
@@ -252,7 +253,7 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, j), 1, uses_model=True)
             continue
-        told = [(f"CE{joint.number}", unit(definition.linear["CE"], joint.sigma))]
+        told = [*definition.coefficients(joint.number, joint.sigma)]
         if joint.rotor_inertia:
             told.append((f"IA{joint.number}", names.unit("IA", joint.sigma)))
         yield Candidate(
@@ -393,37 +394,40 @@ def _loads(robot: Robot, *, logs: Logs, given: bool) -> Iterator[Candidate]:
 
     A load of the whole log is no candidate if the parameters are fitted: it belongs to the link.
     """
-    definition, v = definitions()["payload"], variation(robot)
-    last = robot.movable[-1]
-    units = np.zeros((len(_LOAD), len(robot.moving), len(names.LINK)))
-    for i, prefix in enumerate(_LOAD):
+    if given:
+        yield from _load(robot, _LOAD)
+    for point in _load(robot, _POINT):
+        yield from begun(point, logs)
+
+
+def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
+    """Yield a load with those of its parameters that are identifiable, if there are any."""
+    v, last = variation(robot), robot.movable[-1]
+    units = np.zeros((len(prefixes), len(robot.moving), len(names.LINK)))
+    for i, prefix in enumerate(prefixes):
         units[i, robot.moving.index(last), names.LINK.index(prefix)] = 1.0
     Y = _random(v, units)
-    kept = _independent(Y)
+    free = np.abs(np.diag(np.linalg.qr(Y)[1]))  # of each column beside those before
+    kept = [i for i, size in enumerate(free) if size > SINGULAR * free.max()]
     if not kept:
         return
     # A parameter with R appended stands for others that are regrouped with it.
     joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
     told = []
-    for row, i in zip(joined, kept, strict=True):
-        name = f"{_LOAD[i]}LR" if row.max(initial=0.0) > _JOINED else f"{_LOAD[i]}L"
-        told.append((name, names.unit(_LOAD[i], last.sigma)))
+    for row, index in zip(joined, kept, strict=True):
+        prefix = prefixes[index]
+        regrouped = "R" if row.max(initial=0.0) > _JOINED else ""
+        told.append((f"{prefix}L{regrouped}", names.unit(prefix, last.sigma)))
 
-    def columns(s: FilteredLog, _: Torques, __: Constants) -> Columns:
+    @lru_cache(maxsize=4)
+    def along(s: FilteredLog) -> Columns:
         return everywhere(v.regressor((s.q, s.qd, s.qdd), units[kept]))
 
     joints = (robot.n - 1,)
-    load = Candidate(definition, joints, columns, len(kept), coefficients=tuple(told))
-    if given:
-        yield load
-    yield from begun(load, logs)
-
-
-def _independent(Y: FloatArray) -> list[int]:
-    """Return the first columns of Y that are linearly independent of those before."""
-    kept: list[int] = []
-    least = SINGULAR * float(np.linalg.norm(Y, axis=0).max())
-    for i in range(Y.shape[1]):
-        if np.linalg.matrix_rank(Y[:, [*kept, i]], least) > len(kept):
-            kept.append(i)
-    return kept
+    yield Candidate(
+        definitions()["payload"],
+        joints,
+        lambda s, *_: along(s),
+        len(kept),
+        coefficients=tuple(told),
+    )

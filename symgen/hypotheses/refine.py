@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,67 +59,65 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
     """
     from scipy.optimize import least_squares
 
-    start, low = [], []
-    for candidate in (s.candidate for s in accepted if s.candidate.smooth):
-        for name, value in candidate.constants.items():
-            start.append(value)
-            positive = candidate.definition.nonlinear[name].by_ratio
-            low.append(0.0 if positive else -np.inf)
+    chosen = [s.candidate for s in accepted if s.candidate.smooth]
+    start = [value for c in chosen for value in c.constants.values()]
     if not start:
         return accepted
+    positive = [c.definition.nonlinear[name].by_ratio for c in chosen for name in c.constants]
+    low = np.where(positive, 0.0, -np.inf)
     sigma = baseline.beside(accepted).sigma
 
-    @cache
-    def point(*constants: float) -> tuple[Sequence[Score], Rows] | None:
+    @lru_cache(maxsize=2)
+    def point(*constants: float) -> tuple[Sequence[Score], Rows]:
         effects = _moved(accepted, constants, seen)
-        if effects is None:
-            return None
         return effects, baseline.beside(effects)
 
     def residual(constants: FloatArray) -> FloatArray:
-        found = point(*constants)
-        if found is None:
+        try:
+            _, system = point(*constants)
+        except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: a shorter step
             return np.full(baseline.base.y.size, np.inf)
-        _, system = found
         return (system.residual * system.sigma / sigma).ravel()
 
     def jacobian(constants: FloatArray) -> FloatArray:
-        found = point(*constants)
-        assert found is not None
-        effects, system = found
+        effects, system = point(*constants)
         along = slopes(effects, baseline.coefficients(system), seen)
         columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
         rows = columns * (system.moves / system.sigma)[:, :, None]
-        flat, basis = (x.reshape(system.y.size, -1) for x in (rows, system.basis))
+        flat = rows.reshape(system.y.size, -1)
+        basis = system.basis.reshape(system.y.size, -1)
         free = (flat - basis @ (basis.T @ flat)).reshape(rows.shape)
         return -(free * (system.sigma / sigma)[:, None]).reshape(flat.shape)
 
-    fit = least_squares(
-        residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
-    )
-    found = point(*fit.x)
-    assert found is not None
-    effects, system = found
+    try:
+        fit = least_squares(
+            residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
+        )
+    except (RobotError, np.linalg.LinAlgError):  # a torque near the start is not finite
+        return accepted
+    effects, system = point(*fit.x)
     along = slopes(effects, baseline.coefficients(system), seen)
     columns = [*(s.columns for s in effects), *along]
     determined = baseline.base.with_columns(columns).rank == system.rank + len(start)
     return effects if determined else accepted
 
 
-def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score] | None:
-    """Return the effects with other constants, of six digits; None if a torque is not finite."""
+def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score]:
+    """Return the effects with other constants, of six digits.
+
+    Raises:
+        RobotError: a torque of an effect of the robot file is not finite.
+        LinAlgError: that of another effect is not finite.
+    """
     values = iter(constants)
     out = []
     for s in accepted:
         if s.candidate.smooth:
             new = {name: float(f"{next(values):.6g}") for name in s.candidate.constants}
             candidate = s.candidate.moved(new)
-            try:
-                columns = seen(candidate)
-            except RobotError:
-                return None
-            if not all(np.isfinite(c).all() for c in columns.values()):
-                return None
+            columns = seen(candidate)
+            if not all(np.isfinite(np.vdot(c, c)) for c in columns.values()):
+                raise np.linalg.LinAlgError
             s = replace(s, candidate=candidate, columns=columns)
         out.append(s)
     return out

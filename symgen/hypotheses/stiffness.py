@@ -26,8 +26,6 @@ NAME = "joint_elasticity"
 #: Share of the torque that deflection has to explain beside rotor and friction. Noise of q - qs
 #: lowers it as much as it lowers K.
 _SURE = 0.95
-#: Largest q - qs relative to the motion; above, it is another gear ratio or another unit.
-_BENT = 0.25
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
 
 
@@ -61,26 +59,16 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
 def stiffnesses(evidence: Rows) -> list[Stiffness]:
     """Return the results of the second encoders, for each joint that has one in all logs."""
     encoders = [log.samples.qs for log in evidence.logs]
-    measured = np.array(
-        [
-            [qs is not None and np.isfinite(qs[:, j]).all() for qs in encoders]
-            for j in range(evidence.n)
-        ]
-    )
-    return [_stiffness(evidence, int(j)) for j in np.flatnonzero(measured.all(axis=1))]
+    joints = []
+    for j in range(evidence.n):
+        if all(qs is not None and np.isfinite(qs[:, j]).all() for qs in encoders):
+            joints.append(j)
+    return [_stiffness(evidence, j) for j in joints]
 
 
 def _stiffness(evidence: Rows, j: int) -> Stiffness:
     """Fit the balance of a motor by least squares."""
     logs, moves = evidence.logs, evidence.moves[:, j] > 0
-    travel = max(float(np.ptp(s.q[s.kept, j])) for s in logs)
-    bent = max(float(np.ptp(deflection(s, j)[s.kept])) for s in logs)
-    if bent > _BENT * travel:
-        percent = 100 * bent / travel
-        return Stiffness(
-            j,
-            fault=f"q - qs spans {percent:.2g} % of the motion: another ratio or unit, no bending",
-        )
     parts = []
     for s, at in zip(logs, kept_spans(logs), strict=True):
         moving = moves[at]
@@ -92,7 +80,8 @@ def _stiffness(evidence: Rows, j: int) -> Stiffness:
     column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], system.y))
     shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
     if shared < math.sqrt(_SURE):
-        return Stiffness(j, fault="its torque does not follow what its two encoders differ by")
+        fault = "its torque does not follow q - qs: check their units and the gear ratio"
+        return Stiffness(j, fault=fault)
     X, std = solution.X, solution.std
     p_value = math.erfc(float(X[0] / std[0]) / math.sqrt(2))
     return Stiffness(j, (float(X[0]), float(std[0])), (float(X[1]), float(std[1])), p_value)

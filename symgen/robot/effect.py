@@ -26,8 +26,9 @@ from symgen.robot import expressions
 
 #: Names with their exact values.
 Named = tuple[tuple[str, sp.Expr], ...]
-#: Variables of the joint on which a library torque may depend.
-OWN = ("q", "qd", "qdd", "taur")
+#: Variables of the joint on which a library torque may depend, and the time from the start of the
+#: log; the last three are for effects of kind log: torque and friction of the model.
+OWN = ("q", "qd", "qdd", "taur", "tau", "friction", "t")
 #: Number of ranges of an effect -> number of values that a search tries for each constant.
 COUNTS = {1: 20, 2: 12}
 #: Prior odds of an effect that a robot file proposes.
@@ -301,7 +302,7 @@ def numbered(definition: Definition, joint: int | str) -> str:
     """Return the torque of an effect with the joint number appended to its names."""
     if definition.own:
         return definition.torque
-    own = {*OWN, *definition.linear, *definition.nonlinear}
+    own = {*OWN, *definition.linear, *definition.nonlinear} - {"t"}
     return re.sub(
         r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
     )

@@ -125,6 +125,12 @@ def test_what_is_hidden_is_named_with_its_size(case: str, tmp_path: Path) -> Non
     agrees(diagnosed(case, tmp_path), *TABLE[case])
 
 
+def test_a_wrong_length_is_listed_with_the_command_that_looks_the_same(tmp_path: Path) -> None:
+    """On an arm with one length, torques without a share of the dynamics are the same torques."""
+    (length,) = diagnosed("length", tmp_path).effects
+    assert ("commanded_torque", ()) in [tuple(a) for a in length.indistinguishable_from]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", SLOW)
 def test_what_else_is_hidden_is_named_with_its_size(case: str, tmp_path: Path) -> None:
