@@ -245,10 +245,14 @@ def _weak_section(e: Estimate) -> Section:
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
-    return [
-        (p.name, *value_with_std(p.value, p.std), percent(relative), p.unit)
-        for p, relative in ((p, p.relative_std_percent / 100) for p in e.parameters)
-    ]
+    rows = []
+    for p in e.parameters:
+        value, std = value_with_std(p.value, p.std)
+        relative = percent(p.relative_std_percent / 100)
+        if p.name in e.at_bound:
+            std, relative = "at bound", ""
+        rows.append((p.name, value, std, relative, p.unit))
+    return rows
 
 
 def _values_sections(e: Estimate) -> list[Section]:
