@@ -46,6 +46,10 @@ from symgen.robot.types import Robot
 
 #: Schema and name of the file that lists the parameters of drawn robots.
 SAMPLES, MARKER = "symgen.samples/1", "samples.json"
+_CAVEAT = (
+    "base parameters do not determine link parameters: these are one of infinitely many sets that "
+    "give the same torques, and a single mass or centre need not be the robot's"
+)
 #: Difference of a parameter that is read from the written one, of the largest, that is rounding.
 _READ = 1e-8
 
@@ -130,7 +134,7 @@ def identified_file(
     )
     mjcf = path.suffix.lower() == ".xml"
     dynamics = _dynamics(model.robot, links)
-    notes = [f"link parameters in {path.name}: {links.caveat}"]
+    notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(
             "the identified X is not physically possible: the file contains the nearest possible "
