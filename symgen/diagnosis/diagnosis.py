@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
+from symgen.estimation.band import Band
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
@@ -187,6 +188,7 @@ class Diagnosis(Viewable):
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
         contacts: contacts in the logs, whose samples count in no fit and in no gap after.
+        band: filters of the logs.
     """
 
     GONE: ClassVar = ("replay", "free_functions")
@@ -216,6 +218,7 @@ class Diagnosis(Viewable):
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
     contacts: Annotated[tuple[Fault, ...], BESIDE] = ()
+    band: Annotated[Band | None, BESIDE] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "energy", work(self.curves))

@@ -151,7 +151,7 @@ def diagnose(
         if cause is not None:
             whole = replace(whole, advice=(cause.says, *whole.advice))
     drawn = (*whole.mended, *opened.changed)
-    whole = replace(whole, repairs=opened.repairs, mended=largest(drawn))
+    whole = replace(whole, repairs=opened.repairs, mended=largest(drawn), band=asked.band)
     return _with_left_out(whole, source)
 
 
