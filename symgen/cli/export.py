@@ -104,8 +104,10 @@ def export(
             told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
         click.echo(f"torque error on {log}: {told}; the estimate {100 * errors.estimate:.3g} %")
         if not samples and errors.files[0] > errors.estimate + least / 100:
-            click.echo(f"this is more than --least {least:g} % above the estimate: symgen diagnose "
-                       "searches for what the model lacks")  # fmt: skip
+            why = "symgen diagnose searches for what the model lacks"
+            if first.left_out:
+                why = f"the format cannot hold {', '.join(name for name, _, _ in first.left_out)}"
+            click.echo(f"this is more than --least {least:g} % above the estimate: {why}")
             code = 1
     click.echo(f"written: {to}")
     return code

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
+from symgen.estimation.band import Band
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
@@ -149,6 +150,7 @@ class Diagnosis(Viewable):
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
+        band: filters of the logs.
     """
 
     GONE: ClassVar = ("replay", "free_functions", "energy")
@@ -176,6 +178,7 @@ class Diagnosis(Viewable):
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
+    band: Annotated[Band | None, BESIDE] = None
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""

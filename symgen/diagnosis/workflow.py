@@ -399,6 +399,7 @@ def _conclude(
         repairs=opened.repairs,
         mended=largest(opened.changed),
         moving=c.gaps.moving,
+        band=band,
     )
     return with_stiffness(diagnosis, robot, stiffnesses(train))
 

@@ -184,42 +184,35 @@ class Cell:
             yield Use(limit, numbers[moves[k]], 1 - float(least[k]), float(least[k]), 0.0)
 
 
+#: Coefficients of each joint, (m,).
+Coefficients = tuple[FloatArray, ...]
+#: B P and its derivatives for each joint, (4, N, m), with positions relative to the start.
+Sampled = tuple[FloatArray, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The motions of one run from rest to rest, with all joints' coefficients in one vector z.
+    """The motions of one run from rest to rest, with coefficients z of each joint.
 
-    Joint j moves as q(t) = centre + B(t) P z, with its part of z. P is a basis of the coefficients
-    with ends at rest (and at the start position, if there is one). Its columns have like speeds.
+    Joint j moves as q(t) = q(0) + (B(t) - B(0)) P z. P is a basis of the coefficients with ends at
+    rest, without the constant function. Its columns have like speeds.
 
     Attributes:
         bases: basis of each joint.
         P: for each joint, see above.
-        ones: for each joint, the part of z with B P z = 1.
-        parts: for each joint, where its part of z is.
-        centre: where joints rest for z = 0: the middle of the position limits, or the start, (n,).
-        free: whether the start is free; motions are then put into the middle of the limits.
         limits: limits of position, speed, acceleration and jerk.
+        start: start position, (n,); None if free: the middle of a motion is then that of the
+            limits.
     """
 
     bases: tuple[Basis, ...]
     P: tuple[FloatArray, ...]
-    ones: tuple[FloatArray, ...]
-    parts: tuple[slice, ...]
-    centre: FloatArray
-    free: bool
     limits: Bounds
+    start: FloatArray | None = None
 
-    @property
-    def size(self) -> int:
-        """Length of z."""
-        return int(self.parts[-1].stop)
-
-    def sizes(self, z: FloatArray) -> FloatArray:
-        """Return for each entry of z the RMS of all entries of its joint."""
-        out = np.empty_like(z)
-        for part in self.parts:
-            out[part] = np.sqrt(np.mean(z[part] ** 2))
-        return out
+    def draw(self, draw: np.random.Generator) -> Coefficients:
+        """Return random coefficients."""
+        return tuple(draw.normal(size=(P.shape[1],)) for P in self.P)
 
     def times(self, samples: int) -> FloatArray:
         """Return so many times in s, or more where joints have jumps."""
@@ -232,23 +225,30 @@ class Space:
         for basis, P in zip(self.bases, self.P, strict=True):
             if basis not in every:
                 every[basis] = np.stack([basis.matrix(t, order) @ P for order in range(4)])
+                every[basis][0] -= basis.matrix(np.zeros(1)) @ P
         return tuple(every[basis] for basis in self.bases)
 
-    def motion(self, z: FloatArray, sampled: Sampled) -> FloatArray:
+    def motion(self, z: Coefficients, sampled: Sampled) -> FloatArray:
         """Return q, qd, qdd and jerk, (4, N, n)."""
-        pairs = zip(sampled, self.parts, strict=True)
-        out = np.stack([matrices @ z[part] for matrices, part in pairs], axis=2)
-        out[0] += self.centre
+        out = _combined(z, sampled)
+        out[0] += self._begins(out[0])
         return out
 
-    def trajectory(self, z: FloatArray) -> Trajectory:
+    def trajectory(self, z: Coefficients, sampled: Sampled) -> Trajectory:
         """Return the run of z."""
-        coefficients = []
-        for basis, P, part, q in zip(self.bases, self.P, self.parts, self.centre, strict=True):
-            coefficients.append(q * basis.constant + P @ z[part])
+        begins, coefficients = self._begins(_combined(z, sampled)[0]), []
+        for basis, P, part, q in zip(self.bases, self.P, z, begins, strict=True):
+            c = P @ part
+            coefficients.append(c + (q - basis.matrix(np.zeros(1)) @ c) * basis.constant)
         return Trajectory(self.bases, tuple(coefficients))
 
-    def fitted(self, z: FloatArray, sampled: Sampled, grow: bool = False) -> FloatArray:
+    def _begins(self, x: FloatArray) -> FloatArray:
+        """Return q(0), (n,), of positions relative to it, (N, n)."""
+        if self.start is not None:
+            return self.start
+        return np.asarray(self.limits.centre - (x.max(axis=0) + x.min(axis=0)) / 2)
+
+    def fitted(self, z: Coefficients, sampled: Sampled, grow: bool = False) -> Coefficients:
         """Return z with every joint scaled into its limits, which hold at the sampled times.
 
         Args:
@@ -256,23 +256,22 @@ class Space:
             sampled: see `sampled`.
             grow: also enlarge joints that do not reach their limits.
         """
-        out = z.copy()
-        low, high = self.limits.low - self.centre, self.limits.high - self.centre
-        for j, part in enumerate(self.parts):
-            x = sampled[j] @ z[part]
-            if self.free:
-                middle = (x[0].max() + x[0].min()) / 2
-                x[0] -= middle
-                out[part] -= middle * self.ones[j]
-            rates = np.abs(x[1:]).max(axis=1) / self.limits.rates[:, j]
-            top = max(x[0].max() / high[j], x[0].min() / low[j], rates.max()) / _INSIDE
-            if top > 1 or (grow and top > 0):
-                out[part] /= top
-        return out
+        x, bounds = _combined(z, sampled), self.limits
+        begins = self._begins(x[0])
+        low, high = bounds.low - begins, bounds.high - begins
+        if self.start is None:  # the middle stays where it is
+            x[0] += begins - bounds.centre
+            low, high = -bounds.half, bounds.half
+        rates = np.abs(x[1:]).max(axis=1) / bounds.rates
+        shares = [x[0].max(axis=0) / high, x[0].min(axis=0) / low, *rates]
+        used = np.max(shares, axis=0) / _INSIDE
+        used = used if grow else np.maximum(used, 1.0)
+        return tuple(np.divide(part, share) for part, share in zip(z, used, strict=True))
 
 
-#: B P and its derivatives for each joint, (4, N, m).
-Sampled = tuple[FloatArray, ...]
+def _combined(z: Coefficients, sampled: Sampled) -> FloatArray:
+    """Return position from the start, speed, acceleration and jerk, (4, N, n)."""
+    return np.stack([x @ part for x, part in zip(sampled, z, strict=True)], axis=2)
 
 
 def space(bases: tuple[Basis, ...], limits: Bounds, start: FloatArray | None = None) -> Space:
@@ -280,22 +279,15 @@ def space(bases: tuple[Basis, ...], limits: Bounds, start: FloatArray | None = N
 
     Args:
         bases: basis of each joint.
-        limits: limits of the joints; positions define centre and range.
+        limits: limits of the joints.
         start: start position, (n,); None if free.
     """
-    every, ones, parts, at = [], [], [], 0
+    every = []
     for basis in bases:
-        conditions = basis.rest()
-        if start is not None:
-            conditions = np.concatenate([conditions, basis.matrix(np.zeros(1))])
         t = np.linspace(0, basis.duration, 200)
         speed = np.sqrt(np.mean(basis.matrix(t, 1) ** 2, axis=0))
         size = 1 / np.where(speed > 0, speed, speed.max())  # of coefficients for a speed of 1
-        null = np.linalg.qr((conditions * size).T, mode="complete")[0][:, len(conditions) :]
+        conditions = np.concatenate([basis.rest() * size, (basis.constant / size)[None]])
+        null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]
         every.append(size[:, None] * null)
-        ones.append(null.T @ (basis.constant / size))
-        parts.append(slice(at, at + null.shape[1]))
-        at += null.shape[1]
-    centre = limits.centre if start is None else start
-    free = start is None
-    return Space(bases, tuple(every), tuple(ones), tuple(parts), centre, free, limits)
+    return Space(bases, tuple(every), limits, start)

@@ -30,6 +30,7 @@ from symgen.experiment.bounds import (
     FRAMES,
     Bounds,
     Cell,
+    Coefficients,
     Space,
     Use,
     bounds,
@@ -49,17 +50,15 @@ from symgen.runtime.evaluator import Evaluator, load
 
 #: Condition number above which runs determine nothing: refused.
 SINGULAR = 1e5
-_LONGEST = 600.0  # s, of a run
 _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
 _MODELS = tuple(NEEDED)
 _SHRUNK = ("torque", *CELL)  # limits that are kept by shrinking the whole motion
 _SHRINK, _SMALLEST = 0.99, 0.9  # of it, again and again: between the samples of the search
 _ROWS = 4  # equations for each parameter in the search, at least
 _VISIBLE = 0.01  # share of a torque limit: default noise, and torque of a parameter that matters
-_UNLIMITED = 1.0  # N m or N: the same where torques have no limit
-_SLOW = 0.1  # of the allowed speeds, in the approach
-_PEAK = 1.875  # of the mean speed of a motion of degree five from rest to rest
-_MOST = 1_000_000  # runs, searches, iterations
+#: Duration of the approach, over the way at the allowed speed: a tenth of that speed is the peak,
+#: 1.875 times the mean, of a motion of degree five from rest to rest.
+_APPROACH = 18.75
 
 
 @dataclass(frozen=True)
@@ -126,21 +125,8 @@ def _require_positive(what: str, value: float) -> None:
 
 
 def _require_count(what: str, count: int) -> None:
-    if not 1 <= count <= _MOST:
-        raise ParameterError(f"{what} {count}; accepted: 1 to {_MOST}")
-
-
-@dataclass(frozen=True, eq=False)
-class Checked:
-    """A motion of all runs, with its use of limits every millisecond."""
-
-    runs: tuple[Trajectory, ...]
-    uses: tuple[Use, ...]
-
-    @property
-    def keeps(self) -> bool:
-        """Whether torques and cell are within their limits; the other limits always hold."""
-        return _excess(self.uses) <= 1
+    if count < 1:
+        raise ParameterError(f"{what} {count}; accepted: 1 or more")
 
 
 def _excess(uses: Iterable[Use]) -> float:
@@ -153,8 +139,15 @@ def condition_number(W: FloatArray) -> float:
     norms = np.linalg.norm(W, axis=0)
     if len(W) < W.shape[1] or not norms.all():
         return math.inf
-    singular = np.linalg.svd(np.linalg.qr(W / norms, mode="r"), compute_uv=False)
-    return float(singular[0] / singular[-1]) if singular[-1] > 1e-14 * singular[0] else math.inf
+    return float(np.linalg.cond(np.linalg.qr(W / norms, mode="r")))
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """A motion of all runs, with its largest use of each limit, every millisecond."""
+
+    runs: tuple[Trajectory, ...]
+    uses: tuple[Use, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,21 +189,21 @@ class Judge:
         return condition_number(np.concatenate([e.W for e in self.equations(runs, name)]))
 
     def checked(self, spaces: Sequence[Space], best: Candidate) -> Checked:
-        """Return the runs of a candidate, scaled until all limits hold every millisecond."""
+        """Return the runs of a candidate, shrunk until all limits hold every millisecond."""
         sampled = [s.sampled(s.times(math.ceil(s.bases[0].duration / FINE))) for s in spaces]
-        fitted = []
-        for choices, matrices, run in zip(spaces, sampled, best.runs, strict=True):
-            fitted.append(choices.fitted(run.z, matrices))
-        factor, found = 1.0, None
-        while found is None or (not found.keeps and factor > _SMALLEST):
-            uses: list[Use] = []
-            for choices, matrices, z in zip(spaces, sampled, fitted, strict=True):
-                motion = choices.motion(factor * z, matrices)
-                uses += [*self.limits.uses(motion), *self.uses(motion)]
-            runs = (s.trajectory(factor * z) for s, z in zip(spaces, fitted, strict=True))
-            found = Checked(tuple(runs), worst(uses))
-            factor *= _SHRINK
-        return found
+        parts = [*zip(spaces, sampled, strict=True)]
+        pairs = zip(parts, best.runs, strict=True)
+        found = [s.fitted(run.z, m) for (s, m), run in pairs]
+        factor, uses = 1.0, tuple[Use, ...]()
+        while not uses or (_excess(uses) > 1 and factor > _SMALLEST):
+            factor *= _SHRINK if uses else 1.0
+            every: list[Use] = []
+            for (s, m), z in zip(parts, found, strict=True):
+                motion = s.motion(_scaled(z, factor), m)
+                every += [*self.limits.uses(motion), *self.uses(motion)]
+            uses = worst(every)
+        runs = (s.trajectory(_scaled(z, factor), m) for (s, m), z in zip(parts, found, strict=True))
+        return Checked(tuple(runs), uses)
 
     def uses(self, motion: FloatArray) -> Iterator[Use]:
         """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
@@ -268,8 +261,7 @@ class Judge:
             # Where windows or filter do not fit these runs.
             with suppress(IdentificationError, LogError):
                 conditions[name] = self.condition(best.runs, name)
-        # The farthest way between positions takes a tenth of the allowed speeds.
-        way = (self.limits.high - self.limits.low) / (_SLOW * self.limits.rates[0])
+        way = (self.limits.high - self.limits.low) / self.limits.rates[0]
         return Plan(
             robot=self.model.robot.name,
             model=self.name,
@@ -286,51 +278,10 @@ class Judge:
             searches=searches,
             stopped=stopped,
             notes=self.notes,
-            approach=float(math.ceil(_PEAK * way.max())),
+            approach=float(math.ceil(_APPROACH * way.max())),
             joints=joints_of(self.model.robot),
             bounds=self.limits,
         )
-
-
-def judge(
-    robot: Robot,
-    name: str,
-    window: float,
-    rate: float,
-    limits: Bounds,
-    parameters: str | Path | None,
-    asked: bool,
-) -> Judge:
-    """Load the models and limits that motions are judged by.
-
-    Args:
-        robot: the mechanism.
-        name: name of the model that will be used.
-        window: window of energy and momentum, s.
-        rate: sampling rate, Hz.
-        limits: limits of the joints.
-        parameters: file of the prior model, or None.
-        asked: whether the caller passed torque limits.
-
-    Raises:
-        ParameterError: limits of torque without a prior model.
-    """
-    limited = bool(np.isfinite(limits.torque).any())
-    notes: tuple[str, ...] = ()
-    if parameters is None and asked:
-        raise ParameterError(
-            "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
-            "TOML with [parameters])"
-        )
-    if parameters is None and limited:
-        notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
-    fence = robot.limits if robot.limits is not None and robot.limits.cell else None
-    kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
-    model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
-    prior = None if parameters is None else read_parameters(parameters, model)
-    evaluator = load(model)
-    cell = Cell(evaluator, fence) if fence else None
-    return Judge(evaluator, name, window, rate, limits, prior, notes, cell)
 
 
 def excite(
@@ -383,12 +334,17 @@ def excite(
     allowed = bounds(source)
     kinds = _kinds(motion.kind, source, allowed)
     progress("deriving and compiling the model")
-    task = judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
+    task = _judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
     lengths = _durations(motion.duration, motion.runs, task)
-    bases = tuple(tuple(basis(k, length, motion.terms) for k in kinds) for length in lengths)
-    begin = _start(motion.start, allowed, source.n)
-    spaces = tuple(space(joints, allowed, begin) for joints in bases)
-    objective = task.objective(spaces, _noise(noise, allowed))
+    begin = None
+    if motion.start is not None:
+        where = "one position inside the limits"
+        begin = _one_each("start", motion.start, allowed.low, allowed.high, where)
+    spaces = []
+    for length in lengths:
+        joints = tuple(basis(kind, length, motion.terms) for kind in kinds)
+        spaces.append(space(joints, allowed, begin))
+    objective = task.objective(tuple(spaces), _noise(noise, allowed))
     clock = Clock(search.budget)
     reached: list[tuple[Candidate, Candidate]] = []  # where searches begin and end
     ended = 0
@@ -397,10 +353,9 @@ def excite(
             if k and clock.left <= 0:
                 break
             draw = np.random.default_rng([search.seed, k])
-            drawn = objective.drawn(draw)
+            first = objective.drawn(draw)
             if k == 0:
-                scale = task.scale(objective.torque(drawn))
-            first = min(drawn, key=lambda candidate: candidate.rank)
+                scale = task.scale(objective.torque(first))
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(first, scale)}")
             last = objective.improved(first, draw, search.iterations, clock)
             ended += clock.left > 0
@@ -410,7 +365,7 @@ def excite(
     best = min((last for _, last in reached), key=lambda candidate: candidate.rank)
     start = min((first for first, _ in reached), key=lambda candidate: candidate.rank)
     checked = task.checked(spaces, best)
-    if best.rank[0] > 1 or not checked.keeps:
+    if best.rank[0] > 1 or _excess(checked.uses) > 1:
         raise _too_much_torque(source, checked)
     condition = task.condition(checked.runs, model)
     if not condition <= SINGULAR:
@@ -422,20 +377,75 @@ def excite(
     return task.plan(checked, best.std, scale, begun, (ended, search.searches), stopped)
 
 
+def _judge(
+    robot: Robot,
+    name: str,
+    window: float,
+    rate: float,
+    limits: Bounds,
+    parameters: str | Path | None,
+    asked: bool,
+) -> Judge:
+    """Load the models and limits that motions are judged by.
+
+    Args:
+        robot: the mechanism.
+        name: name of the model that will be used.
+        window: window of energy and momentum, s.
+        rate: sampling rate, Hz.
+        limits: limits of the joints.
+        parameters: file of the prior model, or None.
+        asked: whether the caller passed torque limits.
+
+    Raises:
+        ParameterError: limits of torque without a prior model.
+    """
+    limited = bool(np.isfinite(limits.torque).any())
+    notes: tuple[str, ...] = ()
+    if parameters is None and asked:
+        raise ParameterError(
+            "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
+            "TOML with [parameters])"
+        )
+    if parameters is None and limited:
+        notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
+    fence = robot.limits if robot.limits is not None and robot.limits.cell else None
+    kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
+    model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
+    prior = None if parameters is None else read_parameters(parameters, model)
+    evaluator = load(model)
+    cell = Cell(evaluator, fence) if fence else None
+    return Judge(evaluator, name, window, rate, limits, prior, notes, cell)
+
+
+def _scaled(z: Coefficients, factor: float) -> Coefficients:
+    return tuple(factor * part for part in z)
+
+
 def _visible(limits: Bounds) -> FloatArray:
-    """Return the torque of each joint that counts as visible, (n,)."""
-    return np.where(np.isfinite(limits.torque), _VISIBLE * limits.torque, _UNLIMITED)
+    """Return the torque of each joint that counts as visible, (n,): 1 N m or N without a limit."""
+    return np.where(np.isfinite(limits.torque), _VISIBLE * limits.torque, 1.0)
 
 
 def _noise(noise: Sequence[float] | None, limits: Bounds) -> FloatArray:
     if noise is None:
         return _visible(limits)
-    out = np.array(noise, dtype=float)
-    if out.shape != limits.low.shape or not (np.isfinite(out) & (out > 0)).all():
-        raise ParameterError(
-            f"noise {', '.join(f'{x:g}' for x in out.ravel())}; accepted: one number above 0 for "
-            f"each of {len(limits.low)} joints"
-        )
+    low = np.zeros_like(limits.low)
+    return _one_each("noise", noise, low, low + math.inf, "one number above 0")
+
+
+def _one_each(
+    what: str, values: Sequence[float], low: FloatArray, high: FloatArray, accepted: str
+) -> FloatArray:
+    """Return a value of each joint, (n,).
+
+    Raises:
+        ParameterError: their number is wrong, or one is not between low and high.
+    """
+    out = np.array(values, dtype=float)
+    if out.shape != low.shape or not ((low < out) & (out < high)).all():
+        listed = ", ".join(f"{x:g}" for x in out.ravel())
+        raise ParameterError(f"{what} {listed}; accepted: {accepted} for each of {len(low)} joints")
     return out
 
 
@@ -460,18 +470,6 @@ def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str
     return kinds
 
 
-def _start(start: Sequence[float] | None, limits: Bounds, n: int) -> FloatArray | None:
-    if start is None:
-        return None
-    q = np.array(start, dtype=float)
-    if q.shape != (n,) or not ((limits.low < q) & (q < limits.high)).all():
-        raise ParameterError(
-            f"start {', '.join(f'{x:g}' for x in q.ravel())}; accepted: one position for each of "
-            f"{n} joints, inside the limits"
-        )
-    return q
-
-
 def _durations(
     duration: float | Sequence[float] | None, runs: int, task: Judge
 ) -> tuple[float, ...]:
@@ -482,16 +480,16 @@ def _durations(
         needed = WINDOWS * parameters * task.window / per_window / (1 - HELD_OUT)
         usual = _USUAL if task.name == "torque" else max(_USUAL, needed / runs + task.window)
         return (float(math.ceil(usual)),) * runs
-    given = [duration] if isinstance(duration, (int, float)) else list(duration)
-    lengths = tuple(map(float, given * (runs if len(given) == 1 else 1)))
+    given = np.atleast_1d(np.asarray(duration, dtype=float))
+    lengths = tuple(given.tolist()) * (runs if len(given) == 1 else 1)
     if len(lengths) != runs:
         raise ParameterError(f"{len(lengths)} durations; accepted: one, or one for each run")
     least = task.window if task.name != "torque" else 0.0
     for length in lengths:
-        if not least + 10 / task.rate < length <= _LONGEST:
+        if not least + 10 / task.rate < length < math.inf:
             raise ParameterError(
                 f"a run of {length:g} s; accepted: more than {least + 10 / task.rate:.4g} s (the "
-                f"window and ten samples), at most {_LONGEST:g} s"
+                "window and ten samples)"
             )
     return lengths
 

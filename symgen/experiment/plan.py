@@ -202,7 +202,6 @@ def binding_text(uses: tuple[Use, ...]) -> str:
 FORMATS = ("csv", "ros", "urscript")
 _UR_JOINTS = 6
 _UR_STEP = 0.008  # s, of servoj
-_UR_APPROACH = 0.1  # rad/s, the leading joint's
 
 
 def exported(plan: Plan, robot: Robot, into: Path, to: str) -> dict[Path, bytes]:
@@ -260,7 +259,7 @@ def _urscript(robot: Robot, run: Trajectory) -> bytes:
         )
     t = run.times(_UR_STEP)
     step, q = float(t[1] - t[0]), run.at(t)
-    lines = [f"def {robot.name}_excite():", f"  movej({_list(q[0])}, a=0.5, v={_UR_APPROACH})"]
+    lines = [f"def {robot.name}_excite():", f"  movej({_list(q[0])}, a=0.5, v=0.1)"]
     lines.append("  sleep(1.0)")
     lines += [f"  servoj({_list(row)}, 0, 0, {step:.9g}, 0.1, 300)" for row in q]
     lines += ["  stopj(1.0)", "end"]

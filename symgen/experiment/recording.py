@@ -60,13 +60,11 @@ class Instruments:
             if not 0 <= value < math.inf:
                 raise ParameterError(f"instruments: {name} is {value:g}; accepted: 0 or more")
 
-    def motion_noise(
-        self, runs: range, seed: int, shape: tuple[int, int]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the errors of q and qd in some runs, (runs, N, n); (1, 1, 1) without errors."""
+    def errors(self, run: int, seed: int, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
+        """Return the errors of q and qd in a run, (N, n) each; (1, 1) without errors."""
         return (
-            _normal(self.position_noise, runs, seed, _POSITION, shape),
-            _normal(self.velocity_noise, runs, seed, _VELOCITY, shape),
+            _normal(self.position_noise, run, seed, _POSITION, shape),
+            _normal(self.velocity_noise, run, seed, _VELOCITY, shape),
         )
 
     def read(
@@ -78,59 +76,48 @@ class Instruments:
             q = self.encoder_step * np.floor(q / self.encoder_step + 0.5)
         return q, qd
 
-    def torque(self, command: FloatArray, runs: range, seed: int) -> FloatArray:
-        """Return the torques in the logs of some runs, (runs, N, n).
-
-        Args:
-            command: the commanded torques, (runs, N, n), or (1, N, n) if all runs have the same.
-            runs: numbers of the runs.
-            seed: seed of all noise.
-        """
-        if not (self.torque_noise or self.torque_noise_relative):
-            return command
-        size = np.sqrt(np.mean(command**2, axis=1, keepdims=True))
-        e = _normal(1.0, runs, seed, _TORQUE, (command.shape[1], command.shape[2]))
-        return np.asarray(command + (self.torque_noise + self.torque_noise_relative * size) * e)
+    def recorded(
+        self, t: FloatArray, q: FloatArray, qd: FloatArray, tau: FloatArray, run: int, seed: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return q, qd and tau (N, n) in the log of a run, from true motion and command (N, n)."""
+        seen = self.delayed(t, q, qd, slice(0, len(t)))
+        q, qd = self.read(*seen, *self.errors(run, seed, q.shape))
+        size = self.torque_noise + self.torque_noise_relative * np.sqrt(np.mean(tau**2, axis=0))
+        return q, qd, tau + size * _normal(float(np.any(size)), run, seed, _TORQUE, tau.shape)
 
     def delayed(
         self, t: FloatArray, q: FloatArray, qd: FloatArray, at: slice
     ) -> tuple[FloatArray, FloatArray]:
-        """Return q and qd (runs, K, n) at t[at] - delay, interpolated by cubics.
+        """Return q and qd (K, n) at t[at] - delay, interpolated by cubics.
 
         Args:
             t: (N,) stamps, s.
-            q: (runs, N, n), known up to the last requested stamp.
-            qd: (runs, N, n).
+            q: (N, n), known up to the last requested stamp.
+            qd: (N, n).
             at: the requested stamps.
         """
         if not self.delay:
-            return q[:, at], qd[:, at]
+            return q[at], qd[at]
         from scipy.interpolate import CubicHermiteSpline  # not where a study is only read
 
-        then, last = t[at] - self.delay, range(*at.indices(len(t)))[-1]
+        then = t[at] - self.delay
         first = max(int(np.searchsorted(t, then[0], side="right")) - 1, 0)
-        known = slice(first, max(last, first + 1) + 1)
-        course = CubicHermiteSpline(t[known], q[:, known], qd[:, known], axis=1)
+        known = slice(first, max(at.stop, first + 2))
+        course = CubicHermiteSpline(t[known], q[known], qd[known])
         moved = np.maximum(then, t[0])
         return course(moved), np.where((then < t[0])[:, None], 0.0, course(moved, 1))
 
 
-def unseen_torque(size: FloatArray, runs: range, seed: int, samples: int) -> FloatArray:
-    """Return disturbance torques (runs, N, n) that no log shows, of standard deviations (n,)."""
-    e = _normal(1.0, runs, seed, _DISTURBANCE, (samples, len(size)))
-    return size * e
+def unseen_torque(size: FloatArray, run: int, seed: int, samples: int) -> FloatArray:
+    """Return disturbance torques (N, n) that no log shows, of standard deviations (n,)."""
+    return size * _normal(1.0, run, seed, _DISTURBANCE, (samples, len(size)))
 
 
-def _normal(
-    size: float, runs: range, seed: int, channel: int, shape: tuple[int, int]
-) -> FloatArray:
+def _normal(size: float, run: int, seed: int, channel: int, shape: tuple[int, ...]) -> FloatArray:
     """Draw from a separate stream for each run and instrument: run k does not depend on others."""
     if not size:
-        return np.zeros((1, 1, 1))
-    out = np.empty((len(runs), *shape))
-    for k, run in enumerate(runs):
-        out[k] = size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
-    return out
+        return np.zeros((1, 1))
+    return size * np.random.default_rng([seed, run, channel]).standard_normal(shape)
 
 
 KINDS = ("computed-torque", "pd")

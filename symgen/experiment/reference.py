@@ -22,7 +22,7 @@ from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
 from symgen.robot.types import Limits, Robot
 
 if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
+    from scipy.interpolate import BPoly
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
@@ -44,7 +44,7 @@ class Reference:
         q: (N, n) rad or m.
         qd: (N, n) rad/s or m/s.
         qdd: (N, n) rad/s2 or m/s2.
-        curve: q, qd and qdd over time, (3, n).
+        curves: q, qd and qdd over time.
     """
 
     name: str
@@ -52,15 +52,13 @@ class Reference:
     q: FloatArray
     qd: FloatArray
     qdd: FloatArray
-    curve: PPoly
+    curves: tuple[BPoly, ...]
 
     def at(self, t: FloatArray) -> FloatArray:
         """Return q, qd and qdd (T, 3, n) at times (T,); the robot rests outside the motion."""
-        outside = (t < self.t[0]) | (t > self.t[-1])
-        if not outside.any():
-            return np.asarray(self.curve(t))
-        out = self.curve(np.clip(t, self.t[0], self.t[-1]))
-        out[outside, 1:] = 0.0
+        inside = np.clip(t, self.t[0], self.t[-1])
+        out = np.stack([curve(inside) for curve in self.curves], axis=1)
+        out[inside != t, 1:] = 0.0
         return np.asarray(out)
 
 
@@ -80,32 +78,23 @@ def make_reference(
         LogError: there are fewer than 2 stamps, shapes differ, a number is not finite, or time does
             not increase.
     """
-    from scipy.interpolate import PPoly
+    from scipy.interpolate import BPoly
 
-    shape = q.shape
-    if len(t) < 2 or q.ndim != 2 or shape[0] != len(t) or not shape == qd.shape == qdd.shape:
-        refuse(f"{name}: t {t.shape}, q {shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
+    shape = len(t), q.shape[-1]
+    if len(t) < 2 or not q.shape == qd.shape == qdd.shape == shape:
+        refuse(f"{name}: t {t.shape}, q {q.shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
     if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
         refuse(f"{name}: a value is not a finite number", "finite numbers")
     if np.diff(t).min() <= 0:
         k = int(np.argmin(np.diff(t) > 0)) + 1
         refuse(f"{name}: sample {k}: {t[k]:.9g} s comes after {t[k - 1]:.9g} s", "increasing time")
     h = np.diff(t)[:, None]
-    x, v, a = q[:-1], qd[:-1], qdd[:-1]
-    # What the first three terms leave for the last three, in position, speed and acceleration.
-    dx = (q[1:] - x - v * h - a * h**2 / 2) / h**3
-    dv = (qd[1:] - v - a * h) / h**2
-    da = (qdd[1:] - a) / h
-    last = [
-        (6 * dx - 3 * dv + da / 2) / h**2,
-        (-15 * dx + 7 * dv - da) / h,
-        10 * dx - 4 * dv + da / 2,
-    ]
-    path = PPoly(np.stack([*last, a / 2, v, x]), t)
-    slopes = (np.pad(path.derivative(k).c, ((k, 0), (0, 0), (0, 0))) for k in range(3))
-    curve = PPoly(np.stack(list(slopes), axis=2), t)
+    v, w = qd * 2 / 5, qdd / 20
+    begin = [q[:-1], q[:-1] + h * v[:-1] / 2, q[:-1] + h * v[:-1] + h**2 * w[:-1]]
+    end = [q[1:] - h * v[1:] + h**2 * w[1:], q[1:] - h * v[1:] / 2, q[1:]]
+    path = BPoly(np.stack([*begin, *end]), t)
     t, q, qd, qdd = map(read_only, (t, q, qd, qdd))
-    return Reference(name, t, q, qd, qdd, curve)
+    return Reference(name, t, q, qd, qdd, (path, path.derivative(), path.derivative(2)))
 
 
 def reference_of(
@@ -154,12 +143,12 @@ def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
     return read_log(source, drive=robot.drive)
 
 
-def from_log(log: Log, cutoff: float | None = None) -> Reference:
+def from_log(log: Log) -> Reference:
     """Return the measured motion of a log: q through a zero-phase low-pass filter, and its slopes.
 
     Measured speeds are not used, so that q, qd and qdd belong to one motion.
     """
-    s = prepare(Log(log.name, log.t, log.q, None, log.tau), cutoff)
+    s = prepare(Log(log.name, log.t, log.q, None, log.tau), None)
     return make_reference(log.name, s.t, s.q, s.qd, differentiate(s.qd, s.step))
 
 
@@ -175,15 +164,13 @@ def torques_of(
     if isinstance(source, Log):
         aim = from_log(source)
         assert source.tau is not None  # from_log has seen to it
-        t, tau, start = source.t, source.tau, (aim.q[0], aim.qd[0])
-        if source.qd is not None:
-            start = source.q[0], source.qd[0]
+        name, t, tau = source.name, source.t, source.tau
+        start = (aim.q[0], aim.qd[0]) if source.qd is None else (source.q[0], source.qd[0])
     else:
+        name, rest = str(source), np.zeros((1, robot.n))
         t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
-        tau, rest = found["tau"], np.zeros((1, robot.n))
-        start = found.get("q", rest)[0], found.get("qd", rest)[0]
+        tau, start = found["tau"], (found.get("q", rest)[0], found.get("qd", rest)[0])
     if tau.shape[1] != robot.n:
-        name = source.name if isinstance(source, Log) else source
         raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
     return t, tau, start
 
@@ -249,17 +236,14 @@ def fourier(
     c[1::2], c[2::2] = -(b / w).T, (a / w).T
     motion = np.stack([series.matrix(t, order) @ c for order in range(3)])
     limits = robot.limits or Limits()
-    for j, sigma in enumerate(robot.sigma):
-        far, fast, hard = _MODEST[sigma]
-        low, high = limits.position[j] if limits.position else (-far, far)
-        fast = limits.velocity[j] if limits.velocity else fast
-        hard = limits.acceleration[j] if limits.acceleration else hard
-        own = motion[:, :, j]
-        own[0] -= (own[0].max() + own[0].min()) / 2
-        # A wide range would make slow motion of few reversals: a turn each way is enough.
-        top = np.array([min((high - low) / 2, 2 * far), fast, hard])
-        own *= _PART * (top / np.abs(own).max(axis=1)).min()
-        own[0] += (low + high) / 2
+    far, fast, hard = np.array([_MODEST[sigma] for sigma in robot.sigma]).T
+    low, high = np.array(limits.position).T if limits.position else (-far, far)
+    # A wide range would make slow motion of few reversals: a turn each way is enough.
+    half = np.minimum((high - low) / 2, 2 * far)
+    top = np.array([half, limits.velocity or fast, limits.acceleration or hard])
+    motion[0] -= (motion[0].max(axis=0) + motion[0].min(axis=0)) / 2
+    motion *= _PART * (top / np.abs(motion).max(axis=1)).min(axis=0)
+    motion[0] += (low + high) / 2
     return make_reference("Fourier series", t, *motion)
 
 

@@ -20,18 +20,17 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.experiment.bounds import Sampled, Space
+from symgen.experiment.bounds import Coefficients, Sampled, Space
 from symgen.runtime.evaluator import Evaluator
 
 _DRAWS = 10  # random motions of which a search begins with the best
 _PER_PERIOD = 16  # samples in a period of the fastest term
 _CHANGED = 0.2  # share of the coefficients that a step changes
-_STEP, _SMALLEST, _LARGEST = 0.3, 0.01, 1.0  # at the start, at the end, at most; relative
+_STEP, _SMALLEST = 0.3, 0.01  # at the start, at the end; relative
 # Of the step after a success, and after a failure: 0.985 ends in a sixth of the time, at standard
 # deviations that are 15 % larger.
 _GROW, _SHRINK = 1.3, 0.996
@@ -81,47 +80,43 @@ class Run:
     `information` is (p, p), and zero if the share is above 1.
     """
 
-    z: FloatArray
+    z: Coefficients
     excess: float
     information: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A motion of all runs."""
+    """A motion of all runs.
+
+    Attributes:
+        runs: the runs.
+        std: expected standard deviation of each parameter; infinite if it is not determined.
+        rank: smaller is better: motions within torque limits and cell first, then precise ones.
+    """
 
     runs: tuple[Run, ...]
+    std: FloatArray
+    rank: tuple[float, float]
 
-    @cached_property
-    def std(self) -> FloatArray:
-        """Expected standard deviation of each parameter; infinite if it is not determined."""
-        return deviations(np.sum([run.information for run in self.runs], axis=0))
 
-    @cached_property
-    def rank(self) -> tuple[float, float]:
-        """Smaller is better: motions within torque limits and cell first, then precise ones."""
-        excess = max(run.excess for run in self.runs)
-        if excess > 1:
-            return excess, math.inf
-        return 1.0, float(np.mean(np.log(self.std)))
-
-    def changed(self, k: int, run: Run) -> Candidate:
-        """Return the candidate with another run k."""
-        return Candidate((*self.runs[:k], run, *self.runs[k + 1 :]))
+def candidate(runs: Sequence[Run]) -> Candidate:
+    """Return the motion of some runs."""
+    std = deviations(np.sum([run.information for run in runs], axis=0))
+    excess = max(run.excess for run in runs)
+    precision = float(np.mean(np.log(std))) if excess <= 1 else math.inf
+    return Candidate(tuple(runs), std, (max(excess, 1.0), precision))
 
 
 def deviations(G: FloatArray) -> FloatArray:
     """Return sqrt(diag G^-1) of the information G (p, p); infinite where G is singular."""
     size = np.sqrt(np.diag(G))
-    if not size.all():
-        return np.full(len(G), math.inf)
+    size = np.where(size > 0, size, 1.0)
     try:
-        variance = np.diag(np.linalg.inv(G / np.outer(size, size)))
+        L = np.linalg.cholesky(G / np.outer(size, size))
     except np.linalg.LinAlgError:
         return np.full(len(G), math.inf)
-    if not (variance > 0).all():
-        return np.full(len(G), math.inf)
-    return np.asarray(np.sqrt(variance) / size)
+    return np.asarray(np.linalg.norm(np.linalg.inv(L), axis=0) / size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +156,7 @@ class Objective:
             rows = (W / self.noise[:, None]).reshape(-1, W.shape[2])
         return np.asarray(rows.T @ rows * (self.rate * duration / len(W)))
 
-    def run(self, k: int, z: FloatArray, grow: bool = False) -> Run:
+    def run(self, k: int, z: Coefficients, grow: bool = False) -> Run:
         """Return run k with coefficients z, scaled into its limits."""
         space, sampled = self.spaces[k], self.sampled[k]
         z = space.fitted(z, sampled, grow)
@@ -170,28 +165,25 @@ class Objective:
             excess = self.excess(motion) / _MARGIN
             if excess <= 1:
                 return Run(z, excess, self.information(motion, space.bases[0].duration))
-            z = z * max(0.5, 0.99 / excess)
+            z = tuple(part * max(0.5, 0.99 / excess) for part in z)
         parameters = len(self.evaluator.model.base.parameters)
         return Run(z, excess, np.zeros((parameters, parameters)))
 
-    def torque(self, candidates: Sequence[Candidate]) -> FloatArray:
+    def torque(self, found: Candidate) -> FloatArray:
         """Return the RMS torque that each parameter alone causes with a value of 1, (n, p)."""
         squares = []
-        for candidate in candidates:
-            for space, sampled, run in zip(self.spaces, self.sampled, candidate.runs, strict=True):
-                W = self.regressor(space.motion(run.z, sampled))
-                squares.append(np.mean(W**2, axis=0))
+        for space, sampled, run in zip(self.spaces, self.sampled, found.runs, strict=True):
+            W = self.regressor(space.motion(run.z, sampled))
+            squares.append(np.mean(W**2, axis=0))
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
-    def drawn(self, draw: np.random.Generator) -> list[Candidate]:
-        """Draw random motions that reach their limits."""
-        out = []
+    def drawn(self, draw: np.random.Generator) -> Candidate:
+        """Return the best of some random motions that reach their limits."""
+        tried = []
         for _ in range(_DRAWS):
-            runs = []
-            for k, space in enumerate(self.spaces):
-                runs.append(self.run(k, draw.normal(size=space.size), grow=True))
-            out.append(Candidate(tuple(runs)))
-        return out
+            pairs = enumerate(self.spaces)
+            tried.append(candidate([self.run(k, space.draw(draw), True) for k, space in pairs]))
+        return min(tried, key=lambda each: each.rank)
 
     def improved(
         self, best: Candidate, draw: np.random.Generator, iterations: int, clock: Clock
@@ -204,16 +196,21 @@ class Objective:
         for _ in range(iterations):
             if clock.left <= 0 or step < _SMALLEST:
                 break
-            k = int(draw.integers(len(self.spaces)))
-            z = best.runs[k].z
-            size = self.spaces[k].sizes(z)
-            change = draw.normal(size=len(z)) * (draw.uniform(size=len(z)) < _CHANGED)
-            tried = best.changed(k, self.run(k, z + step * size * change))
+            k, runs = int(draw.integers(len(self.spaces))), list(best.runs)
+            runs[k] = self.run(k, tuple(_changed(part, step, draw) for part in runs[k].z))
+            tried = candidate(runs)
             if tried.rank < best.rank:
-                best, step = tried, min(_GROW * step, _LARGEST)
+                best, step = tried, _GROW * step
             else:
                 step *= _SHRINK
         return best
+
+
+def _changed(part: FloatArray, step: float, draw: np.random.Generator) -> FloatArray:
+    """Return the coefficients of a joint with some of them changed at random."""
+    size = step * np.sqrt(np.mean(part**2))
+    changed = draw.uniform(size=len(part)) < _CHANGED
+    return np.asarray(part + size * draw.normal(size=len(part)) * changed)
 
 
 def grid(space: Space, enough: float) -> Sampled:

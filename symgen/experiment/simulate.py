@@ -85,16 +85,17 @@ class Simulation:
             runs: numbers of the runs, one for each motion, or any if there is one motion.
             seed: seed of all noise.
         """
-        count = len(self.t)
-        noise = instruments.motion_noise(runs, seed, (count, len(self.sigma)))
-        q, qd = instruments.delayed(self.t, self.q, self.qd, slice(0, count))
-        q, qd = instruments.read(q, qd, *noise)
-        arrays = (self.q, self.qd, self.tau, q, qd, instruments.torque(self.tau, runs, seed))
-        shape = (len(runs), count, len(self.sigma))
-        true_q, true_qd, tau, q, qd, tau_log = (np.broadcast_to(x, shape) for x in arrays)
+        motions = range(len(runs)) if len(self.q) > 1 else [0] * len(runs)
+        true = [(self.q[k], self.qd[k], self.tau[k]) for k in motions]
+        logs = [
+            instruments.recorded(self.t, *motion, run, seed)
+            for motion, run in zip(true, runs, strict=True)
+        ]
+        q, qd, tau = (np.stack(x) for x in zip(*true, strict=True))
+        q_log, qd_log, tau_log = (np.stack(x) for x in zip(*logs, strict=True))
         return replace(
-            self, q=true_q, qd=true_qd, tau=tau, q_log=q,
-            qd_log=qd if instruments.velocity else None, tau_log=tau_log,
+            self, q=q, qd=qd, tau=tau, q_log=q_log,
+            qd_log=qd_log if instruments.velocity else None, tau_log=tau_log,
         )  # fmt: skip
 
     def log(self, run: int = 0) -> Log:
@@ -154,7 +155,6 @@ def _require_format(suffix: str) -> None:
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
-_MOST_RUNS = 100_000
 #: Of an integration step: a log without noise gives its parameters back to 1e-4.
 _TOLERANCE = 1e-8
 #: What the controllers call.
@@ -224,9 +224,9 @@ def simulate(
     if torque is not None and made.rate is not None:
         raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
     numbers = range(runs) if isinstance(runs, int) else runs
-    if not 1 <= len(numbers) <= _MOST_RUNS or min(numbers) < 0 or seed < 0:
+    if not numbers or min(numbers) < 0 or seed < 0:
         raise ParameterError(
-            f"simulate: {runs} runs, seed {seed}; accepted: 1 to {_MOST_RUNS} runs, seed 0 or more"
+            f"simulate: {runs} runs, seed {seed}; accepted: 1 run or more, seed 0 or more"
         )
     if torque is not None:
         t, tau, start = torques_of(torque, source)
@@ -238,90 +238,43 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    first = start if initial is None else initial
-    return _moved(
-        evaluator.model, X, t, law, first, made, numbers, seed, width, hold, progress, meter
-    )
-
-
-def _moved(
-    model: Model,
-    X: FloatArray,
-    t: FloatArray,
-    law: Law,
-    initial: tuple[ArrayLike, ArrayLike],
-    made: Recording,
-    runs: range,
-    seed: int,
-    width: float,
-    hold: bool,
-    progress: Say,
-    meter: Meter,
-) -> Simulation:
-    """Simulate runs along stamps t (N,), and return the logs.
-
-    Args:
-        model: the robot.
-        X: its parameters (p,).
-        t: (N,) s.
-        law: the torque that acts.
-        initial: q and qd (n,).
-        made: instruments, controller, disturbance and clipping.
-        runs: their numbers.
-        seed: of all noise.
-        width: of Coulomb friction.
-        hold: whether a torque is held until the next stamp.
-        progress: is told what is being done.
-        meter: is told which part is done.
-    """
-    robot, shown = model.robot, made.instruments
-    limits = robot.limits.torque if robot.limits else None
+    limits = source.limits.torque if source.limits else None
     if made.clip and limits is None:
-        raise ParameterError(f"simulate: clip, and {robot.name} has no torque in [limits]")
+        raise ParameterError(f"simulate: clip, and {source.name} has no torque in [limits]")
     if not 1e-9 <= width <= 1.0:
         raise ParameterError(f"simulate: width {width:g}; accepted: 1e-9 to 1")
-    if len(runs) * len(t) * robot.n > _MOST:
+    if len(numbers) * len(t) * source.n > _MOST:
         raise ParameterError(
-            f"simulate: {len(runs)} runs of {len(t)} samples and {robot.n} joints would fill "
-            f"the memory; accepted: up to {_MOST // (len(t) * robot.n)} runs at a time"
+            f"simulate: {len(numbers)} runs of {len(t)} samples and {source.n} joints would fill "
+            f"the memory; accepted: up to {_MOST // (len(t) * source.n)} runs at a time"
         )
-    start = [np.asarray(x, dtype=np.float64) for x in initial]
-    for name, value in zip(("q", "qd"), start, strict=True):
-        if value.shape != (robot.n,) or not np.isfinite(value).all():
-            raise ParameterError(
-                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
-                f"accepted: ({robot.n},)"
-            )
-    measured, pushed = made.controller.feedback == "measured", made.unseen(robot.n)
-    noisy = measured and (shown.position_noise or shown.velocity_noise)
+    measured, pushed = made.controller.feedback == "measured", made.unseen(source.n)
     # Runs that differ in nothing but what is read off them are one motion.
-    moving = runs if pushed.any() or noisy else runs[:1]
-    progress(f"moving {robot.name} over {t[-1] - t[0]:.6g} s")
+    moving = numbers[:1] if made.moves_alike else numbers
+    progress(f"moving {source.name} over {t[-1] - t[0]:.6g} s")
     motions = []
     for k, run in enumerate(moving):
         acting = _clipped(law, limits) if made.clip else law
         if measured:
-            acting = _on_measurements(acting, shown, t, range(run, run + 1), seed, robot.n)
-        push = unseen_torque(pushed, range(run, run + 1), seed, len(t))[0] if pushed.any() else None
+            acting = _on_measurements(acting, made.instruments, t, run, seed, source.n)
         motions.append(
             simulate_motion(
-                model,
+                evaluator.model,
                 X,
                 acting,
                 t,
-                (start[0], start[1]),
+                _state(start if initial is None else initial, source.n),
                 width=width,
                 hold=hold or measured,
-                pushed=push,
+                pushed=unseen_torque(pushed, run, seed, len(t)) if pushed.any() else None,
                 tolerance=_TOLERANCE,
                 progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
             )
         )
-    for motion in motions:
-        _require_finite(motion, robot)
+        _require_finite(motions[-1], source)
     q, qd, tau = (np.stack([getattr(m, name) for m in motions]) for name in ("q", "qd", "tau"))
     true = Simulation(
-        robot.name,
+        source.name,
         read_only(t),
         q,
         qd,
@@ -329,12 +282,28 @@ def _moved(
         q,
         qd,
         tau,
-        robot.sigma,
-        tuple(j.number for j in robot.movable),
-        _torque_notes(t, tau, robot, limits, made.clip),
-        robot.drive,
+        source.sigma,
+        tuple(j.number for j in source.movable),
+        _torque_notes(t, tau, source, limits, made.clip),
+        source.drive,
     )
-    return true.seen_by(shown, runs, seed)
+    return true.seen_by(made.instruments, numbers, seed)
+
+
+def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, FloatArray]:
+    """Return the initial q and qd, (n,) each.
+
+    Raises:
+        ParameterError: the shape is another one, or a number is not finite.
+    """
+    q, qd = (np.asarray(x, dtype=np.float64) for x in initial)
+    for name, value in (("q", q), ("qd", qd)):
+        if value.shape != (n,) or not np.isfinite(value).all():
+            raise ParameterError(
+                f"simulate: initial {name} has the shape {value.shape}, or is not finite; "
+                f"accepted: ({n},)"
+            )
+    return q, qd
 
 
 def _clipped(law: Law, limits: tuple[float, ...] | None) -> Law:
@@ -343,20 +312,18 @@ def _clipped(law: Law, limits: tuple[float, ...] | None) -> Law:
 
 
 def _on_measurements(
-    law: Law, instruments: Instruments, t: FloatArray, run: range, seed: int, n: int
+    law: Law, instruments: Instruments, t: FloatArray, run: int, seed: int, n: int
 ) -> Law:
     """Return a law that acts at the stamps on what the instruments read there."""
-    shape = (len(t), n)
-    errors = [
-        np.broadcast_to(e, (1, *shape))[0] for e in instruments.motion_noise(run, seed, shape)
-    ]
-    past_q, past_qd = np.zeros((2, 1, *shape))
+    shape = len(t), n
+    q_error, qd_error = (np.broadcast_to(e, shape) for e in instruments.errors(run, seed, shape))
+    past_q, past_qd = np.zeros((2, *shape))
 
     def measured(at: float, q: FloatArray, qd: FloatArray) -> FloatArray:
         k = int(np.argmin(np.abs(t - at)))
-        past_q[0, k], past_qd[0, k] = q, qd
-        q, qd = (x[0, 0] for x in instruments.delayed(t, past_q, past_qd, slice(k, k + 1)))
-        return law(at, *instruments.read(q, qd, errors[0][k], errors[1][k]))
+        past_q[k], past_qd[k] = q, qd
+        (q,), (qd,) = instruments.delayed(t, past_q, past_qd, slice(k, k + 1))
+        return law(at, *instruments.read(q, qd, q_error[k], qd_error[k]))
 
     return measured
 

@@ -10,9 +10,9 @@ identifies them with each model and method, and compares them with the true valu
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.torque_error import relative_error
 from symgen.experiment.recording import Instruments, Recording
 from symgen.experiment.reference import Reference, reference_of
 from symgen.experiment.simulate import KERNELS, Parameters, Simulation, simulate, values_of
@@ -45,7 +46,7 @@ from symgen.views import Viewable
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
 METHODS = ("ols", "wls", "iv")
-_FEWEST, _MOST = 3, 100_000  # runs
+_FEWEST = 3  # runs
 _HELD_HZ = 100.0
 _HALF = 1.96  # of a 95 % interval of a normal law, in standard deviations
 
@@ -203,9 +204,9 @@ def study(
         IdentificationError: a model or method does not exist.
         LogError: a trajectory cannot be read, or has another number of joints.
     """
-    if not (_FEWEST <= runs <= _MOST and seed >= 0):
+    if runs < _FEWEST or seed < 0:
         raise ParameterError(
-            f"study: {runs} runs, seed {seed}; accepted: {_FEWEST} to {_MOST} runs, seed 0 or more"
+            f"study: {runs} runs, seed {seed}; accepted: {_FEWEST} runs or more, seed 0 or more"
         )
     source = read_robot(robot)
     require_gravity(source, "a study")
@@ -228,66 +229,54 @@ def study(
         for t in trajectories or (None,)
     ]
     held = reference_of(held_out, source, duration=duration, rate=_HELD_HZ, seed=seed + 1)
-    recorder = _Recorder(evaluator, X, aims, made, seed)
     progress(f"identifying {runs} runs by {len(ways)} ways")
     bands: dict[bool, Band] = {}
     estimates: list[list[tuple[FloatArray, FloatArray] | None]] = [[] for _ in ways]
-    for run in range(runs):
-        samples = recorder.samples(run)
+    for run, samples in enumerate(_recorded(evaluator, X, aims, made, runs, seed)):
         if not run:
             bands = _bands(evaluator, samples, ways, cutoff)
         logs = {iv: [filter_log(s, band) for s in samples] for iv, band in bands.items()}
         for way, solutions in zip(ways, estimates, strict=True):
             solutions.append(_solved(evaluator, logs[way[1].name == "iv"], *way))
         meter((run + 1) / runs)
-    motion = held.q, held.qd, held.qdd
     results = tuple(
-        _result(evaluator, X, motion, way, bands[way[1].name == "iv"], solutions)
+        _result(evaluator, X, held, way, bands[way[1].name == "iv"], solutions)
         for way, solutions in zip(ways, estimates, strict=True)
     )
     names = tuple(aim.name for aim in aims)
     return Study(source.name, runs, seed, names, held.name, window, made, results)
 
 
-class _Recorder:
-    """Simulates the logs of a run; a motion that all runs share is simulated once."""
+def _recorded(
+    evaluator: Evaluator,
+    X: FloatArray,
+    aims: Sequence[Reference],
+    recording: Recording,
+    runs: int,
+    seed: int,
+) -> Iterator[list[Samples]]:
+    """Yield the logs of each run, read and repaired as `identify` does.
 
-    def __init__(
-        self,
-        evaluator: Evaluator,
-        X: FloatArray,
-        aims: Sequence[Reference],
-        recording: Recording,
-        seed: int,
-    ) -> None:
-        self._evaluator, self._X, self._aims = evaluator, X, aims
-        self._recording, self._seed = recording, seed
-        self._shared: list[Simulation] = []
-        if recording.moves_alike:
-            exact = Recording(Instruments(), recording.controller, rate=recording.rate,
-                              clip=recording.clip)  # fmt: skip
-            self._shared = [simulate(evaluator, X, trajectory=a, recording=exact) for a in aims]
-
-    def samples(self, run: int) -> list[Samples]:
-        """Return the logs of a run, read and repaired as `identify` does."""
-        count, logs = len(self._aims), []
-        for k, aim in enumerate(self._aims):
-            number = run * count + k
-            runs = range(number, number + 1)
-            if self._shared:
-                made = self._shared[k].seen_by(self._recording.instruments, runs, self._seed)
+    A motion that all runs share is simulated once.
+    """
+    shared: list[Simulation] = []
+    if recording.moves_alike:
+        exact = replace(recording, instruments=Instruments())
+        shared = [simulate(evaluator, X, trajectory=aim, recording=exact) for aim in aims]
+    for run in range(runs):
+        logs = []
+        for k, aim in enumerate(aims):
+            number = run * len(aims) + k
+            only = range(number, number + 1)
+            if shared:
+                made = shared[k].seen_by(recording.instruments, only, seed)
             else:
                 made = simulate(
-                    self._evaluator,
-                    self._X,
-                    trajectory=aim,
-                    recording=self._recording,
-                    runs=runs,
-                    seed=self._seed,
+                    evaluator, X, trajectory=aim, recording=recording, runs=only, seed=seed
                 )
-            logs.append(made.log(0))
-        (opened,), _ = open_logs((logs,), self._evaluator.model.robot, None, silent)
-        return list(join_bands(opened, ())[0])
+            logs.append(made.log())
+        (opened,), _ = open_logs((logs,), evaluator.model.robot, None, silent)
+        yield join_bands(opened, ())[0]
 
 
 def _bands(
@@ -323,7 +312,7 @@ def _solved(
 def _result(
     evaluator: Evaluator,
     X: FloatArray,
-    motion: tuple[FloatArray, FloatArray, FloatArray],
+    held: Reference,
     way: tuple[EquationModel, Method],
     band: Band,
     solutions: Sequence[tuple[FloatArray, FloatArray] | None],
@@ -333,7 +322,7 @@ def _result(
     Args:
         evaluator: the model.
         X: true parameters, (p,).
-        motion: q, qd, qdd (N, n) of the held-out motion.
+        held: the held-out motion.
         way: model and method.
         band: of its logs.
         solutions: X and std of every run.
@@ -343,19 +332,17 @@ def _result(
     model, method = way[0].name, way[1].label
     if len(solved) < _FEWEST:
         return StudiedMethod(model, method, band, failed, (), None, ())
-    found, stated = (np.stack(part) for part in zip(*solved, strict=True))
+    found, stated = np.stack(solved, axis=1)
     bias, std = found.mean(axis=0) - X, found.std(axis=0, ddof=1)
     rms = np.sqrt(np.mean(stated**2, axis=0))
     inside = np.mean(np.abs(found - X) <= _HALF * stated, axis=0)
-    parameters = tuple(
-        Precision(p.name, p.unit, *(float(column[i]) for column in (X, bias, std, rms, inside)))
-        for i, p in enumerate(evaluator.model.base.parameters)
-    )
-    tau = evaluator.inverse_dynamics(*motion, X)
-    error = np.mean(
-        [np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) for x in found], axis=0
-    )
-    size = np.sum(tau**2, axis=0)
-    per_joint = np.sqrt(error / np.where(size > 0, size, np.inf))
-    total = math.sqrt(error.sum() / size.sum())
-    return StudiedMethod(model, method, band, failed, parameters, total, tuple(per_joint.tolist()))
+    rows = np.column_stack([X, bias, std, rms, inside]).tolist()
+    bases = zip(evaluator.model.base.parameters, rows, strict=True)
+    parameters = tuple(Precision(p.name, p.unit, *row) for p, row in bases)
+    motion = held.q, held.qd, held.qdd
+    tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held.q.shape[1])
+    for x in found:
+        error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(found)
+    whole = relative_error(error, np.sum(tau**2, axis=0))
+    per_joint = whole.per_joint or ()
+    return StudiedMethod(model, method, band, failed, parameters, whole.relative, per_joint)

@@ -141,7 +141,6 @@ class Cosine(Basis):
 KINDS = {b.kind: b for b in (Fourier, BSpline, Cubic, Cosine)}
 #: The fewest terms that can move.
 _FEWEST = {"fourier": 3, "bspline": 8, "cubic": 1, "cosine": 1}
-_MOST = 100
 #: Families whose acceleration is continuous and zero at both ends.
 SMOOTH = ("fourier", "bspline")
 
@@ -158,18 +157,22 @@ def basis(kind: str, duration: float, terms: int | None = None) -> Basis:
     harmonics = round(min(20.0, max(6.0, 0.8 * duration)))
     usual = 2 * harmonics + 4 if kind == "bspline" else harmonics
     count = usual if terms is None else terms
-    if not _FEWEST[kind] <= count <= _MOST:
-        raise ParameterError(f"{count} terms of kind {kind}; accepted: {_FEWEST[kind]} to {_MOST}")
+    if count < _FEWEST[kind]:
+        raise ParameterError(f"{count} terms of kind {kind}; accepted: {_FEWEST[kind]} or more")
     return KINDS[kind](duration, count)
+
+
+def times(duration: float, step: float) -> FloatArray:
+    """Return uniform times in s from 0 to the end, at most `step` apart."""
+    return np.linspace(0.0, duration, math.ceil(duration / step - 1e-9) + 1)
 
 
 def fine(own: Basis, step: float) -> FloatArray:
     """Return times in s over a run, at most `step` apart, and both sides of its jumps."""
-    T = own.duration
-    t = np.linspace(0.0, T, int(np.ceil(T / step - 1e-9)) + 1)
+    t = times(own.duration, step)
     if not isinstance(own, Cubic):
         return t
-    stops = np.linspace(0.0, T, own.terms + 1)
+    stops = np.linspace(0.0, own.duration, own.terms + 1)
     return np.unique(np.concatenate([t, stops, np.nextafter(stops[1:-1] * (1 - 1e-12), 0.0)]))
 
 
@@ -187,14 +190,12 @@ class Trajectory:
 
     def times(self, step: float) -> FloatArray:
         """Return uniform times in s from the start to the end, at least as dense as `step`."""
-        return np.linspace(0.0, self.duration, int(np.ceil(self.duration / step - 1e-9)) + 1)
+        return times(self.duration, step)
 
     def at(self, t: FloatArray, order: int = 0) -> FloatArray:
         """Return q, or its derivative of this order, at times t in s, (N, n)."""
-        columns = (
-            b.matrix(t, order) @ c for b, c in zip(self.bases, self.coefficients, strict=True)
-        )
-        return np.stack(list(columns), axis=1)
+        pairs = zip(self.bases, self.coefficients, strict=True)
+        return np.stack([b.matrix(t, order) @ c for b, c in pairs], axis=1)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the trajectory as values of JSON."""

@@ -110,13 +110,15 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
 
 
 def join_bands(
-    train: Sequence[Samples], held: Sequence[Samples]
+    train: Sequence[Samples], held: Sequence[Samples], comparison: float | None = None
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
     """Repair measured speeds that are late or scaled, and torques that are noise throughout.
 
-    The band in which they are compared is taken from the training logs.
+    Args:
+        train, held: the logs.
+        comparison: band in which they are compared, Hz; by default that of the training logs.
     """
-    comparison = comparison_band(train)
+    comparison = comparison or comparison_band(train)
     done: list[Fault] = []
 
     def mended(s: Samples) -> Samples:

@@ -25,8 +25,10 @@ from symgen.robot.imported import FORMATS
 from symgen.robot.toml_io import read_imported
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
-from symgen.schemas import result_file
+from symgen.schemas import from_json, result_file
 
+#: Name of the parameters in the folder of a diagnosis.
+PARAMETERS = "parameters.toml"
 _SAME = 1e-6  # m or rad: the frames of two files of one robot agree so closely
 
 
@@ -39,17 +41,14 @@ class Given:
         X: (p,) base parameters.
         named: value and standard deviation (or None) of each parameter in that file, by name.
         estimate: estimate in that file; None for TOML and URDF files.
+        band: filters of the run that gave the parameters; None if the file does not state them.
     """
 
     file: Path
     X: FloatArray
     named: Mapping[str, tuple[Any, Any]]
     estimate: Estimate | None
-
-    @property
-    def band(self) -> Band | None:
-        """The band of the estimate; None without an estimate."""
-        return None if self.estimate is None else self.estimate.band
+    band: Band | None
 
     @property
     def shifts(self) -> tuple[Fault, ...]:
@@ -68,19 +67,38 @@ def read_given(path: str | Path, model: Model) -> Given:
         ParameterError: as `read_parameters`, or the estimate is damaged.
     """
     named = read_named(Path(path), model)
-    X = _base(named, model, path)
+    X, file = _base(named, model, path), parameters_file(path)
+    if file.suffix == ".json":
+        estimate = read_estimate(file)
+        return Given(file, X, named, estimate, estimate.band)
+    return Given(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
+
+
+def parameters_file(path: str | Path) -> Path:
+    """Return the file of parameters: the path, or estimate.json or parameters.toml of a folder."""
     file = result_file(path, MARKER)
-    return Given(file, X, named, read_estimate(file) if file.suffix == ".json" else None)
+    diagnosed = file.with_name(PARAMETERS)
+    return diagnosed if Path(path).is_dir() and not file.exists() and diagnosed.exists() else file
+
+
+def _band(file: Path) -> Band | None:
+    """Return the table [band] of a TOML file that `diagnose` wrote; None without one.
+
+    Raises:
+        ParameterError: the table is damaged.
+    """
+    content = load_toml(file.read_text(encoding="utf-8-sig")).get("band")
+    return from_json(Band, content, file) if isinstance(content, dict) else None
 
 
 def read_parameters(path: str | Path, model: Model) -> FloatArray:
     """Read the base parameters X (p,) of a model.
 
     Args:
-        path: the folder that `identify` wrote, the estimate.json in it, or a TOML file with a table
-            [parameters]: base parameters by name (`ZZ1R = 1.7`), or standard ones (`ZZ1 = 1.2`),
-            which are regrouped; or the .urdf that the robot was imported from, whose inertias are
-            standard parameters.
+        path: the folder that `identify` or `diagnose` wrote, the estimate.json in it, or a TOML
+            file with a table [parameters]: base parameters by name (`ZZ1R = 1.7`), or standard
+            ones (`ZZ1 = 1.2`), which are regrouped; or the .urdf that the robot was imported from,
+            whose inertias are standard parameters.
         model: model of the robot.
 
     Raises:
@@ -140,7 +158,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
     """
     if path.suffix.lower() in FORMATS:
         return {name: (value, None) for name, value in cad_parameters(path, model).items()}
-    path = result_file(path, MARKER)
+    path = parameters_file(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
         content = load_json(text) if path.suffix == ".json" else load_toml(text)

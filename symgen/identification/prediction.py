@@ -13,23 +13,20 @@ import numpy as np
 from symgen.codegen.model import derive
 from symgen.data.log import Log
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples, lowpass
+from symgen.data.signals import lowpass
 from symgen.errors import ParameterError
-from symgen.estimation.band import Band, comparison_band
-from symgen.estimation.cutoff import choose_band
+from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.motion_error import motion_error
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
-from symgen.faults.logs import open_samples
-from symgen.faults.samples import mended_speeds
-from symgen.faults.undo import with_known_shifts
 from symgen.identification.estimate import Joint, joints_of
+from symgen.identification.known_band import open_in_band
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
-from symgen.runtime.evaluator import Evaluator, load
+from symgen.runtime.evaluator import load
 from symgen.schemas import BESIDE, at, read_result, result_file, to_json
 from symgen.views import Viewable
 
@@ -46,6 +43,8 @@ class Prediction(Viewable):
         torque: measured and predicted torque in the motion's band, (N, n), N m or N.
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
             all joints stacked; see `symgen.estimation.torque_error`.
+        moving: the same for joints in motion.
+        noise: what noise alone leaves of `moving`.
         kinetic: kinetic energy (N,), J.
         potential: potential energy (N,), J, up to a constant.
         band: the filters of the run: those of the estimate, where it states them.
@@ -58,6 +57,8 @@ class Prediction(Viewable):
     joints: tuple[Joint, ...]
     log: str
     error: Annotated[Residual, at("torque_error")]
+    moving: Annotated[Residual, at("torque_error_in_motion")]
+    noise: Annotated[Residual, at("noise_floor")]
     band: Band
     repairs: tuple[Fault, ...] = ()
     notes: tuple[str, ...]
@@ -67,7 +68,7 @@ class Prediction(Viewable):
 
     def __repr__(self) -> str:
         """Return robot, log and error."""
-        error = f"{100 * self.error.relative:.3g} %"
+        error = f"{100 * self.moving.relative:.3g} %"
         return f"<Prediction of {self.robot} along {self.log}: torque error {error}>"
 
     def to_json(self) -> dict[str, Any]:
@@ -98,9 +99,10 @@ def predict(
     Args:
         robot: a robot, a path or a library name.
         log: a path, or a log.
-        parameters: the folder that `identify` wrote, its estimate.json, or TOML with [parameters].
+        parameters: the folder that `identify` or `diagnose` wrote, its estimate.json, or TOML with
+            [parameters].
         cutoff: of the zero-phase filter of positions and speeds, Hz; by default that of the
-            estimate, or else the one that suits the log best.
+            parameters' file, or else the one that suits the log best.
         reading: how the log is read, and what of it has no say in the error.
 
     Raises:
@@ -108,27 +110,30 @@ def predict(
         ParameterError: the parameters are not this robot's.
     """
     source = read_robot(robot)
-    opened = open_samples(log, source, reading)
     model = derive(source, (*JUDGING, "energy"))
-    given = read_given(parameters, model)
-    evaluator, X = load(model), given.X
-    seen, repairs = _filtered(evaluator, opened, given.band, cutoff, given.shifts)
-    samples, band = seen.samples, seen.band
-    compared = fit(evaluator, [seen], X)
-    torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, X)
+    given, evaluator = read_given(parameters, model), load(model)
+    opened = open_in_band(
+        evaluator, [log], reading, band=given.band, shifts=given.shifts, cutoff=cutoff
+    )
+    (seen,) = opened.logs
+    compared = fit(evaluator, [seen], given.X)
+    judged = motion_error(evaluator, [seen], given.X, compared)
+    torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, given.X)
     measured = seen.tau
     if seen.rows.cutoff is not None:
         measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
-    kinetic, potential = evaluator["energy"](seen.q, seen.qd, X)
+    kinetic, potential = evaluator["energy"](seen.q, seen.qd, given.X)
     return Prediction(
         robot=source.name,
         joints=joints_of(source),
-        log=samples.name,
+        log=seen.name,
         error=compared.residual,
-        band=band,
-        repairs=repairs,
-        notes=(*samples.notes, f"band: {band.in_words()}", *compared.told_apart),
-        torque=Trace(samples.name, "validation", "torque", seen.t, measured, torque),
+        moving=judged.error,
+        noise=judged.noise,
+        band=opened.band,
+        repairs=opened.repairs,
+        notes=(*opened.notes, *compared.told_apart),
+        torque=Trace(seen.name, "validation", "torque", seen.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
     )
@@ -156,26 +161,8 @@ def torque_errors(
         LogError: the log cannot be read or belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
-    seen, _ = _filtered(evaluator, open_samples(log, robot, reading), band, shifts=shifts)
-    return [fit(evaluator, [seen], X).residual.relative for X in parameters]
-
-
-def _filtered(
-    evaluator: Evaluator,
-    opened: tuple[Samples, tuple[Fault, ...]],
-    known: Band | None,
-    cutoff: float | None = None,
-    shifts: Sequence[Fault] = (),
-) -> tuple[FilteredLog, tuple[Fault, ...]]:
-    """Mend a log that was opened, shift and filter it; return it with all repairs."""
-    samples, repairs = opened
-    comparison = comparison_band([samples]) if known is None else known.comparison_hz
-    samples, mended = mended_speeds(samples, comparison)
-    band = known or choose_band(evaluator, [samples], cutoff)
-    if cutoff is not None:
-        band = replace(band, cutoff_hz=cutoff)
-    samples, shifted = with_known_shifts(samples, shifts)
-    return filter_log(samples, band), (*repairs, *mended, *shifted)
+    opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts)
+    return [fit(evaluator, opened.logs, X).residual.relative for X in parameters]
 
 
 def read_prediction(path: str | Path) -> Prediction:
@@ -197,7 +184,8 @@ def read_prediction(path: str | Path) -> Prediction:
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
-        if n == 0 or len(found.error.per_joint or ()) != n:
+        errors = (found.error, found.moving, found.noise)
+        if n == 0 or any(len(each.per_joint or ()) != n for each in errors):
             raise ValueError("torque_error")
     except (OSError, ValueError) as error:
         raise ParameterError(

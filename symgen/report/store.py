@@ -26,6 +26,7 @@ from symgen.identification import payload as payloads
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.identification.export import values_header
+from symgen.identification.parameters import PARAMETERS
 from symgen.identification.payload import Payload
 from symgen.identification.prediction import Prediction
 from symgen.report.content.comparison import comparison_content
@@ -43,6 +44,7 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import parameters_toml, robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+from symgen.schemas import as_json
 
 Result: TypeAlias = Estimate | Diagnosis | Prediction | Payload | Study | SimulationComparison
 #: What has a page: results, and values that no folder of results holds.
@@ -204,7 +206,8 @@ def _diagnosis_files(diagnosis: Diagnosis) -> tuple[Diagnosis, dict[str, bytes]]
     }
     values = {p.name: p.value for p in diagnosis.parameters if math.isfinite(p.value)}
     if values:
-        files["parameters.toml"] = parameters_toml(values.items()).encode()
+        band = None if diagnosis.band is None else as_json(diagnosis.band)
+        files[PARAMETERS] = parameters_toml(values.items(), band).encode()
     # Who gets the folder can check that its files are those of this diagnosis.
     digests = {path: hashlib.sha256(data).hexdigest() for path, data in sorted(files.items())}
     return replace(diagnosis, digests=digests), files

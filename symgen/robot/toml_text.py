@@ -98,9 +98,12 @@ def _value(value: Any) -> str:
     return written if plain else f'"{written}"'
 
 
-def parameters_toml(values: Iterable[tuple[str, float]]) -> str:
-    """Return parameter values as the text of a TOML file with [parameters]."""
-    return "[parameters]\n" + "".join(f"{name} = {value!r}\n" for name, value in values)
+def parameters_toml(
+    values: Iterable[tuple[str, float]], band: Mapping[str, Any] | None = None
+) -> str:
+    """Return parameter values, and the filters that gave them, as the text of a TOML file."""
+    text = f"[parameters]\n{_lines(dict(values))}"
+    return text if band is None else f"{text}\n[band]\n{_lines(band)}"
 
 
 def _decimal(expr: sp.Expr) -> str | None:

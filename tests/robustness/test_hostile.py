@@ -71,15 +71,16 @@ def one_line(code: int, lines: list[str], *words: str) -> None:
 # Numbers and texts of JSON and TOML.
 
 
-@pytest.mark.parametrize("errors", ["null", "[]", "[0.1]", "[0.1, 0.2, 0.3]"])
-def test_errors_of_a_prediction_are_one_for_each_joint(command, tmp_path, errors):
+@pytest.mark.parametrize("key", ["torque_error", "torque_error_in_motion", "noise_floor"])
+@pytest.mark.parametrize("errors", [None, [], [0.1], [0.1, 0.2, 0.3]])
+def test_errors_of_a_prediction_are_one_for_each_joint(command, tmp_path, errors, key):
     for file in (PROJECT / "tests" / "reference" / "schemas" / "prediction-2").glob("prediction.*"):
         shutil.copy(file, tmp_path)
     file = tmp_path / "prediction.json"
     assert command("report", tmp_path)[0] == 0
-    text, count = re.subn(r'("per_joint": )\[[^]]*\]', rf"\g<1>{errors}", file.read_text("utf-8"))
-    assert count == 1
-    file.write_text(text, "utf-8")
+    content = json.loads(file.read_text("utf-8"))
+    content[key]["per_joint"] = errors
+    file.write_text(json.dumps(content), "utf-8")
     code, _, err = command("report", tmp_path)
     one_line(code, messages(err), "prediction.json")
 

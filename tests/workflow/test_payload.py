@@ -83,10 +83,15 @@ def moved(motion: int, carries: bool, seconds: float, link: int = N):
     return t, q, qd, np.array([arm.inverse_dynamics(*x) for x in zip(q, qd, qdd, strict=True)])
 
 
-def recorded(seed: int, carries: bool, motion: int = 0, seconds: float = 16.0, link: int = N):
-    """A log of the arm: q with the noise of encoders, torque with friction and its own noise."""
+def recorded(seed: int, carries: bool, motion: int = 0, seconds: float = 16.0, link: int = N,
+             share: float = 0.0):  # fmt: skip
+    """A log of the arm: q with the noise of encoders, torque with friction and its own noise.
+
+    With a share, friction of that share of the torque of links acts on joints 2 and 3 as well.
+    """
     t, q, qd, tau = moved(motion, carries, seconds, link)
     rng = np.random.default_rng(seed)
+    tau = tau + share * np.array([0, 1, 1, 0, 0, 0]) * np.abs(tau) * np.sign(qd)
     q = q + 1e-5 * rng.standard_normal(q.shape)
     tau = tau + FS * np.sign(qd) + FV * qd + NOISE * rng.standard_normal(tau.shape)
     return symgen.make_log(f"log {seed}", t, q, tau)
@@ -128,6 +133,29 @@ def test_a_simulated_load_is_found(robot, parameters, way) -> None:
     assert found.frame == N
     assert found.residual.after < 0.5 * found.residual.before
     assert np.linalg.eigvalsh(_pseudo(values))[0] > 0
+
+
+LOAD_FRICTION = """
+[[effect]]
+name = "load_dependent_friction"
+joints = [2, 3]
+"""
+
+
+@pytest.mark.parametrize("beside", [pytest.param(False, marks=pytest.mark.slow), True])
+def test_a_load_on_an_arm_whose_friction_grows_with_it(robot, tmp_path, beside: bool) -> None:
+    (tmp_path / "robot.toml").write_text(robot.read_text() + LOAD_FRICTION)
+    arm = symgen.read_robot(tmp_path / "robot.toml")
+    known: dict[str, object] = {"without": [recorded(72, False, share=0.1)]}
+    if not beside:
+        logs = [recorded(k, False, k, share=0.1) for k in (1, 2)]
+        symgen.write(symgen.identify(arm, logs), tmp_path / "result")
+        known = {"parameters": tmp_path / "result"}
+    found = symgen.payload(arm, recorded(71, True, share=0.1), **known)
+    values, std = quantities(found)
+    assert (np.abs(values - TRUE) <= 4 * std + 1e-12).all(), (values - TRUE) / std
+    assert abs(values[0] / MASS - 1) < 0.015
+    assert found.residual.after < 1.1 * found.residual.noise_floor
 
 
 def test_a_load_is_given_in_a_frame_of_its_link(robot, parameters, tmp_path) -> None:

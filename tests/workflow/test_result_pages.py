@@ -45,7 +45,9 @@ def prediction() -> Prediction:
         robot="arm7",
         joints=JOINTS,
         log="ptp.csv",
-        error=Residual(0.2, tuple(error.tolist())),
+        error=Residual(0.3, tuple(error.tolist())),
+        moving=Residual(0.2, tuple(error.tolist())),
+        noise=Residual(0.01, (0.01,) * 7),
         band=BAND,
         notes=("ptp.csv: resampled to 250 Hz",),
         torque=trace,
@@ -66,12 +68,13 @@ def load() -> Payload:
         inertia=(known[1],) * 6,
         identifiable=("mass", "cx", "cz"),
         gain_uncertainty_percent=None,
-        residual=Left(0.2, 0.01),
+        residual=Left(0.2, 0.01, 0.009, (0.2,) * 7, (0.01,) * 7),
         method="weighted least squares of torque",
         band=BAND,
         repairs=(),
         notes=("ptp.csv: resampled to 250 Hz",),
         joints=JOINTS,
+        joint=7,
         traces=tuple(
             Trace(log, "train", quantity, t, measured, factor * measured)
             for log in ("carried.csv", "again.csv")
@@ -97,6 +100,7 @@ def plan() -> symgen.experiment.plan.Plan:
 def test_a_prediction_says_the_error_of_each_joint_in_its_unit_and_in_percent() -> None:
     text = Page(result_page(prediction())).text
     assert "Torque error: 20.0 %" in text
+    assert "Noise accounts for 1.00 %" in text
     assert "It is largest on wrist_2_joint (7): 50.0 %" in text
     _, measured = torques(0)
     rms = np.sqrt(np.mean(measured[:, 6] ** 2))

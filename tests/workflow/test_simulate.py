@@ -434,7 +434,7 @@ def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, monkey
         (["--into", "x.csv", "--trajectory", "nowhere.csv"], "nowhere.csv"),
         (["--into", "x.csv", "--controller", "pid"], "computed-torque, pd"),
         (["--into", "x.csv", "--encoder", "-1"], "0 or more"),
-        (["--into", "x.csv", "--runs", "0"], "1 to 100000 runs"),
+        (["--into", "x.csv", "--runs", "0"], "1 run or more"),
         (["--into", "x.csv", "--duration", "nan"], "samples"),
         (["--into", "x.csv", "--clip"], "[limits]"),
         (["--into", "x.csv", "--torque", "tau.csv", "--trajectory", "q.csv"], "one of the two"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -26,13 +25,11 @@ from symgen.report.plots import curves as plots
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-    from symgen.estimation.values import Trace
-    from symgen.identification.estimate import Joint
 
 _LOAD = "The origin is that of the frame of {}. The inertia is about the centre of mass."
 _ERROR = (
-    "The error is the RMS of measured minus modelled torque on the logs with the load. The "
-    "percentage is its ratio to the RMS of the measured torque."
+    "The error is the RMS of measured minus modelled torque of joints in motion, on the logs with "
+    "the load. The percentage is its ratio to the RMS of the measured torque."
 )
 _TORQUES = "Torque of the logs with the load, and of the model with and without it."
 
@@ -58,7 +55,7 @@ def payload_content(found: Payload) -> Content:
         told += f", standard deviation {std} kg"
     text = (
         f"Torque error: {percent(left.before)} without the load in the model, "
-        f"{percent(left.after)} with it."
+        f"{percent(left.after)} with it; noise accounts for {percent(left.noise_floor)}."
     )
     banner, run = Banner("plain", told, text), run_lines(found.band, found.repairs)
     return Content(f"Payload of {found.robot}", lead, sections, banner, run)
@@ -66,27 +63,18 @@ def payload_content(found: Payload) -> Content:
 
 def _errors(found: Payload) -> Table:
     """Return the torque error of each joint without the load and with it."""
-    joints, left = found.joints or (), found.residual
-    rows = [("all joints", percent(left.before), percent(left.after))]
-    if found.traces:
-        columns = [
-            _by_joint(joints, [t for t in found.traces if t.quantity == quantity])
-            for quantity in (WITHOUT, WITH)
-        ]
-        before, after = columns
-        labels = [joint.label for joint in joints]
-        rows = [*zip(labels, before, after, strict=True), *rows]
+    left, columns = found.residual, []
+    for ratios in (left.joints_before, left.joints_after):
+        texts = [percent(ratio) for ratio in ratios]
+        if found.traces:
+            measured = np.concatenate([t.measured for t in found.traces if t.quantity == WITH])
+            sizes = errors_in_units(found.joints, measured, ratios)
+            texts = [f"{own}, {text}" for (_, own), text in zip(sizes, texts, strict=True)]
+        columns.append(texts)
+    labels = [joint.label for joint in found.joints]
+    rows = [*zip(labels, *columns, strict=True)]
+    rows.append(("all joints", percent(left.before), percent(left.after)))
     return Table(("joint", "error without the load", "error with it"), rows)
-
-
-def _by_joint(joints: Sequence[Joint], traces: Sequence[Trace]) -> list[str]:
-    """Return the RMS error of each joint, and its ratio to the RMS torque."""
-    measured = np.concatenate([t.measured for t in traces])
-    error = measured - np.concatenate([t.predicted for t in traces])
-    size = np.linalg.norm(measured, axis=0)
-    ratios = (np.linalg.norm(error, axis=0) / np.where(size, size, np.inf)).tolist()
-    sizes = errors_in_units(joints, measured, ratios)
-    return [f"{own}, {percent(ratio)}" for (_, own), ratio in zip(sizes, ratios, strict=True)]
 
 
 def _torques(found: Payload) -> Figure | None:
@@ -98,7 +86,7 @@ def _torques(found: Payload) -> Figure | None:
         if (t.quantity, w.quantity, t.log) == (WITHOUT, WITH, w.log)
     }
     for log, (without, loaded) in pairs.items():
-        for j, joint in enumerate(found.joints or ()):
+        for j, joint in enumerate(found.joints):
             series = {
                 "measured": loaded.measured[:, j],
                 "without the load": without.predicted[:, j],
@@ -108,5 +96,4 @@ def _torques(found: Payload) -> Figure | None:
             panels.append(plots.Panel(joint.label, loaded.t, series, joint.unit, log=name))
     if not panels:
         return None
-    xlabel = "number of the pose" if found.band is None else "time, s"
-    return plots.line_grid(panels, title="Torque", xlabel=xlabel, columns=1, panel_height=165)
+    return plots.line_grid(panels, title="Torque", xlabel="time, s", columns=1, panel_height=165)

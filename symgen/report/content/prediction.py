@@ -25,27 +25,29 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 _ERROR = (
-    "The error is the RMS of measured minus predicted torque. The percentage is its ratio to the "
-    "RMS of the measured torque."
+    "The error is the RMS of measured minus predicted torque of joints in motion. The percentage "
+    "is its ratio to the RMS of the measured torque. The noise floor is the error that the noise "
+    "of the log alone would cause."
 )
 
 
 def prediction_content(prediction: Prediction) -> Content:
     """Return the torque error of each joint, the curves, the energies and notes."""
-    trace, error, band = prediction.torque, prediction.error, prediction.band
+    trace, moving, band = prediction.torque, prediction.moving, prediction.band
     lead = (
         f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
     )
     labels = [joint.label for joint in prediction.joints]
     units = [joint.unit for joint in prediction.joints]
-    ratios = error.per_joint or ()
+    ratios, floors = moving.per_joint or (), prediction.noise.per_joint or ()
     sizes = errors_in_units(prediction.joints, trace.measured, ratios)
     rows = [
-        (label, *size, percent(ratio))
-        for label, size, ratio in zip(labels, sizes, ratios, strict=True)
+        (label, *size, percent(ratio), percent(floor))
+        for label, size, ratio, floor in zip(labels, sizes, ratios, floors, strict=True)
     ]
-    rows.append(("all joints", "", "", percent(error.relative)))
-    table = Table(("joint", "RMS torque", "RMS error", "error"), rows)
+    noise = percent(prediction.noise.relative)
+    rows.append(("all joints", "", "", percent(moving.relative), noise))
+    table = Table(("joint", "RMS torque", "RMS error", "error", "noise floor"), rows)
     filters = (
         f"Both torques passed the same zero-phase low-pass at {number(band.comparison_hz, 3)} Hz, "
         f"positions and speeds one at {number(band.cutoff_hz, 3)} Hz."
@@ -63,13 +65,10 @@ def prediction_content(prediction: Prediction) -> Content:
         repairs_section(prediction.repairs),
         *notes_section(prediction.notes),
     )
-    banner = Banner(
-        tone="plain",
-        verdict=f"Torque error: {percent(error.relative)}",
-        text=f"It is largest on {largest(ratios, trace.measured, labels, units)}."
-        if ratios
-        else "",
-    )
+    text = f"Noise accounts for {noise}."
+    if ratios:
+        text = f"It is largest on {largest(ratios, trace.measured, labels, units)}. {text}"
+    banner = Banner("plain", f"Torque error: {percent(moving.relative)}", text)
     run = run_lines(band, prediction.repairs)
     return Content(f"Prediction of {prediction.robot}", lead, sections, banner, run)
 

@@ -1,0 +1,74 @@
+"""Logs that known parameters are compared with: opened, repaired, and filtered in one band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from symgen.data.raw import Reading
+from symgen.estimation.band import Band
+from symgen.estimation.cutoff import choose_band
+from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.logs import Source
+from symgen.faults.fault import Fault
+from symgen.faults.logs import join_bands, open_logs
+from symgen.faults.undo import with_known_shifts
+from symgen.parallel import Say, silent
+from symgen.runtime.evaluator import Evaluator
+
+
+@dataclass(frozen=True, eq=False)
+class LogsInBand:
+    """Logs in a band.
+
+    Attributes:
+        logs: the logs.
+        band: the filters.
+        repairs: repairs of the logs.
+        notes: texts about the logs and the band.
+    """
+
+    logs: tuple[FilteredLog, ...]
+    band: Band
+    repairs: tuple[Fault, ...]
+    notes: tuple[str, ...]
+
+
+def open_in_band(
+    evaluator: Evaluator,
+    sources: Sequence[Source],
+    reading: Reading | None = None,
+    *,
+    band: Band | None = None,
+    shifts: Sequence[Fault] = (),
+    cutoff: float | None = None,
+    progress: Say = silent,
+) -> LogsInBand:
+    """Open logs, repair them, and filter them in one band.
+
+    Args:
+        evaluator: the compiled model.
+        sources: paths, or logs.
+        reading: how the logs are read, and what is masked.
+        band: filters of the run that gave the parameters; by default those that suit the logs best.
+        shifts: shifts of the torques by that run.
+        cutoff: of the filter of positions and speeds, Hz, instead of that of the band.
+        progress: called with a text about the current step.
+
+    Raises:
+        LogError: a log cannot be read or belongs to another robot.
+    """
+    (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
+    samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
+    found = band or choose_band(evaluator, samples, cutoff)
+    if cutoff is not None:
+        found = replace(found, cutoff_hz=cutoff)
+    progress(f"band: {found.in_words()}")
+    repairs += more
+    logs = []
+    for s in samples:
+        shifted, done = with_known_shifts(s, shifts)
+        repairs += done
+        logs.append(filter_log(shifted, found))
+    notes = (*(note for s in samples for note in s.notes), f"band: {found.in_words()}")
+    return LogsInBand(tuple(logs), found, tuple(repairs), notes)

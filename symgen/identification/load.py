@@ -1,0 +1,121 @@
+"""The parameters of a load, and the mass, centre of mass and inertia that follow from them.
+
+    s = (XX XY XZ YY YZ ZZ MX MY MZ M),   c = (MX, MY, MZ)/M,   I_c = J - M (c'c I - c c')
+
+Standard deviations are those of the first order. If the logs do not determine a direction of s,
+what depends on it has no value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symgen import names
+from symgen.errors import ParameterError
+from symgen.estimation.values import FloatArray
+from symgen.identification.possible import Cone, deviations, nearest_moves
+from symgen.identification.pseudo_inertia import (
+    IDENTITY,
+    MATRIX,
+    about_centre,
+    parameters_of,
+    pseudo_inertia,
+)
+from symgen.robot.types import Frame
+
+COM = ("cx", "cy", "cz")
+#: Names of mass, centre and inertia about it, in the order of `read_off`.
+LABELS = ("mass", *COM, *names.INERTIA)
+_LENGTH = 0.1  # m, the size of a load in whose units its parameters compare
+#: Units of ten link parameters for that length and a mass of 1 kg.
+UNITS = np.array([*[_LENGTH**2] * 6, *[_LENGTH] * 3, 1.0])
+#: What is small in these units: steps of derivatives, smallest eigenvalue of the pseudo-inertia of
+#: a possible load, and share of a direction that logs do not determine.
+SMALL = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """Ten link parameters of a load, as far as logs determine them.
+
+    Attributes:
+        s: (10,) XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame.
+        covariance: of s, (10, 10), in the directions that are determined.
+        null: (10, k) orthonormal directions, in units of 0.1 m and 1 kg, that are not.
+    """
+
+    s: FloatArray
+    covariance: FloatArray
+    null: FloatArray
+
+    def in_frame(self, frame: Frame) -> Load:
+        """Return the load in another frame of the same link.
+
+            P' = A P A',  A = T^-1,  with the pseudo-inertia P of the load
+
+        Args:
+            frame: constant in the frame of the load.
+        """
+        A = np.linalg.inv(np.array(frame.transform))
+        T = np.array([parameters_of(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
+        null = np.linalg.qr((T * UNITS / UNITS[:, None]) @ self.null)[0]
+        return Load(T @ self.s, T @ self.covariance @ T.T, null)
+
+    def determined(self) -> tuple[str, ...]:
+        """Return which of LABELS the logs determine: those that no open direction changes."""
+        slopes = _slopes(UNITS * np.arange(1.0, 11.0)) * UNITS  # of a load without symmetries
+        open_ = np.linalg.norm(slopes @ self.null, axis=1)
+        whole = np.linalg.norm(slopes, axis=1)
+        return tuple(name for name, x in zip(LABELS, open_ / whole, strict=True) if x < SMALL)
+
+    def std(self) -> FloatArray:
+        """Return standard deviations of mass, centre and inertia about it, (10,)."""
+        J = _slopes(self.s)
+        return np.sqrt(np.maximum(np.diag(J @ self.covariance @ J.T), 0.0))
+
+    def nearest(self, mass: float | None = None) -> Load:
+        """Return the most likely load that exists: a body of positive density.
+
+            minimise |z|^2   with   s = s0 + L z,  L L' = C,  and a positive definite pseudo-inertia
+
+        Directions that the logs do not determine are free.
+
+        Args:
+            mass: kept, where it is known.
+
+        Raises:
+            ParameterError: the solver finds no solution.
+        """
+        scale = UNITS * abs(float(self.s[-1]))
+        x0 = self.s / scale
+        if not self.null.size and np.linalg.eigvalsh(pseudo_inertia(x0))[0] > 0:
+            return self
+        onto = np.hstack([self.null, deviations(self.covariance) / scale[:, None]])
+        cones = [Cone("semidefinite", MATRIX @ onto, MATRIX @ x0 - SMALL * IDENTITY)]
+        if mass is not None:
+            cones.append(Cone("zero", onto[-1:], x0[-1:] - mass / scale[-1]))
+        move = next(nearest_moves(self.null.shape[1], cones), None)
+        if move is None:
+            raise ParameterError("no possible load is near the estimate")
+        return Load((x0 + onto @ move) * scale, self.covariance, self.null)
+
+
+def read_off(s: FloatArray) -> FloatArray:
+    """Return mass, centre of mass (3) and inertia XX XY XZ YY YZ ZZ about it, (10,).
+
+    Raises:
+        ParameterError: the mass is zero.
+    """
+    mass, com, inertia = about_centre(s)
+    if not np.isfinite(com).all():
+        raise ParameterError("the load has no mass: the logs with and without it do not differ")
+    return np.array([mass, *com, *inertia[np.triu_indices(3)]])
+
+
+def _slopes(s: FloatArray) -> FloatArray:
+    """Return the derivative of `read_off`, (10, 10), by central differences."""
+    step = SMALL * UNITS
+    changes = [read_off(s + h) - read_off(s - h) for h in np.diag(step)]
+    return np.array(changes).T / (2 * step)
