@@ -286,7 +286,7 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
-    from scipy.fft import next_fast_len
+    from scipy.fft import irfft, next_fast_len, rfft
 
     require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
@@ -296,13 +296,13 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     head, tail = continuation(flat, length, window), continuation(flat[::-1], length, window)[::-1]
     padded = np.concatenate([head, flat, tail])
     size = int(next_fast_len(len(padded), real=True))
-    gains = [np.fft.rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
+    gains = [rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
     found = [np.empty(flat.shape, order="F") for _ in gains]  # each channel is contiguous
     inside = slice(2 * length, 2 * length + samples)
     for channel in range(flat.shape[1]):
-        transform = np.fft.rfft(padded[:, channel], size)
+        transform = rfft(padded[:, channel], size)
         for out, gain in zip(found, gains, strict=True):
-            out[:, channel] = np.fft.irfft(transform * gain, size)[inside]
+            out[:, channel] = irfft(transform * gain, size)[inside]
     return [out.reshape(x.shape) for out in found]
 
 
