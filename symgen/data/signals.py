@@ -14,15 +14,6 @@ from typing import Any
 import numpy as np
 
 from symgen.data.bandwidth import HIGHEST, MARGIN, motion_bandwidth
-from symgen.data.convolution import (
-    CARDINAL,
-    cardinal_slope,
-    circle,
-    convolved,
-    gain_of,
-    slope_gain,
-    spline_slope,
-)
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
@@ -38,7 +29,6 @@ TAIL = 9.6
 _SLOW = 10.0  # Hz
 _LOST = 3.0  # steps that jitter or a lost row may take, whatever the motion
 _MISSING = 0.3  # share of steps that may differ from the clock
-_ENDS = 8 * CARDINAL  # samples at an end of a log whose slopes are recomputed
 
 NORMAL = 1.4826  # standard deviation over median absolute value of normal noise
 
@@ -238,36 +228,22 @@ def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatAr
 def _derive_velocity(
     q: FloatArray, step: float, cutoff: float | None
 ) -> tuple[FloatArray, FloatArray, float | None, str]:
+    """Return positions, their derivative, the cutoff that both passed, and a note."""
     source = "from the user"
     if cutoff is None:
         cutoff, source = motion_bandwidth(q, step), "from the motion's bandwidth"
-        reason = None
-        if _is_noise_free(q):
-            reason = "its noise is negligible"
-        elif not can_filter(cutoff, step):
-            reason = f"the motion reaches too near the Nyquist frequency of {0.5 / step:.4g} Hz"
-        if reason:
-            note = f"qd is missing and was derived from q, not filtered because {reason}"
+        if not can_filter(cutoff, step):
+            note = (
+                "qd is missing and was derived from q, not filtered because the motion reaches "
+                f"too near the Nyquist frequency of {0.5 / step:.4g} Hz"
+            )
             return q, differentiate(q, step), None, note
-    smooth = lowpass(q, step, cutoff)
+    smooth, speed = lowpass_and_slopes(q, step, cutoff, 1)
     note = (
         "qd is missing and was derived from q, both through a zero-phase low-pass filter at "
         f"{cutoff:.4g} Hz ({source})"
     )
-    return smooth, differentiate(smooth, step), cutoff, note
-
-
-def _is_noise_free(q: FloatArray) -> bool:
-    """Whether unfiltered noise is below 0.1 % of the acceleration on every joint.
-
-    White noise with standard deviation s has sixth differences with sqrt(924) s, and second
-    differences with sqrt(6) s. The sixth differences of a smooth motion are almost zero.
-    """
-    sixth = rms(np.diff(q, 6, axis=0)) / math.sqrt(924.0)
-    second = rms(np.diff(q, 2, axis=0))
-    # Rounding of q is not noise: at rest or constant speed, second differences are zero.
-    rounding = 1e-14 * np.max(np.abs(q), axis=0)
-    return bool(np.all(math.sqrt(6.0) * sixth <= 1e-3 * second + rounding))
+    return smooth, speed, cutoff, note
 
 
 def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
@@ -297,7 +273,8 @@ def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
 def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -> list[FloatArray]:
     """Apply `lowpass` to a signal, and differentiate the result up to twice.
 
-    All results share one Fourier transform of the signal.
+    Each derivative is the convolution with that of the impulse response. All results share one
+    Fourier transform of the signal.
 
     Args:
         x, step, cutoff: as for `lowpass`.
@@ -309,78 +286,74 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     Raises:
         LogError: the cutoff is not between 0 and the Nyquist frequency.
     """
+    from scipy.fft import irfft, next_fast_len, rfft
+
     require_cutoff("low-pass filter", cutoff, step)
     samples = len(x)
     length = min(samples - 1, math.ceil(TAIL / (cutoff * step)))
-    together = samples > _ENDS and length >= 1
-    reach = length + (slopes * CARDINAL if together else 0)
-    if length < 1:
-        found = [x.copy()]
-    else:
-        padded = continued(x, step, cutoff, length).reshape(samples + 2 * length, -1)
-        size = circle(samples + 2 * reach, reach)
-        gains = [gain_of(step, cutoff, length, size)]
-        if together:
-            gains += [gains[0] * slope_gain(step, size) ** k for k in range(1, slopes + 1)]
-        # Each channel is contiguous.
-        columns = [np.empty((samples, padded.shape[1]), order="F") for _ in gains]
-        room = np.zeros(samples + 2 * reach)  # only the ends depend on this padding
-        for k, column in enumerate(padded.T):
-            room[reach - length : reach + length + samples] = column
-            for out, y in zip(columns, convolved(room, gains, reach, size), strict=True):
-                out[:, k] = y
-        found = [out.reshape(x.shape) for out in columns]
-    for k in range(1, slopes + 1):
-        if len(found) <= k:
-            found.append(differentiate(found[-1], step))
-            continue
-        before, own, ends = found[k - 1], found[k], k * CARDINAL
-        own[:ends] = differentiate(before[:_ENDS], step)[:ends]
-        own[-ends:] = differentiate(before[-_ENDS:], step)[-ends:]
-    return found
+    flat = x.reshape(samples, -1)
+    window = end_window(step, cutoff)
+    head, tail = continuation(flat, length, window), continuation(flat[::-1], length, window)[::-1]
+    padded = np.concatenate([head, flat, tail])
+    size = int(next_fast_len(len(padded), real=True))
+    gains = [rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
+    found = [np.empty(flat.shape, order="F") for _ in gains]  # each channel is contiguous
+    inside = slice(2 * length, 2 * length + samples)
+    for channel in range(flat.shape[1]):
+        transform = rfft(padded[:, channel], size)
+        for out, gain in zip(found, gains, strict=True):
+            out[:, channel] = irfft(transform * gain, size)[inside]
+    return [out.reshape(x.shape) for out in found]
+
+
+@lru_cache(maxsize=64)
+def response(step: float, cutoff: float, length: int, slope: int = 0) -> FloatArray:
+    """Return a derivative of the impulse response of `lowpass` at -length .. length steps.
+
+        h(t) = sum over k = 0..3 of Re(-i w_k/8 exp(i w_k |t|)),
+        w_k = 2 pi cutoff exp(i pi (2k + 1)/8)
+
+    is the inverse transform of 1 / (1 + (w / 2 pi cutoff)**8). Weights of the derivative `slope`
+    are exact for polynomials up to that degree.
+
+    Args:
+        step: sampling step in s.
+        cutoff: cutoff in Hz.
+        length: number of weights on either side.
+        slope: order of the derivative, 0 to 2.
+    """
+    poles = 2 * np.pi * cutoff * np.exp(1j * np.pi * (2 * np.arange(4) + 1) / 8)
+    waves = np.exp(1j * step * np.outer(np.arange(length + 1), poles))
+    half = np.real(waves @ (-0.125j * poles * (1j * poles) ** slope))
+    weights = np.concatenate([(-1) ** slope * half[:0:-1], half])
+    if slope:
+        weights -= weights.sum() * response(step, cutoff, length)
+    before = -step * np.arange(-length, length + 1)
+    return np.asarray(weights * math.factorial(slope) / (before**slope @ weights))
 
 
 def end_window(step: float, cutoff: float) -> int:
-    """Return the number of end samples for the local cubic of `continued`."""
+    """Return the number of end samples for the local cubic of `continuation`."""
     # Compared on sines at a fifth of the cutoff: shorter windows pass noise, longer ones distort.
     return max(6, math.ceil(0.6 / (cutoff * step)))
 
 
-def continued(x: FloatArray, step: float, cutoff: float, length: int) -> FloatArray:
-    """Return a signal (N, ...) with `length` more samples at both ends."""
-    window = min(len(x), end_window(step, cutoff))
-    flat = x.reshape(len(x), -1)
-    head = _continuation(flat, length, window)
-    tail = _continuation(flat[::-1], length, window)[::-1]
-    return np.concatenate([head, flat, tail]).reshape(-1, *x.shape[1:])
-
-
-def _continuation(x: FloatArray, length: int, window: int) -> FloatArray:
-    """Return `length` samples before x, in order of time."""
-    start, curvature = np.tensordot(end_of_cubic(window), x[:window], 1)
-    back = np.arange(length, 0, -1, dtype=np.float64).reshape(-1, *[1] * (x.ndim - 1))
-    return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2, dtype=np.float64)
-
-
-def onto_end(weights: FloatArray, window: int, own: FloatArray) -> None:
-    """Add the weights (K, L) of the L samples that continue a signal to those of its own samples.
+def continuation(x: FloatArray, length: int, window: int) -> FloatArray:
+    """Return `length` samples before a signal (N, k), in order of time.
 
     Args:
-        weights: in order of time, before the signal.
-        window: number of its first samples that the continuation follows from.
-        own: (K, N) weights of the signal, changed in place.
+        x: the signal.
+        length: fewer than N.
+        window: number of samples for the local cubic at its first one.
     """
-    length = weights.shape[1]
-    back = np.arange(length, 0, -1, dtype=np.float64)
-    start, curvature = end_of_cubic(window)
-    own[:, 1 : length + 1] -= weights[:, ::-1]
-    # Sums of numpy, which are the same with any number of threads.
-    own[:, :window] += 2.0 * weights.sum(axis=1)[:, None] * start
-    own[:, :window] += np.sum(weights * back**2, axis=1)[:, None] * curvature
+    window = min(window, len(x))
+    start, curvature = _end_of_cubic(window) @ x[:window]
+    back = np.arange(length, 0, -1, dtype=np.float64)[:, None]
+    return np.asarray(2.0 * start - x[length:0:-1] + curvature * back**2)
 
 
 @lru_cache(maxsize=32)
-def end_of_cubic(window: int) -> FloatArray:
+def _end_of_cubic(window: int) -> FloatArray:
     """Return the matrix from samples to value and second derivative of their cubic at the first."""
     powers = min(3, window - 1) + 1
     s = np.arange(window) / window
@@ -437,8 +410,8 @@ def _typical(x: FloatArray) -> float:
 def differentiate(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt, the derivative of the interpolating spline of degree five, with zero phase.
 
-    It is exact for polynomials up to degree five. For a sine, the error at inner samples is of
-    sixth order in the step.
+    The degree is less for few samples. It is exact for polynomials up to its degree. For a sine,
+    the error at inner samples is of sixth order in the step.
 
     Args:
         x: (N,) or (N, k) signal with uniform steps, N at least 2.
@@ -447,18 +420,11 @@ def differentiate(x: FloatArray, step: float) -> FloatArray:
     Returns:
         The derivative, with the shape of x, in the unit of x per second.
     """
-    if len(x) <= 4 * CARDINAL:
-        return spline_slope(x) / step
-    out = np.empty(x.shape)
-    weights = cardinal_slope()
-    inner = slice(CARDINAL, len(x) - CARDINAL)
-    flat, columns = out.reshape(len(x), -1), x.reshape(len(x), -1)
-    for k in range(columns.shape[1]):
-        flat[inner, k] = np.convolve(columns[:, k], weights, mode="valid")
-    span = 2 * CARDINAL
-    out[:CARDINAL] = spline_slope(x[:span])[:CARDINAL]
-    out[-CARDINAL:] = spline_slope(x[-span:])[-CARDINAL:]
-    return out / step
+    from scipy.interpolate import make_interp_spline
+
+    degree = max(k for k in (1, 3, 5) if k < max(len(x), 2))
+    at = np.arange(len(x))
+    return np.asarray(make_interp_spline(at, x, degree).derivative()(at) / step)
 
 
 def require_cutoff(where: str, cutoff: float, step: float, duration: float = math.inf) -> None:

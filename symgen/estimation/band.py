@@ -11,6 +11,7 @@ from typing import Annotated
 
 import numpy as np
 
+from symgen.data.mask import mean_speeds, slow_speeds
 from symgen.data.signals import Samples, lowpass
 from symgen.estimation.values import FloatArray
 from symgen.schemas import OPTIONAL
@@ -82,6 +83,18 @@ class Band:
             f"{self.rate_hz:.4g} Hz, {passed}, torques compared below {self.comparison_hz:.3g} Hz, "
             f"speeds {self.velocity}"
         )
+
+
+def rest_speeds(logs: Sequence[Samples], sigma: Sequence[int]) -> FloatArray:
+    """Return the mean speeds below which joints rest, (n,) rad/s (m/s); -1 if one never moves.
+
+    Args:
+        logs: that show how fast joints move.
+        sigma: (n,) types of the joints.
+    """
+    largest = np.max([np.abs(mean_speeds(s.q, s.step)).max(axis=0) for s in logs], axis=0)
+    slow, still = slow_speeds(largest, sigma)
+    return np.where(still, -1.0, slow)
 
 
 def comparison_band(logs: Sequence[Samples]) -> float:

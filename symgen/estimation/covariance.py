@@ -18,20 +18,9 @@ from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
 
-def scores(
-    e: Equations, X: FloatArray, scale: FloatArray, weight: float | FloatArray
-) -> FloatArray:
-    """Return w^2 (y - W X) W / scale of every row, (K, p).
-
-    Args:
-        e: the equations.
-        X: (p,) at which they are taken.
-        scale: (p,) norms of the weighted columns.
-        weight: of the rows: a number, or (K,).
-    """
-    out: FloatArray = e.W / scale
-    out *= (np.square(weight) * (e.y - e.W @ X))[:, None]
-    return out
+def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
+    """Return w^2 (y - W X) W of every row, (K, p), for rows of one weight w."""
+    return np.asarray(weight**2 * (e.y - e.W @ X)[:, None] * e.W)
 
 
 def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) -> FloatArray:
@@ -58,8 +47,7 @@ def robust_covariance(
     X: FloatArray,
     bread: FloatArray,
     scores: Sequence[FloatArray],
-    weights: Sequence[float | FloatArray] | FloatArray,
-    instruments: bool = False,
+    products: Iterable[Products],
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of an estimate, (p, p) each: of noise, and of what the model misses.
 
@@ -68,11 +56,9 @@ def robust_covariance(
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
         scores: s_i, (K, p) a log.
-        weights: of the rows in that derivative, a number or (K,) a log.
-        instruments: whether its rows are those of Z, on one side.
+        products: of the weighted rows in that derivative, log by log.
     """
-    pairs = zip(system.logs, weights, strict=True)
-    white, misfit = covariances(X, bread, (Products.of(e, w, instruments) for e, w in pairs))
+    white, misfit = covariances(X, bread, products)
     return widened(long_run_covariance(system, bread, scores), white), misfit
 
 
@@ -80,17 +66,13 @@ def long_run_covariance(
     system: LinearSystem, bread: FloatArray, scores: Sequence[FloatArray]
 ) -> FloatArray:
     """Return the covariance (p, p) by `sandwich` alone; arguments as for `robust_covariance`."""
-    parts = [counts(e) for e in system.logs]
-    meat = sum(bartlett(s, part.lag) for s, part in zip(scores, parts, strict=True))
-    return sandwich(bread, np.asarray(meat), parts)
+    meat = sum(bartlett(s, e.lag) for s, e in zip(scores, system.logs, strict=True))
+    return sandwich(bread, np.asarray(meat), system.logs)
 
 
-def counts(e: Equations) -> Summary:
-    """Return what the covariance has to know of equations: how many there are, and their lag."""
-    return Summary(e.W[:0], len(e.y), e.correlation, joint=e.joint)
-
-
-def sandwich(bread: FloatArray, meat: FloatArray, parts: Iterable[Summary]) -> FloatArray:
+def sandwich(
+    bread: FloatArray, meat: FloatArray, parts: Iterable[Summary | Equations]
+) -> FloatArray:
     """Return the covariance (p, p), robust to correlated residuals (Newey and West 1987).
 
         cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)

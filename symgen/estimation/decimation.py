@@ -17,8 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.convolution import lowpass_weights
-from symgen.data.signals import TAIL, end_window, onto_end
+from symgen.data.signals import TAIL, continuation, end_window, response
 from symgen.estimation.band import OPEN
 from symgen.estimation.values import FloatArray
 
@@ -82,62 +81,50 @@ class Decimation:
                 part = slice(first, min(first + _CHUNK, len(kept)))
                 yield part, values(int(kept[part][0]), int(kept[part][-1]) + 1)
             return
-        apart, reach = self.stride * self.step, math.ceil(TAIL / (self.cutoff * self.step))
-        reach = min(reach, self.samples - 1)
-        beyond = min(reach // self.stride, self.nodes - 1)
-        alone = max(beyond + 1, end_window(apart, self.cutoff))  # nodes that continue an end
+        reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
+        beyond = min(reach // self.stride, self.nodes - 1)  # nodes that continue an end
+        window = end_window(self.stride * self.step, self.cutoff)
         period = self.every // math.gcd(self.every, self.stride)
         block = period * max(1, together // period)  # that lies among the kept as the next one does
-        edges = range(block * -(-alone // block), self.nodes - alone, block)
-        begun = 0  # first of the kept that is not yet given; sums and weights of it and the next
-        left, weight = np.zeros((0, 1)), np.zeros(0)
-        for first, last in pairwise([0, *edges, self.nodes]):
-            inside = values(first, last)
-            flat = inside.reshape(len(inside), -1)
-            end = done = len(kept)
-            if last < self.nodes:
-                until = last * self.stride + reach
-                end, done = np.searchsorted(kept, [until, until - 2 * reach]).tolist()
-            sums, total = np.zeros((end - begun, flat.shape[1])), np.zeros(end - begun)
-            sums[: len(left)], total[: len(left)] = left, weight
-            if end > begun:
-                ends = beyond if first == 0 else 0, beyond if last == self.nodes else 0
-                offset = int(kept[begun]) - first * self.stride
-                rows, own = _weights(self, reach, offset, (end - begun, len(flat)), ends)
-                sums += rows @ flat
-                total += own
-            if done > begun:
-                smooth = sums[: done - begun] / total[: done - begun, None]
-                yield slice(begun, done), smooth.reshape(done - begun, *inside.shape[1:])
-            left, weight, begun = sums[done - begun :], total[done - begun :], done
+        begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
+        edges = [0, *range(begin, self.nodes, block), self.nodes]
+        inside, lowest, done = np.zeros((0, 1)), 0, 0  # values of nodes from the lowest on
+        for first, last in pairwise(edges):
+            found = values(first, last)
+            flat = found.reshape(len(found), -1)
+            if first == 0:
+                inside, lowest = continuation(flat, beyond, window), -beyond
+            inside = np.concatenate([inside, flat])
+            end = int(np.searchsorted(kept, last * self.stride - reach))
+            if last == self.nodes:
+                inside = np.concatenate([inside, continuation(inside[::-1], beyond, window)[::-1]])
+                end = len(kept)
+            if end > done:
+                offset = int(kept[done]) - lowest * self.stride
+                smooth = _weights(self, reach, offset, end - done, len(inside)) @ inside
+                yield slice(done, end), smooth.reshape(end - done, *found.shape[1:])
+            done = end
+            if done < len(kept):
+                needed = -(-(int(kept[done]) - reach) // self.stride)
+                past = max(needed - lowest, 0)
+                inside, lowest = inside[past:], lowest + past
 
 
-@lru_cache(maxsize=256)  # some ten for each log and band, of about half a megabyte
-def _weights(
-    d: Decimation, reach: int, offset: int, shape: tuple[int, int], ends: tuple[int, int]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of a block of nodes in kept samples, and their sums.
+@lru_cache(maxsize=64)
+def _weights(d: Decimation, reach: int, offset: int, rows: int, nodes: int) -> FloatArray:
+    """Return the weights of some nodes in consecutive kept samples, (rows, nodes).
 
     Args:
         d: the decimation, with a filter.
         reach: samples on either side that have a weight.
         offset: samples from the first node to the first kept one.
-        shape: numbers of kept samples and of nodes.
-        ends: nodes by which the ends of the log are continued; what continues them is a sum of the
-            nodes there, so that their weights add to those of these nodes.
+        rows, nodes: their numbers.
     """
     assert d.cutoff is not None  # something is filtered
-    (count, own), (head, tail) = shape, ends
-    kept, nodes = offset + d.every * np.arange(count), d.stride * np.arange(-head, own + tail)
-    away = np.abs(kept[:, None] - nodes)
-    response = lowpass_weights(d.step, d.cutoff, reach)[reach:]
-    whole = np.where(away <= reach, response[np.minimum(away, reach)], 0.0)
-    out = whole[:, head : head + own].copy()
-    apart, back = d.stride * d.step, slice(None, None, -1)
-    for length, x, y in ((head, whole, out), (tail, whole[:, back], out[:, back])):
-        if length:
-            onto_end(x[:, :length], min(own, end_window(apart, d.cutoff)), y)
-    return out, whole.sum(axis=1)
+    away = np.abs(offset + d.every * np.arange(rows)[:, None] - d.stride * np.arange(nodes))
+    weights = response(d.step, d.cutoff, reach)[reach:]
+    out = np.where(away <= reach, weights[np.minimum(away, reach)], 0.0)
+    return np.asarray(out / out.sum(axis=1, keepdims=True))
 
 
 def decimation(samples: int, step: float, stride: int, cutoff: float) -> Decimation:

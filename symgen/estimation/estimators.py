@@ -23,12 +23,10 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
+from symgen.data.signals import NORMAL
 from symgen.errors import IdentificationError
-from symgen.estimation.covariance import (
-    long_run_covariance,
-    robust_covariance,
-    scores,
-)
+from symgen.estimation.covariance import long_run_covariance, robust_covariance, scores
+from symgen.estimation.misfit import Products
 from symgen.estimation.solve import (
     SINGULAR,
     Solution,
@@ -39,13 +37,12 @@ from symgen.estimation.solve import (
     least_squares_solution,
     log_weights,
     merged,
-    merged_rows,
     require_rows,
     residual_weights,
     undetermined,
     weighted_triangle,
 )
-from symgen.estimation.summary import Summary, bounded_deviation, summaries, summarise, triangle
+from symgen.estimation.summary import bounded_deviation, summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
@@ -59,13 +56,11 @@ NOISE_BIAS = (
 _SUSPECT = 1e-7
 #: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
 LEVEL = 0.01
-_HARMLESS = 0.5  # bias, of a standard deviation
 #: Correlation of a direction of W with the instruments under which they are called weak.
 _WEAK = 0.3
 #: A bias that intervals do not hold: in std, and as a share of a parameter known to another share.
 _BEYOND, _MATERIAL, _KNOWN = 3.0, 0.05, 0.3
 _UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
-_NORMAL_MEDIAN = 0.6744897501960817  # of |x|, of standard deviation 1
 
 
 class Estimator(Protocol):
@@ -116,8 +111,9 @@ class Wls:
 
 def _weighted(system: LinearSystem, passes: int) -> Solution:
     require_rows(system)
-    weights, X, scale, R = log_weights(summaries(system), system.names, passes)
-    return least_squares_solution(system, X, scale, R, weights)
+    parts = summaries(system)
+    weights, *solved = log_weights(parts, system.names, passes)
+    return least_squares_solution(system, parts, weights, (solved[0], solved[1], solved[2]))
 
 
 @dataclass(frozen=True)
@@ -126,7 +122,7 @@ class Huber:
 
         sum rho(e_i / s_l) minimal,   rho(u) = u^2/2 for |u| < threshold, linear beyond
 
-    s_l is the median of |e| over 0.6745 of each log and joint, taken anew in every pass. Precision
+    s_l is 1.4826 times the median of |e| of each log and joint, taken anew in every pass. Precision
     from Huber (1981), section 7.6: A = (sum of w w' over rows within the threshold)^-1.
 
     Attributes:
@@ -145,22 +141,24 @@ class Huber:
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of the reweighted rows."""
         require_rows(system)
-        X = Wls().solve(system).X
+        X, even = Wls().solve(system).X, np.ones(len(system.logs))
         for _ in range(self.passes):
             before = X
-            X, scale, R = merged_rows(system, self._weights(system, X)[0])
+            found = system.weighed(self._weights(system, X)[0])
+            X, scale, R = merged((s.factor for s in summaries(found)), even, system.names)
             moved, size = (np.linalg.norm(R @ (scale * x)) for x in (X - before, X))
             if moved <= self.tolerance * size:
                 break
         rows, inverse = self._weights(system, X)
         inside = [w == v for w, v in zip(rows, inverse, strict=True)]
-        kept = [v * i for v, i in zip(inverse, inside, strict=True)]
-        bread = inverse_information(*merged_rows(system, kept)[1:])
-        own = [scores(e, X, np.ones_like(X), w) for w, e in zip(rows, system.logs, strict=True)]
+        kept = summaries(system.weighed([v * i for v, i in zip(inverse, inside, strict=True)]))
+        bread = inverse_information(*merged((s.factor for s in kept), even, system.names)[1:])
+        own = [scores(e, X) for e in system.weighed(rows).logs]
+        products = [Products.of_summary(s, 1.0) for s in kept]
         beyond = 1 - np.mean(np.concatenate(inside))
         return Solution(
             X,
-            *robust_covariance(system, X, bread, own, kept),
+            *robust_covariance(system, X, bread, own, products),
             condition(R),
             tuple(map(float, inverse)),
             (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
@@ -169,13 +167,14 @@ class Huber:
     def _weights(self, system: LinearSystem, X: FloatArray) -> tuple[list[FloatArray], FloatArray]:
         """Return the weight of every row, (K,) a log, and 1/s of the logs."""
         errors = [np.abs(e.y - e.W @ X) for e in system.logs]
-        sigma = np.array([np.median(e) for e in errors]) / _NORMAL_MEDIAN
+        sigma = np.array([np.median(e) for e in errors]) * NORMAL
         squares = np.array([e.square for e in system.logs])
         inverse = inverse_deviation(bounded_deviation(sigma, squares))
-        return [
+        rows = [
             v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold))
             for e, v in zip(errors, inverse, strict=True)
-        ], inverse
+        ]
+        return rows, inverse
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +209,7 @@ class Prior:
             weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
             rows = [*(s.factor for s in parts), own]
             X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
-        solution = least_squares_solution(system, X, scale, R, weights)
+        solution = least_squares_solution(system, parts, weights, (X, scale, R))
         bread = inverse_information(scale, R)
         more = bread / self.std**2 @ bread  # A (meat + prior information) A
         return replace(solution, noise=solution.noise + more)
@@ -268,7 +267,8 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        covariances = robust_covariance(system, X, bread, own, weights)
+        products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
+        covariances = robust_covariance(system, X, bread, own, products)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
 
@@ -326,36 +326,33 @@ class InstrumentalVariables:
                 "instruments come from the encoders, or the commanded motion of every log"
             )
         least = self.least or Wls().solve(system)
-        parts, p = _with_instruments(system), len(system.names)
-        plain = [replace(s, factor=s.factor[:, p:]) for s in parts]
         weights: FloatArray = np.array(least.weights)
-        reduced = _Reduced(parts, weights, system.names)
+        reduced, parts = _Reduced.of(system, weights), summaries(system)
         for _ in range(PASSES if len(parts) > 1 else 0):
-            weights = residual_weights(plain, reduced.X)
-            reduced = _Reduced(parts, weights, system.names)
-        A = reduced.Rz.T @ reduced.Rzw
+            weights = residual_weights(parts, reduced.X)
+            reduced = _Reduced.of(system, weights)
+        X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
         bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
-        rows = [
-            (w * w * (e.y - e.W @ reduced.X))[:, None] * _z(e)
-            for w, e in zip(weights, system.logs, strict=True)
-        ]
-        tests = durbin_wu_hausman(system, weights)
-        std = least.std
-        notes = tuple(in_words(t, system.names, least.X, std, reduced.X) for t in tests[:1])
-        notes = notes or (_UNTESTED,)
+        rows, products = [], []
+        for e, s, w in zip(system.logs, parts, weights, strict=True):
+            Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
+            rows.append(w**2 * (e.y - e.W @ X)[:, None] * Z)
+            products.append(Products.of_summary(s, w, Z.T @ np.hstack([Z, F])))
+        test = durbin_wu_hausman(system, weights)
+        notes = [_UNTESTED if test is None else in_words(test, system.names, least, X)]
         if reduced.shared < _WEAK:
-            notes += (
+            notes.append(
                 "weak instruments: a combination of columns has a correlation of "
-                f"{reduced.shared:.2g} with them; its estimate is uncertain, also beyond its std",
+                f"{reduced.shared:.2g} with them; its estimate is uncertain, also beyond its std"
             )
         return Solution(
-            reduced.X,
-            *robust_covariance(system, reduced.X, bread, rows, weights, instruments=True),
+            X,
+            *robust_covariance(system, X, bread, rows, products),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
-            notes,
-            tests,
-            (OtherEstimate.by("wls", system.names, least.X, std),),
+            tuple(notes),
+            () if test is None else (test,),
+            (OtherEstimate.by("wls", system.names, least.X, least.std),),
         )
 
 
@@ -365,42 +362,50 @@ def _z(equations: Equations) -> FloatArray:
     return equations.Z
 
 
-def _with_instruments(system: LinearSystem) -> list[Summary]:
-    """Return the summaries of [Z W y]."""
-    return [summarise(replace(e, W=np.column_stack([_z(e), e.W]))) for e in system.logs]
-
-
+@dataclass(frozen=True, eq=False)
 class _Reduced:
     """Weighted [Z W y] = Q [Rz Rzw rzy; 0 Rv rv], with columns of Z and W of unit norm.
 
-    Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
+    Attributes:
+        X: the instrumental-variables estimate, (p,).
+        size, scale: norms of the columns of Z and of W, (p,).
+        Rz, Rzw, Rv: (p, p); Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
+        shared: smallest canonical correlation of W with Z.
     """
 
-    def __init__(
-        self, parts: Sequence[Summary], weights: FloatArray, names: tuple[str, ...]
-    ) -> None:
-        p = len(names)
-        R = weighted_triangle((s.factor for s in parts), weights)
+    X: FloatArray
+    size: FloatArray
+    scale: FloatArray
+    Rz: FloatArray
+    Rzw: FloatArray
+    Rv: FloatArray
+    shared: float
+
+    @classmethod
+    def of(cls, system: LinearSystem, weights: FloatArray) -> _Reduced:
+        """Reduce equations with instruments, one weight a log."""
+        p, names = len(system.names), system.names
+        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in system.logs)
+        R = weighted_triangle(rows, weights)
         norms = column_norms(R[:, : 2 * p])
-        self.size, self.scale = norms[:p], norms[p:]
         R[:, : 2 * p] /= norms
-        self.Rz, self.Rzw, self.Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
+        Rz, Rzw, Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
         Rw = triangle(R[:, p : 2 * p])
         lost = undetermined(Rw, names)
         if lost:
             raise IdentificationError(lost)
-        canonical = np.linalg.svd(np.linalg.solve(Rw.T, self.Rzw.T), compute_uv=False)
-        #: Smallest canonical correlation of W with Z.
-        self.shared = float(canonical[-1])
-        if undetermined(self.Rz, names) or self.shared <= SINGULAR:
+        canonical = np.linalg.svd(np.linalg.solve(Rw.T, Rzw.T), compute_uv=False)
+        shared = float(canonical[-1])
+        if undetermined(Rz, names) or shared <= SINGULAR:
             raise IdentificationError(
                 "the information matrix is singular: these instruments do not determine the "
                 "parameters"
             )
-        self.X: FloatArray = np.linalg.solve(self.Rzw, R[:p, 2 * p]) / self.scale
+        X = np.linalg.solve(Rzw, R[:p, 2 * p]) / norms[p:]
+        return cls(X, norms[:p], norms[p:], Rz, Rzw, Rv, shared)
 
 
-def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endogeneity, ...]:
+def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity | None:
     """Test whether least squares is biased.
 
     F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
@@ -411,50 +416,35 @@ def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> tuple[Endoge
         weights: one a log.
 
     Returns:
-        The test; none where no column differs from what the instruments explain of it, or where
+        The test; None where no column differs from what the instruments explain of it, or where
         the logs hold too few equations.
     """
-    reduced = _Reduced(_with_instruments(system), weights, system.names)
-    left = np.linalg.norm(reduced.Rv, axis=0)
-    chosen = left > _SUSPECT
-    if not chosen.any():
-        return ()
+    reduced, p = _Reduced.of(system, weights), len(system.names)
     # V = (W - Z explained) / scale, in an orthonormal basis of its columns
     explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
-    _, singular, turn = np.linalg.svd(reduced.Rv[:, chosen] / left[chosen])
-    kept = singular > 1e-6 * singular[0]
-    basis = (turn[kept] / left[chosen]).T / singular[kept]
-    V = [((e.W - _z(e) @ explained) / reduced.scale)[:, chosen] @ basis for e in system.logs]
-    test = _wald(system, "all", weights, V)
-    return () if test is None else (test,)
-
-
-def _wald(
-    system: LinearSystem, label: str, weights: FloatArray, V: Sequence[FloatArray]
-) -> Endogeneity | None:
-    """Test d = 0 in y = W X + V d + e; None where the rows are too few, or do not determine d."""
-    p, extra = len(system.names), V[0].shape[1]
-    freedom = sum(len(e.y) / e.correlation for e in system.logs) - p - extra
-    if freedom < 1:
+    _, singular, turn = np.linalg.svd(reduced.Rv)
+    kept = singular > _SUSPECT
+    basis = turn[kept].T / singular[kept] / reduced.scale[:, None]
+    extra = basis.shape[1]
+    freedom = sum(len(e.y) / max(e.correlation, 1) for e in system.logs) - p - extra
+    if extra == 0 or freedom < 1:
         return None
-    both = (np.column_stack([e.W, v]) for e, v in zip(system.logs, V, strict=True))
-    augmented = LinearSystem(
-        (*system.names, *["d"] * extra),
-        tuple(replace(e, W=W, Z=None) for e, W in zip(system.logs, both, strict=True)),
-    )
+    rows = []
+    for e, w in zip(system.logs, weights, strict=True):
+        V = (e.W - _z(e) @ explained) @ basis
+        rows.append(replace(e, W=w * np.column_stack([e.W, V]), y=w * e.y, Z=None, features=None))
+    augmented = LinearSystem((*system.names, *["d"] * extra), tuple(rows))
+    parts = summaries(augmented)
     try:
-        reduced = merged([s.factor for s in summaries(augmented)], weights, augmented.names)
+        X, scale, R = merged((s.factor for s in parts), np.ones(len(parts)), augmented.names)
     except IdentificationError:
         return None
-    X, scale, R = reduced
-    own = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, augmented.logs, strict=True)]
-    covariance = long_run_covariance(augmented, inverse_information(scale, R), own)
-    values, vectors = np.linalg.eigh(covariance[p:, p:])
-    kept = values > 1e-12 * values[-1]
-    size = float(np.sum((vectors[:, kept].T @ X[p:]) ** 2 / values[kept]))
-    count = int(kept.sum())
-    statistic = size / count
-    return Endogeneity(label, statistic, (count, freedom), _f_tail(statistic, count, freedom))
+    own = [scores(e, X) for e in rows]
+    covariance = long_run_covariance(augmented, inverse_information(scale, R), own)[p:, p:]
+    count = int(np.linalg.matrix_rank(covariance, hermitian=True))
+    size = X[p:] @ np.linalg.pinv(covariance, hermitian=True) @ X[p:]
+    statistic = float(size) / count
+    return Endogeneity("all", statistic, (count, freedom), _f_tail(statistic, count, freedom))
 
 
 def bias_of_least_squares(
@@ -477,7 +467,7 @@ def bias_of_least_squares(
         other = InstrumentalVariables(least).solve(system)
     except IdentificationError:
         return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
-    spread = other.std
+    spread, size = other.std, np.abs(other.X)
     compared = replace(
         solution,
         notes=(*solution.notes, *other.notes),
@@ -486,34 +476,27 @@ def bias_of_least_squares(
     )
     plain = other.comparison[0]
     moves = np.abs(other.X - plain.X)
-    known = (spread < _KNOWN * np.abs(other.X)) & (moves > _MATERIAL * np.abs(other.X))
-    certain = bool(other.endogeneity) and other.endogeneity[0].p_value < LEVEL
+    known = (spread < _KNOWN * size) & (moves > _MATERIAL * size)
+    certain = any(test.p_value < LEVEL for test in other.endogeneity)
     ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
     worst = int(np.argmax(ratio))
     if not certain or ratio[worst] <= _BEYOND:
         return compared, ""
-    share = 100 * moves[worst] / abs(other.X[worst])
     return compared, (
         f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
-        f"{ratio[worst]:.2g} std, {share:.2g} %; compare method iv"
+        f"{ratio[worst]:.2g} std, {100 * moves[worst] / size[worst]:.2g} %; compare method iv"
     )
 
 
-def in_words(
-    test: Endogeneity, names: Sequence[str], X: FloatArray, std: FloatArray, other: FloatArray
-) -> str:
-    """Say what a test found, and by how much another estimate moves X at most, in its std.
-
-    Large logs make a bias certain that is far below the standard deviations: that is said, too.
-    """
-    moves = np.abs(other - X) / np.where(std > 0, std, np.inf)
+def in_words(test: Endogeneity, names: Sequence[str], least: Solution, X: FloatArray) -> str:
+    """Return a note on a test, and on how far least squares is from the other estimate X, (p,)."""
+    moves = np.abs(X - least.X) / np.where(least.std > 0, least.std, np.inf)
     worst = int(np.argmax(moves))
-    size = f"at most {moves[worst]:.2g} std of it, for {names[worst]}"
-    figures = f"F({test.df[0]}, {test.df[1]:.0f}) = {test.statistic:.3g}, p = {test.p_value:.2g}"
-    if test.p_value >= LEVEL:
-        return f"no bias of plain least squares is seen: {size} ({figures})"
-    known = "is biased" if moves[worst] > _HARMLESS else "is biased, though by less than matters"
-    return f"plain least squares {known}: {size} ({figures})"
+    return (
+        "instrumental variables differ from plain least squares by at most "
+        f"{moves[worst]:.2g} std, for {names[worst]} (F({test.df[0]}, {test.df[1]:.0f}) = "
+        f"{test.statistic:.3g}, p = {test.p_value:.2g})"
+    )
 
 
 #: Estimators that need nothing but the equations, by the name of `--method`.

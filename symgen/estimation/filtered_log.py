@@ -153,12 +153,14 @@ class FilteredLog:
             stride: samples from one row of x to the next, where x is neither.
         """
         rows = self.rows
-        if stride is not None or len(x) != rows.nodes:
-            rows = replace(rows, stride=stride or 1)
-        x = x if self.weight is None else _weighed(x, self.weight[:: rows.stride])
+        if stride is None:
+            stride = rows.stride if len(x) == rows.nodes else 1
+        x = x if self.weight is None else _weighed(x, self.weight[::stride])
         if rows.cutoff is None:
             return x[self.kept]
-        chunks = rows.chunks(lambda first, last: x[first:last])
+        if stride == 1:
+            return lowpass(x, self.step, rows.cutoff)[self.kept]
+        chunks = replace(rows, stride=stride).chunks(lambda first, last: x[first:last])
         return np.concatenate([smooth for _, smooth in chunks])
 
     @cached_property

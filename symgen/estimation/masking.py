@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from symgen.data.log import MIN_SAMPLES, Log
-from symgen.data.mask import Bools, at_rest, on_grid, saturated
+from symgen.data.mask import Bools, on_grid, resting, saturated
 from symgen.data.signals import Samples
 from symgen.errors import LogError
+from symgen.estimation.band import rest_speeds
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
@@ -37,7 +38,8 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
     whole = np.zeros(len(samples.t), dtype=bool)
     notes = []
     if "rest" in kinds:
-        rest, still = at_rest(samples.qd, samples.step, robot.sigma)
+        slow = rest_speeds([samples], robot.sigma)
+        rest, still = resting(samples.q, samples.step, slow), slow < 0
         if not still.all():
             whole |= rest[:, ~still].all(axis=1)
         joint |= rest
@@ -93,7 +95,8 @@ def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
     """Return notes on joints of unmasked logs that stand still, with any static friction."""
     out = []
     for samples in logs:
-        share = float(at_rest(samples.qd, samples.step, robot.sigma)[0].mean(axis=0).max())
+        slow = rest_speeds([samples], robot.sigma)
+        share = float(resting(samples.q, samples.step, slow).mean(axis=0).max())
         if samples.mask is None and share > _MUCH:
             out.append(
                 f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "

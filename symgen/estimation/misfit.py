@@ -18,7 +18,6 @@ import numpy as np
 
 from symgen.estimation.features import mixtures
 from symgen.estimation.summary import Summary
-from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 
 _RANK = 1e-10  # of the products of W: eigenvalues below are zero
@@ -50,27 +49,25 @@ class Products:
     cross: FloatArray
 
     @classmethod
-    def of(cls, e: Equations, weight: float | FloatArray, instruments: bool = False) -> Products:
-        """Return those of equations with a weight for all rows, or one for each, (K,)."""
-        F, p = np.zeros((len(e.y), 0)) if e.features is None else e.features, e.W.shape[1]
-        whole = np.column_stack([e.W, F, e.y]) * np.reshape(weight, (-1, 1))
-        gram = whole.T @ whole
-        cross = gram[:p, :-1]
-        if instruments and e.Z is not None:
-            Z = e.Z * np.reshape(weight, (-1, 1))
-            cross = Z.T @ np.hstack([Z, whole[:, p:-1]])
-        return cls(e.joint, len(e.y), len(e.y) / max(e.correlation, 1), gram, cross)
+    def of_summary(cls, s: Summary, weight: float, cross: FloatArray | None = None) -> Products:
+        """Return those of a summary with a weight for all its rows.
 
-    @classmethod
-    def of_summary(cls, s: Summary, weight: float) -> Products:
-        """Return those of a summary with the products of random functions."""
-        assert s.features is not None
-        own, m = s.factor.T @ s.factor, len(s.features)
+        Args:
+            s: the summary.
+            weight: of its rows.
+            cross: Z'[Z F] of unweighted instruments Z; None without any.
+        """
+        own = s.factor.T @ s.factor
         p = len(own) - 1
-        beside = np.delete(s.features, np.s_[p : p + m], axis=1)
-        gram = np.insert(np.insert(own, [p] * m, beside.T, axis=1), [p] * m, s.features, axis=0)
-        gram *= weight**2
-        return cls(s.joint, s.rows, s.rows / max(s.correlation, 1), gram, gram[:p, :-1])
+        F = np.zeros((0, p + 1)) if s.features is None else s.features
+        m = len(F)
+        gram = np.zeros((p + m + 1, p + m + 1))
+        others = np.append(np.arange(p), p + m)
+        gram[np.ix_(others, others)] = own
+        gram[p : p + m] = F
+        gram[:, p : p + m] = F.T
+        cross = gram[:p, :-1] if cross is None else cross
+        return cls(s.joint, s.rows, s.independent, weight**2 * gram, weight**2 * cross)
 
     def __add__(self, other: Products) -> Products:
         return Products(

@@ -3,7 +3,8 @@
     M(q) qdd + h(q, qd) + A' f = tau_m(t) + kp (q_m - q) + kd (qd_m - qd)
 
 A window begins in the measured state. Without gains, the measured torque alone moves the robot.
-Torques are sampled 16 times a period of the highest frequency of the motion, with cubics between.
+Torques are sampled 16 times a period of the highest frequency of the motion, joined by a cubic
+spline.
 The position is compared with the measured one after 0.2, 0.5 and 1 s.
 """
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from symgen.codegen.model import Model
 from symgen.data.mask import STILL, spans
-from symgen.data.signals import can_filter, lowpass
+from symgen.data.signals import can_filter, interpolated, lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
@@ -185,36 +186,18 @@ def at_nodes(log: FilteredLog, x: FloatArray) -> FloatArray:
 
 def torque_law(log: FilteredLog, gains: Gains | None = None) -> Law:
     """Return the torque of a log as a law, with gains towards its measured motion."""
-    n, tau, step = log.q.shape[1], at_nodes(log, log.tau), log.step * log.stride
-    if gains is None:
-        torque = between(tau, log.t[0], step)
-        return lambda t, q, qd: torque(t)  # noqa: ARG005
-    kp, kd = gains
-    measured = between(np.concatenate([tau, *log.nodes(log.stride)], axis=1), log.t[0], step)
+    n, tau, times = log.q.shape[1], at_nodes(log, log.tau), log.t[:: log.stride]
+    motion = log.nodes(log.stride) if gains else ()
+    recorded, last = interpolated(times, np.concatenate([tau, *motion], axis=1)), times[-1]
 
     def law(t: float, q: FloatArray, qd: FloatArray) -> FloatArray:
-        at = measured(t)
+        at = recorded(np.minimum(t, last))
+        if gains is None:
+            return at
+        kp, kd = gains
         return np.asarray(at[:n] + kp * (at[n : 2 * n] - q) + kd * (at[2 * n :] - qd))
 
     return law
-
-
-def between(x: FloatArray, first: float, step: float) -> Callable[[float], FloatArray]:
-    """Return x (N, c) at times first, first + step, .. as a function of time, s.
-
-    By cubics of Catmull and Rom. SciPy's splines take longer to import than all windows to
-    simulate.
-    """
-    slope, last = np.gradient(x, axis=0), len(x) - 1
-
-    def at(t: float) -> FloatArray:
-        u = min(max((t - first) / step, 0.0), float(last))
-        k = min(int(u), last - 1)
-        s, a, rise = u - k, slope[k], x[k + 1] - x[k]
-        bend = a + slope[k + 1] - 2 * rise
-        return np.asarray(x[k] + s * (a + s * (rise - a - bend + s * bend)))
-
-    return at
 
 
 def position_bounds(windows: Sequence[Window]) -> FloatArray:

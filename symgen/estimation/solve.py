@@ -11,7 +11,8 @@ import numpy as np
 
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores
-from symgen.estimation.summary import Summary, bounded_deviation, triangle
+from symgen.estimation.misfit import Products
+from symgen.estimation.summary import Summary, bounded_deviation, summaries, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 
@@ -76,17 +77,6 @@ def require_rows(system: LinearSystem) -> None:
     rows, p = sum(len(e.y) for e in system.logs), len(system.names)
     if rows <= p:
         raise IdentificationError(f"{rows} equations for {p} parameters: the log is too short")
-
-
-def factors(system: LinearSystem, weights: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the triangular factor of weighted [W y] of every log, (p + 1, p + 1) or shorter.
-
-    Args:
-        system: the equations.
-        weights: of the rows, (K,) a log.
-    """
-    pairs = zip(weights, system.logs, strict=True)
-    return [triangle(w[:, None] * np.column_stack([e.W, e.y])) for w, e in pairs]
 
 
 def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
@@ -182,31 +172,24 @@ def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
 
 def least_squares_solution(
     system: LinearSystem,
-    X: FloatArray,
-    scale: FloatArray,
-    R: FloatArray,
-    weights: Sequence[float | FloatArray] | FloatArray,
+    parts: Sequence[Summary],
+    weights: FloatArray,
+    solved: tuple[FloatArray, FloatArray, FloatArray],
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
 
     Args:
         system: the equations.
-        X: the parameters.
-        scale: norms of the weighted columns.
-        R: triangular factor of the weighted, scaled regressor.
-        weights: of each log: a number, or one a row.
+        parts: their summaries.
+        weights: of the rows, one a log.
+        solved: what `merged` returns for them.
     """
+    X, scale, R = solved
     bread = inverse_information(scale, R)
-    rows = [scores(e, X, np.ones_like(X), w) for w, e in zip(weights, system.logs, strict=True)]
-    covariances = robust_covariance(system, X, bread, rows, weights)
-    return Solution(X, *covariances, condition(R), tuple(float(np.mean(w)) for w in weights))
-
-
-def merged_rows(
-    system: LinearSystem, weights: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Solve with a weight for every row, (K,) a log; returns and raises as `merged`."""
-    return merged(factors(system, weights), np.ones(len(weights)), system.names)
+    rows = [scores(e, X, w) for w, e in zip(weights, system.logs, strict=True)]
+    products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
+    covariances = robust_covariance(system, X, bread, rows, products)
+    return Solution(X, *covariances, condition(R), tuple(map(float, weights)))
 
 
 def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
@@ -220,7 +203,11 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
         IdentificationError: the data do not determine the parameters.
     """
     require_rows(system)
-    return least_squares_solution(system, *merged_rows(system, weights), weights)
+    system = system.weighed(weights)
+    parts, even = summaries(system), np.ones(len(weights))
+    solved = merged((s.factor for s in parts), even, system.names)
+    means = tuple(float(np.mean(w)) for w in weights)
+    return replace(least_squares_solution(system, parts, even, solved), weights=means)
 
 
 def condition(R: FloatArray) -> float:

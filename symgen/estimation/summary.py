@@ -22,11 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import LAGS as LAGS
+from symgen.estimation.system import Equations, LinearSystem, lag_of
 from symgen.estimation.values import FloatArray
 
-#: Bartlett's weights end after so many times the rows that overlap.
-LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
 #: of columns of unit norm, is at least for that.
 _TALL, _DEPENDENT = 4, 1e-6
@@ -61,7 +60,12 @@ class Summary:
     @property
     def lag(self) -> int:
         """Rows over which scores are summed."""
-        return max(1, min(LAGS * self.correlation, self.rows // 4))
+        return lag_of(self.rows, self.correlation)
+
+    @property
+    def independent(self) -> float:
+        """Number of rows that share no samples, about."""
+        return self.rows / max(self.correlation, 1)
 
     @property
     def square(self) -> float:
@@ -85,15 +89,10 @@ class Summary:
 
 def summarise(e: Equations) -> Summary:
     """Return the summary of equations."""
-    factor = triangle(np.column_stack([e.W, e.y]))
-    return Summary(factor, len(e.y), e.correlation, e.weight, e.joint)
-
-
-def summarise_features(e: Equations) -> Summary:
-    """Return the summary of equations, with the products of their random functions."""
     F = e.features
-    assert F is not None  # the model of the equations has some
-    return replace(summarise(e), features=F.T @ np.column_stack([e.W, F, e.y]))
+    features = None if F is None else F.T @ np.column_stack([e.W, F, e.y])
+    factor = triangle(np.column_stack([e.W, e.y]))
+    return Summary(factor, len(e.y), e.correlation, e.weight, e.joint, features)
 
 
 def summaries(system: LinearSystem) -> list[Summary]:

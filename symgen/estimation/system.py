@@ -33,6 +33,8 @@ from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
 
+#: Bartlett's weights end after so many times the rows that overlap.
+LAGS = 8
 #: Between the name of a log and the number of a joint.
 _OF = ", joint "
 #: From q, qd, qdd (k, n) to what it gives for each sample.
@@ -86,6 +88,11 @@ class Equations:
         return len(self.y)
 
     @property
+    def lag(self) -> int:
+        """Rows over which scores are summed."""
+        return lag_of(self.rows, self.correlation)
+
+    @property
     def square(self) -> float:
         """Sum of the squares of y."""
         return float(np.sum(self.y**2))
@@ -122,6 +129,12 @@ class Equations:
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
         return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
 
+    def weighed(self, weight: FloatArray) -> Equations:
+        """Return the equations with their rows multiplied by (K,) weights."""
+        rows = weight[:, None]
+        features = None if self.features is None else self.features * rows
+        return replace(self, W=self.W * rows, y=self.y * weight, features=features)
+
     def columns(self, chosen: Sequence[int]) -> Equations:
         """Return the equations of some of the parameters."""
         Z = None if self.Z is None else self.Z[:, chosen]
@@ -145,10 +158,15 @@ class LinearSystem:
         """All regressor rows, (K, p)."""
         return np.concatenate([e.W for e in self.logs])
 
-    @property
-    def y(self) -> FloatArray:
-        """All left-hand sides, (K,)."""
-        return np.concatenate([e.y for e in self.logs])
+    def weighed(self, weights: Sequence[FloatArray]) -> LinearSystem:
+        """Return the equations with their rows multiplied by weights, (K,) a log."""
+        pairs = zip(self.logs, weights, strict=True)
+        return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
+
+
+def lag_of(rows: int, correlation: int) -> int:
+    """Return the rows over which scores are summed, of so many rows of which some overlap."""
+    return max(1, min(LAGS * correlation, rows // 4))
 
 
 def equated(sides: Sequence[Equations], rows: FloatArray) -> tuple[Equations, ...]:

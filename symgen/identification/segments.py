@@ -46,7 +46,7 @@ from symgen.estimation.solve import (
     log_weights,
     with_the_others_zero,
 )
-from symgen.estimation.summary import LAGS, Summary, merge_summaries, summarise_features
+from symgen.estimation.summary import LAGS, Summary, merge_summaries, summarise
 from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
@@ -214,7 +214,7 @@ def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary],
     """Return the summaries of a segment's own equations, joint by joint, and its repairs."""
     found = _open(segment, settings)
     equations = settings.model.equations(settings.evaluator, found.log)
-    return [summarise_features(found.own(e)[0]) for e in equations], found.repairs
+    return [summarise(found.own(e)[0]) for e in equations], found.repairs
 
 
 #: By log and joint, the weight of the equations and the rows that scores are summed over.
@@ -236,7 +236,7 @@ def fold_errors(
         for j, e in enumerate(model.equations(evaluator, log)):
             weight, lag = weights[segment.number, j]
             rows, lead = found.own(e, lag)
-            meat += bartlett(scores(rows, X, np.ones_like(X), weight), lag, lead, ended)
+            meat += bartlett(scores(rows, X, weight), lag, lead, ended)
     return meat, fit
 
 

@@ -10,7 +10,6 @@ from symgen.estimation.covariance import sandwich
 from symgen.estimation.solve import (
     column_norms,
     condition,
-    factors,
     log_weights,
     merged,
     require_rows,
@@ -60,7 +59,7 @@ def test_any_number_of_weighted_parts_is_solved_as_one(count: int) -> None:
 def test_rows_are_weighed_one_by_one() -> None:
     e = _log(3, 20, 0.2)
     w = np.linspace(1, 3, 20)
-    (found,) = factors(_system(e), [w])
+    (found,) = [s.factor for s in summaries(_system(e).weighed([w]))]
     rows = w[:, None] * np.column_stack([e.W, e.y])
     np.testing.assert_allclose(found.T @ found, rows.T @ rows, rtol=1e-10)
 
