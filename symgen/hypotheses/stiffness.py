@@ -76,8 +76,9 @@ def _stiffness(evidence: Rows, j: int) -> Stiffness:
         parts.append(Equations(s.name, W, y, s.compared_t[moving], 2, j))
     system = LinearSystem(_NAMES, tuple(parts))
     solution = weighed(system, [np.ones(e.rows) for e in parts])
+    torques = np.concatenate([e.y for e in parts])
     basis = np.linalg.qr(system.W[:, 1:])[0]
-    column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], system.y))
+    column, torque = (x - basis @ (basis.T @ x) for x in (system.W[:, 0], torques))
     shared = float(column @ torque / (np.linalg.norm(column) * np.linalg.norm(torque)))
     if shared < math.sqrt(_SURE):
         fault = "its torque does not follow q - qs: check their units and the gear ratio"
