@@ -76,6 +76,8 @@ class Candidate:
         coefficients: name and unit of the coefficients, where they differ from the library.
         change: whether it changes a declared parameter, which may grow or fall.
         measured: whether a separate measurement in the logs shows the effect.
+        exact: gives the change of the logs to which its column is the first order, from the
+            coefficient; None for a torque that is what its columns say.
         scales: expected size of each coefficient in its unit; None if the size of the torque is
             the expectation.
     """
@@ -91,6 +93,7 @@ class Candidate:
     change: bool = False
     measured: bool = False
     scales: tuple[float, ...] | None = None
+    exact: Callable[[float], Any] | None = None
 
     @property
     def smooth(self) -> bool:

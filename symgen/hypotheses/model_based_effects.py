@@ -26,6 +26,7 @@ from symgen.data.signals import differentiate, lowpass
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import Change, geared_by
 from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
@@ -71,6 +72,7 @@ def special_candidates(
         "zero_offset": _zeros,
         "gravity_compensation": _carried,
         "commanded_torque": _commanded,
+        "gear_ratio": _geared,
         "payload": partial(_loads, logs=logs, given=given),
     }
     if not given:
@@ -184,6 +186,23 @@ def _zeros(robot: Robot) -> Iterator[Candidate]:
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
             yield _of_links("zero_offset", (j,), partial(along, j))
+
+
+def _geared(robot: Robot) -> Iterator[Candidate]:
+    """Yield another gear ratio of each joint: motion times 1 + GR, torque over it."""
+
+    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+        motion = np.array([s.q[:, j], s.qd[:, j], s.qdd[:, j]])
+        columns = _slope(lambda h: _moved(j, s, torques, h * motion))
+        columns[:, j] += torques.model[:, j]
+        return everywhere(columns[:, :, None])
+
+    for j in range(robot.n if robot.n > 1 else 0):
+        yield replace(_of_links("gear_ratio", (j,), partial(along, j)), exact=partial(_ratio, j))
+
+
+def _ratio(j: int, error: float) -> Change:
+    return geared_by(j, 1 + error)
 
 
 def _carried(robot: Robot) -> Iterator[Candidate]:

@@ -44,6 +44,7 @@ class Problem:
         known: (p,) given parameters; None if they are fitted.
         misfit: smallest error of a model to expect, as a part of a joint's torque.
         fold: (K,) fold of each row.
+        undone: name and joints of the changes that are undone.
     """
 
     evaluator: Evaluator
@@ -52,6 +53,7 @@ class Problem:
     known: FloatArray | None
     misfit: float
     fold: NDArray[np.intp]
+    undone: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
 
     @property
     def robot(self) -> Robot:
@@ -82,13 +84,15 @@ class Problem:
         """Return the problem with what a change says undone in all logs, or in the robot file."""
         if change.gravity is not None:
             robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
-            return make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
+            other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
+            return replace(other, undone=self.undone | {change.key})
         logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
         base = rows_of(self.evaluator, logs, self.known)
         fold = self.fold
         if change.turns:
             fold = np.concatenate([fold[span][::-1] for span in kept_spans(logs)])
-        return replace(self, base=base, held=held, fold=fold)
+        undone = self.undone | {change.key}
+        return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
         """Return the problem without the samples of contacts."""

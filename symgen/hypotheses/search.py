@@ -55,6 +55,7 @@ _SAME, _ALIKE = 0.98, 0.8
 _LISTED = 0.05
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
+_ROUNDS = 3  # of Newton's method for the size of a change
 _PIECE = 10.0  # s of each log on which changes of the motion are tried
 _TINY = 1e-300
 
@@ -213,6 +214,7 @@ class _Judge:
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
+        self._undone = frozenset[Key]()
         #: Changes of the motion by what is undone already.
         self._moved: dict[frozenset[Key], list[Changed]] = {}
         self._fixed: list[_Group] = []
@@ -310,8 +312,21 @@ class _Judge:
             return self._anew(replace(found, contacts=contacts))
         if isinstance(new, Changed):
             return self._anew(replace(found, changes=(*found.changes, new)))
+        if new.candidate.exact is not None:
+            return self.added(found, stage, self._exactly(stage, new))
         effects = settled_constants(stage.problem, [*found.effects, new], stage.seen)
         return replace(found, effects=tuple(effects))
+
+    def _exactly(self, stage: Stage, new: Score) -> Changed:
+        """Return the change of the logs that a column is the first order of, with its size."""
+        make, problem, size = new.candidate.exact, stage.problem, 1.0
+        assert make is not None
+        for _ in range(_ROUNDS):
+            other = problem if size == 1.0 else problem.changed(make(size - 1))
+            rows = other.stage()
+            fit = rows.score.beside(rows.seen(new.candidate))
+            size *= 1 + float(fit.coefficients[0])
+        return Changed(make(size - 1), new.odds, new.worth, new.gain)
 
     def _anew(self, found: Found) -> Found:
         """Return the problem of some changes and contacts, with the columns of its effects."""
@@ -390,7 +405,7 @@ class _Judge:
         """Compute the columns that do not depend on the model, if the problem is another one."""
         if stage.problem is self._problem:
             return
-        self._problem = stage.problem
+        self._problem, self._undone = stage.problem, stage.problem.undone
         self._fixed = self._grouped(stage, uses_model=False)
         self._terms = expressions(stage.problem) if self.registry.expressions else None
 
@@ -438,6 +453,8 @@ class _Judge:
     ) -> bool:
         """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
         if candidate.key in taken and candidate.name != UNNAMED:
+            return False
+        if candidate.exact is not None and candidate.key in self._undone:
             return False
         if any(candidate.presumes(c) and c.key not in taken for c in self.registry.friction):
             return False
