@@ -245,7 +245,7 @@ def _weak_section(e: Estimate) -> Section:
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for p in e.parameters:
         value, std = value_with_std(p.value, p.std)
         relative = percent(p.relative_std_percent / 100)
