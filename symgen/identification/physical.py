@@ -51,10 +51,6 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Weight of the size of what a prior does not name.
 _UNNAMED = 1e-3
-CAVEAT = (
-    "base parameters do not determine link parameters: these are one of infinitely many sets that "
-    "give the same torques, and a single mass or centre need not be the robot's"
-)
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
@@ -100,14 +96,12 @@ class LinkParameters:
         X: the base parameters that they give, (p,).
         sigmas: distance d of X from the requested one, sqrt(d' C^-1 d); 0 if they are equal.
         bodies: mass, centre and inertia of the link of each joint.
-        caveat: the limits of these numbers, as a text.
     """
 
     values: Mapping[str, float]
     X: FloatArray
     sigmas: float
     bodies: tuple[Body, ...]
-    caveat: str = CAVEAT
 
 
 def link_parameters(

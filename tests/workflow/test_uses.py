@@ -12,6 +12,7 @@ from oracles import planar2r
 from support import shared_file
 
 import symgen
+from symgen.report.store import result_page
 
 L1, X = 0.5, np.array([3.7, 0.8, 1.2, 0.3])
 STOP = 0.054  # s
@@ -92,6 +93,8 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
     assert min(values["FV1"], values["FV2"]) >= 0
     assert found.possible
     assert {"FV1", "FV2"} & set(found.at_bound)
+    assert not set(found.at_bound) & set(found.uses.parameters.known)
+    assert "at bound" in result_page(found)
     assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
     sound = identified(0.004)
     assert sound.method == "wls"
