@@ -34,11 +34,11 @@ names = symgen.derive(true).base.names
 print("parameters of the true arm:", ", ".join(names))
 
 # ## Logs of the true arm
-# The stiffness of the spring is 2 N m/rad. The logs have encoder steps and torque noise.
+# The stiffness of the spring is 3 N m/rad. The logs have encoder steps and torque noise.
 # Their motions differ: a repeated motion confirms no effect.
 
-values = {"ZZ1R": 1.7, "MX1R": 2.6, "MY1": 0.05, "FS1": 1.5, "FV1": 0.9, "ZZ2R": 0.3, "MX2": 0.7,
-          "MY2": 0.02, "FS2": 0.8, "FV2": 0.5, "IA2": 0.2, "K2": 2.0}  # fmt: skip
+values = {"ZZ1R": 1.7, "MX1R": 2.6, "MY1": 0.05, "FS1": 1.5, "FV1": 0.9, "ZZ2": 0.3, "MX2": 0.7,
+          "MY2": 0.02, "FS2": 0.8, "FV2": 0.5, "IA2": 0.2, "K2": 3.0}  # fmt: skip
 X = [values.get(name, 0.0) for name in names]
 seen = symgen.Instruments(encoder_step=2e-5, torque_noise=0.3)
 made = symgen.Recording(seen, rate=200.0)

@@ -18,7 +18,6 @@ from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import model_digest
 from symgen.codegen.values import Values
-from symgen.data.long_logs import Source
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
@@ -34,7 +33,6 @@ from symgen.identification.parameters import (
 )
 from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
-from symgen.policy import LEAST
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
 from symgen.robot.formats.mjcf import SPRING, updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
@@ -335,37 +333,6 @@ def read_identified(
                 "with the robot.toml that was identified"
             )
     return known, robot
-
-
-def require_precise(
-    file: IdentifiedFile,
-    robot: Robot,
-    logs: Sequence[Source],
-    estimate: Estimate,
-    reading: Reading | None = None,
-) -> None:
-    """Refuse a file whose torque error on some logs is above the estimate's by what matters.
-
-    Args:
-        file: of the robot, with the values of the estimate.
-        robot: the robot.
-        logs: paths, or logs.
-        estimate: identified on the robot.
-        reading: columns, span and masks of the logs.
-
-    Raises:
-        LogError: a log cannot be read.
-        ParameterError: the torque error of the file is too large.
-    """
-    model = derive(robot, JUDGING)
-    values = [base_values(file.values, model, robot.name), estimate.X]
-    for log in logs:
-        written, own = torque_errors(robot, log, values, estimate.band, estimate.shifts, reading)
-        if written > own + LEAST:
-            raise ParameterError(
-                f"{log}: torque error {100 * written:.3g} %, the estimate {100 * own:.3g} %; "
-                "symgen diagnose searches for what the model lacks, symgen export writes the file"
-            )
 
 
 class FileErrors(NamedTuple):

@@ -24,6 +24,8 @@ from symgen.identification.solving import CONSISTENT, Method
 from symgen.policy import LEAST, POSSIBLE
 from symgen.robot.types import Robot
 
+#: Kind of the reason that the possible robots near least squares predict worse.
+EFFECT_MISSING = "effect_missing"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
 
 
@@ -136,7 +138,7 @@ def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) ->
         f"{_DIAGNOSE}"
     )
     numbers = tuple(robot.movable[j].number for j in joints)
-    return Reason("effect_missing", numbers, bounded.relative, limit, text)
+    return Reason(EFFECT_MISSING, numbers, bounded.relative, limit, text)
 
 
 def _moved(model: Model, least: Solution, near: Possible, method: str) -> Solution:

@@ -227,7 +227,7 @@ class TestRealLogs:
         # its wrist is coupled, which this robot file does not say
         assert [reason.joints for reason in prediction.large] == [(5,), (6,)]
         (reason,) = estimate.uses.simulation.reasons
-        assert (reason.kind, reason.limit) == ("position_error", 0.4)
+        assert (reason.kind, reason.limit) == ("position_error", 0.3)
 
 
 class TestOtherModels:

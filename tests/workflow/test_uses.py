@@ -93,6 +93,7 @@ def test_friction_that_drives_the_robot_a_little_is_bounded() -> None:
     assert min(values["FV1"], values["FV2"]) >= 0
     assert found.possible
     assert {"FV1", "FV2"} & set(found.at_bound)
+    assert not set(found.at_bound) & set(found.uses.parameters.known)
     assert "at bound" in result_page(found)
     assert all(use.ok for use in found.uses if use.name != "parameters"), found.uses
     sound = identified(0.004)

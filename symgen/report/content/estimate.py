@@ -243,15 +243,14 @@ def _weak_section(e: Estimate) -> Section:
 
 
 def _rows(e: Estimate) -> list[tuple[str, ...]]:
-    return [_row(p, at_bound=p.name in e.at_bound) for p in e.parameters]
-
-
-def _row(p: ParameterEstimate, *, at_bound: bool) -> tuple[str, ...]:
-    """Return value and standard deviation of a parameter, unless a constraint holds it."""
-    value, std = value_with_std(p.value, p.std)
-    if at_bound:
-        return p.name, value, "at bound", "", p.unit
-    return p.name, value, std, percent(p.relative_std_percent / 100), p.unit
+    rows: list[tuple[str, ...]] = []
+    for p in e.parameters:
+        value, std = value_with_std(p.value, p.std)
+        relative = percent(p.relative_std_percent / 100)
+        if p.name in e.at_bound:
+            std, relative = "at bound", ""
+        rows.append((p.name, value, std, relative, p.unit))
+    return rows
 
 
 def _values_sections(e: Estimate) -> list[Section]:
