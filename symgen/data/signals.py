@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from symgen.data.bandwidth import HIGHEST, MARGIN, motion_bandwidth
+from symgen.data.bandwidth import HIGHEST, motion_bandwidth
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
@@ -28,6 +28,7 @@ TAIL = 9.6
 
 _SLOW = 10.0  # Hz
 _LOST = 3.0  # steps that jitter or a lost row may take, whatever the motion
+_BRIDGED = 0.025  # s: a quarter of a period of the highest comparison band
 _MISSING = 0.3  # share of steps that may differ from the clock
 
 NORMAL = 1.4826  # standard deviation over median absolute value of normal noise
@@ -169,7 +170,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
 def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
     """Insert rows into gaps that the motion does not let an interpolation fill.
 
-    A spline follows a motion over a quarter of the shortest period in its bandwidth.
+    A spline follows a motion over a quarter of its shortest period.
 
     Returns:
         The log, and its inserted rows (N,).
@@ -187,9 +188,7 @@ def _bridged(log: Log, step: float) -> tuple[Log, Bools]:
         refuse(
             what, f"gaps shorter than the log, as with --until {t[k]:.9g} or --from {t[k + 1]:.9g}"
         )
-    grid = np.linspace(t[0], t[-1], round((t[-1] - t[0]) / step) + 1)
-    bandwidth = motion_bandwidth(_resampled(log, grid, smooth=False).q, step) / MARGIN
-    longest = max(_LOST * step, 0.125 / bandwidth)
+    longest = max(_LOST * step, _BRIDGED)
     wide = holes(t, step, longest)
     added = [np.linspace(t[k], t[k + 1], missing[k] + 2)[1:-1] for k in wide]
     times = np.sort(np.concatenate([t, *added]))

@@ -30,7 +30,7 @@ from symgen.estimation.band import OPEN, Band, Rests, comparison_band, rest_spee
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
 from symgen.estimation.summary import FOLDS, block_errors, block_summary
-from symgen.estimation.system import Equations, torque_equations, torque_sides
+from symgen.estimation.system import Equations, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
 from symgen.runtime.evaluator import Evaluator
@@ -139,11 +139,12 @@ def choose_band(
     seen = _sample(logs)
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, seen, start)
-    sides = [torque_sides(FilteredLog(s, start, s.q, s.qd)) for s in seen]  # of any cutoff
+
+    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in seen]  # at any cutoff
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
-        return np.stack(_errors(evaluator, seen, sides, bands))
+        return np.stack(_errors(evaluator, seen, torques, bands))
 
     alike = list(in_order(errors_at, grid, threads))
     # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
@@ -206,7 +207,7 @@ def _sample(logs: Sequence[Samples]) -> list[Samples]:
 def _errors(
     evaluator: Evaluator,
     logs: Sequence[Samples],
-    sides: Sequence[Sequence[Equations]],
+    measured: Sequence[FloatArray],
     bands: Sequence[Band],
 ) -> list[FloatArray]:
     """Return the squared errors of weighted least squares of the torque equations, (B, m) a band.
@@ -214,11 +215,11 @@ def _errors(
     Of the blocks of folds that were left out, by joint; bands differ in their speeds alone.
     """
     found: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
-    for s, known in zip(logs, sides, strict=True):
+    for s, torque in zip(logs, measured, strict=True):
         q = None
         for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
             log = filter_log(s, band, q)
-            q, equations = log.q, torque_equations(evaluator, log, sides=known)
+            q, equations = log.q, torque_equations(evaluator, log, measured=torque)
             require_left(s, equations, evaluator.model.robot)
             out.append(equations)
     return [block_errors(t, t) for t in map(block_summary, found)]

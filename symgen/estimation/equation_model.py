@@ -9,14 +9,9 @@ import numpy as np
 from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
-from symgen.estimation.features import Features, with_features
+from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.system import (
-    Equations,
-    torque_equations,
-    window_equations,
-)
-from symgen.estimation.windows import place_windows
+from symgen.estimation.system import Equations, torque_equations, window_equations
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -74,15 +69,7 @@ class EquationModel:
 
     def equations(self, evaluator: Evaluator, log: FilteredLog) -> tuple[Equations, ...]:
         """Build the equations of one log."""
-        at, known = None if self.at is None else np.array(self.at), self.features
         if self.name == "torque":
-            found = torque_equations(evaluator, log, at)
-            if known is None:
-                return found
-            return with_features(found, known.in_band(log.modelled), log.compared_t)
-        found = window_equations(evaluator, log, self.name, self.window)
-        if known is None:
-            return found
-        w = place_windows(log, self.window)
-        rows = known.over_windows(self.name, *log.nodes(w.stride), w, log.step)
-        return with_features(found, rows, log.t[w.spans(len(log.t))[1]])
+            at = None if self.at is None else np.array(self.at)
+            return torque_equations(evaluator, log, at, self.features)
+        return window_equations(evaluator, log, self.name, self.window, self.features)

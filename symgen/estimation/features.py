@@ -18,15 +18,15 @@ Equations of torque see it through the comparison band, those of windows its int
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import window_integrals
-from symgen.estimation.system import Equations, Model
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks
 
@@ -90,9 +90,7 @@ class Features:
             for ends, span in chunks(len(q), w.steps, w.hop)
         ])  # fmt: skip
 
-    def in_band(
-        self, modelled: Callable[[Model], Iterator[tuple[slice, FloatArray]]]
-    ) -> FloatArray:
+    def in_band(self, modelled: Callable[[Any], Iterator[tuple[slice, FloatArray]]]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
 
         Args:
@@ -139,22 +137,3 @@ def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:
     scale = 1 / np.where(spread > 0, spread, np.inf)
     size = np.sqrt(np.mean(np.concatenate([np.square(log.tau) for log in logs]), axis=0))
     return Features(*(tuple(map(float, x)) for x in (states.mean(axis=0), scale, size)))
-
-
-def with_features(
-    equations: Sequence[Equations], rows: FloatArray, t: FloatArray
-) -> tuple[Equations, ...]:
-    """Return the equations of a log with the rows of random functions.
-
-    Args:
-        equations: joint by joint, those of masked rows left out.
-        rows: (K, equations, m) of all rows.
-        t: (K,) their times.
-    """
-    out = []
-    for j, e in enumerate(equations):
-        own = rows[:, j]
-        if len(e.t) < len(t):
-            own = own[np.searchsorted(t, e.t)]
-        out.append(replace(e, features=own if e.rest is None else own * e.scale[:, None]))
-    return tuple(out)

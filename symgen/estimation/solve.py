@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,6 @@ from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
-_AT_ONCE = 64  # factors that are merged together
 #: Share of a parameter in a combination that data leave open, up to which it is not part of it.
 _SHARE = 1e-3
 
@@ -81,11 +79,7 @@ def require_rows(system: LinearSystem) -> None:
 
 def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> FloatArray:
     """Return the triangular factor of weighted rows, or of their factors; one weight a part."""
-    weighed = (w * f for w, f in zip(weights, parts, strict=True))
-    whole = triangle(np.concatenate(list(islice(weighed, _AT_ONCE))))
-    while group := list(islice(weighed, _AT_ONCE)):
-        whole = triangle(np.concatenate([whole, *group]))
-    return whole
+    return triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
 
 
 def merged(

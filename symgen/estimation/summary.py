@@ -33,7 +33,6 @@ _TALL, _DEPENDENT = 4, 1e-6
 BLOCKS, FOLDS = 20, 5
 _ROUNDS = 2
 _RANK = 1e-13  # of an eigenvalue of the scaled matrix: 3e-7 of a singular value
-_SURE = 1e-4  # of the diagonal of its Cholesky factor, at least: eigenvalues are far above that
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,20 +207,10 @@ def solve_gram(gram: FloatArray) -> FloatArray:
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     unit = gram[:-1, :-1] / np.outer(scale, scale)
-    if _determined(unit):
-        return np.asarray(np.linalg.solve(unit, gram[:-1, -1] / scale) / scale)
     values, vectors = np.linalg.eigh(unit)
     kept = values > _RANK * values[-1]
     basis = vectors[:, kept]
     return np.asarray(basis @ ((basis.T @ (gram[:-1, -1] / scale)) / values[kept]) / scale)
-
-
-def _determined(unit: FloatArray) -> bool:
-    """Whether a matrix of products of columns of unit norm is far from singular."""
-    try:
-        return bool(np.diag(np.linalg.cholesky(unit)).min(initial=np.inf) > _SURE)
-    except np.linalg.LinAlgError:
-        return False
 
 
 def residual_squares(grams: FloatArray, X: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ what is kept are the rows that an estimator needs, some tens a second.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
+from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
 from symgen.estimation.values import FloatArray
@@ -37,8 +38,6 @@ from symgen.runtime.evaluator import Evaluator
 LAGS = 8
 #: Between the name of a log and the number of a joint.
 _OF = ", joint "
-#: From q, qd, qdd (k, n) to what it gives for each sample.
-Model = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +70,6 @@ class Equations:
     def log(self) -> str:
         """Name of the log, whose equations those of other joints are as well."""
         return self.name.partition(_OF)[0]
-
-    def with_rows(self, W: FloatArray) -> Equations:
-        """Return the equations whose sides these are: with W (K, p), and rows at rest weighed.
-
-        W is taken over: its rows at rest are weighed in place.
-        """
-        if self.rest is None:
-            return replace(self, W=W)
-        W[self.rest] *= self.rest_weight
-        return replace(self, W=W, y=self.y * self.scale)
 
     @property
     def rows(self) -> int:
@@ -169,37 +158,47 @@ def lag_of(rows: int, correlation: int) -> int:
     return max(1, min(LAGS * correlation, rows // 4))
 
 
-def equated(sides: Sequence[Equations], rows: FloatArray) -> tuple[Equations, ...]:
-    """Return the equations whose sides these are, joint by joint, with their rows (n, K, p)."""
-    pairs = zip(sides, rows, strict=True)
-    return tuple(e.with_rows(np.ascontiguousarray(W)) for e, W in pairs)
+def _by_joint(
+    log: FilteredLog,
+    W: FloatArray,
+    y: FloatArray,
+    t: FloatArray,
+    correlation: int,
+    features: FloatArray | None,
+) -> list[Equations]:
+    """Return equations from their rows, joint by joint.
+
+    Args:
+        log: whose they are.
+        W: (m, K, p).
+        y: (K, m).
+        t: (K,) their times.
+        correlation: rows that share samples.
+        features: (K, m, f) random functions of the state, or None.
+    """
+    out = []
+    for j, left in enumerate(y.T):
+        own = None if features is None else features[:, j]
+        name, rows = f"{log.name}{_OF}{j + 1}", np.ascontiguousarray(W[j])
+        out.append(Equations(name, rows, left, t, correlation, j, features=own))
+    return out
 
 
-def energy_sides(log: FilteredLog, w: Windows) -> list[Equations]:
-    """Return the energy equations of a log without W: the work done in every window."""
-    power = np.einsum("ij,ij->i", log.qd, log.tau)
-    return [replace(e, name=log.name, joint=None) for e in _over(log, w, power[:, None])]
-
-
-def _over(log: FilteredLog, w: Windows, x: FloatArray) -> list[Equations]:
-    """Return equations without W whose y are integrals over windows of a signal, (N, n)."""
-    _, last = w.spans(len(log.t))
-    y = over_windows(x, log.step, last, w.steps * w.stride)
-    return _by_joint(log, y, log.t[last], w.correlation)
-
-
-def _by_joint(log: FilteredLog, y: FloatArray, t: FloatArray, rows: int) -> list[Equations]:
-    """Return equations without W, of which some rows in a row share samples: y (K, n), t (K,)."""
-    none: FloatArray = np.zeros((len(t), 0))
+def _rests_weighed(
+    log: FilteredLog, equations: Sequence[Equations], rests: Bools
+) -> list[Equations]:
+    """Return equations whose rows that a rest of their joint concerns, (K, n), are weighed."""
+    known = log.band.rests
+    assert known is not None  # there are rests
     return [
-        Equations(f"{log.name}{_OF}{j + 1}", none, y[:, j], t, rows, j) for j in range(y.shape[1])
+        replace(e, rest=rest).with_rest_weight(weight) if rest.any() else e
+        for e, rest, weight in zip(equations, rests.T, known.weight, strict=True)
     ]
 
 
-def _touched(flags: Bools, w: Windows) -> list[Bools]:
-    """Return which windows touch a flagged sample, (K,) for each column of flags (N, m)."""
-    first, last = w.spans(len(flags))
-    return [~untouched(column, first, last) for column in flags.T]
+def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
+    """Return the equations in the rows that no mask touches, (K, n)."""
+    return tuple(e.where(own, e.name) for e, own in zip(equations, free.T, strict=True))
 
 
 def energy_rows(
@@ -221,24 +220,6 @@ def energy_rows(
         whole = np.column_stack([h, cumulative_integral(f, w.stride * step)])
         parts.append(whole[at] - whole[at - w.steps])
     return np.concatenate(parts)[None]
-
-
-def momentum_sides(log: FilteredLog, w: Windows) -> list[Equations]:
-    """Return the momentum equations of a log without W: the impulse of torque in every window."""
-    sides = _over(log, w, log.tau)
-    return sides if log.at_rest is None else _with_rests(log, sides, _touched(log.at_rest, w))
-
-
-def _with_rests(
-    log: FilteredLog, sides: Sequence[Equations], rests: Sequence[Bools]
-) -> list[Equations]:
-    """Return equations that know which of them the rests of their joint concern, (K,) each."""
-    known = log.band.rests
-    assert known is not None  # there are rests
-    return [
-        replace(e, rest=rest, rest_weight=weight) if rest.any() else e
-        for e, rest, weight in zip(sides, rests, known.weight, strict=True)
-    ]
 
 
 def momentum_rows(
@@ -283,12 +264,12 @@ def _friction_impulse(
     return out
 
 
-#: The two sides of equations over windows, y and W, by their model.
-SIDES = {"energy": (energy_sides, energy_rows), "momentum": (momentum_sides, momentum_rows)}
-
-
 def window_equations(
-    evaluator: Evaluator, log: FilteredLog, model: str, window: float
+    evaluator: Evaluator,
+    log: FilteredLog,
+    model: str,
+    window: float,
+    features: Features | None = None,
 ) -> tuple[Equations, ...]:
     """Build the equations of one log in sliding windows: one of energy, or those of every joint.
 
@@ -297,17 +278,31 @@ def window_equations(
         log: the log in the band of the run.
         model: energy or momentum.
         window: length of the windows, s.
+        features: random functions of the state, whose rows the equations carry.
 
     Raises:
         IdentificationError: the window does not fit the log.
     """
-    w, (sides, rows) = place_windows(log, window), SIDES[model]
-    found = equated(sides(log, w), rows(evaluator, *log.nodes(w.stride), w, log.step))
+    w = place_windows(log, window)
+    first, last = w.spans(len(log.t))
+
+    def untouched_by(flags: Bools) -> Bools:
+        return np.column_stack([untouched(column, first, last) for column in flags.T])
+
+    state = log.nodes(w.stride)
+    energy = model == "energy"
+    W = (energy_rows if energy else momentum_rows)(evaluator, *state, w, log.step)
+    signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
+    y = over_windows(signal, log.step, last, w.steps * w.stride)
+    F = None if features is None else features.over_windows(model, *state, w, log.step)
+    found = _by_joint(log, W, y, log.t[last], w.correlation, F)
+    if energy:
+        found = [replace(e, name=log.name, joint=None) for e in found]
+    elif log.at_rest is not None:
+        found = _rests_weighed(log, found, ~untouched_by(log.at_rest))
     if log.mask is None:
-        return found
-    flags = log.mask.robot[:, None] if model == "energy" else log.mask.joint
-    pairs = zip(found, _touched(flags, w), strict=True)
-    return tuple(e.where(~touched, e.name) for e, touched in pairs)
+        return tuple(found)
+    return _free(found, untouched_by(log.mask.robot[:, None] if energy else log.mask.joint))
 
 
 def torque_columns(
@@ -343,72 +338,48 @@ def torque_columns(
 def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = None) -> FloatArray:
     """Return the torque regressor of a log in the comparison band, (K, n, p); see `log.measured`.
 
+    What is zero for every motion is not filtered.
+
     Args:
         evaluator: the compiled model, with the kernel torque_regressor.
         log: the log in the band of the run.
         X: (p,) at which effects take the model's torque, see `torque_columns`.
     """
-    return compared_torques(evaluator, log.modelled, X, weighed=log.mask is not None)
-
-
-def compared_torques(
-    evaluator: Evaluator,
-    modelled: Callable[[Model], Iterator[tuple[slice, FloatArray]]],
-    X: FloatArray | None = None,
-    *,
-    weighed: bool = False,
-) -> FloatArray:
-    """Return the torque regressor in the comparison band, (K, n, p).
-
-    What is zero for every motion is not filtered.
-
-    Args:
-        evaluator: the compiled model, with the kernel torque_regressor.
-        modelled: evaluates a model along a log and filters it, as `FilteredLog.modelled` does.
-        X: (p,) at which effects take the model's torque, see `torque_columns`.
-        weighed: whether that weighs what it filters joint by joint, for a mask.
-    """
-    n, base = evaluator.model.robot.n, evaluator.model.base
-    if weighed or (X is not None and base.linear < len(base.parameters)):
-        chunks = modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
+    base = evaluator.model.base
+    if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
+        chunks = log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
         return np.concatenate([W for _, W in chunks])
     kernel = evaluator["torque_regressor"]
-    filled, size = list(kernel.kernel.filled[0]), kernel.kernel.size
+    filled = list(kernel.kernel.filled[0])
 
-    def joints(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+    def entries(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         return np.asarray(kernel(q, qd, qdd)).reshape(len(q), -1)[:, filled]
 
-    found = [W for _, W in modelled(joints)]
-    out: FloatArray = np.zeros((sum(map(len, found)), size))
-    done = 0
-    for W in found:
-        out[done : done + len(W), filled] = W
-        done += len(W)
-    return out.reshape(len(out), n, -1)
+    out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
+    for rows, found in log.modelled(entries):
+        out[rows, filled] = found
+    return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 
 def torque_equations(
     evaluator: Evaluator,
     log: FilteredLog,
     X: FloatArray | None = None,
-    sides: Sequence[Equations] | None = None,
+    features: Features | None = None,
+    measured: FloatArray | None = None,
 ) -> tuple[Equations, ...]:
     """Build the torque equations of one log, joint by joint, in the comparison band.
 
     Args:
         evaluator, log, X: see `torque_rows`.
-        sides: `torque_sides` of the log, where they are known from another cutoff.
+        features: random functions of the state, whose rows the equations carry.
+        measured: `log.measured`, (K, n), where it is known from another cutoff.
     """
-    W = torque_rows(evaluator, log, X)
-    known = torque_sides(log) if sides is None else sides
-    out = equated(known, W.transpose(1, 0, 2))
-    if log.mask is None:
-        return out
-    return tuple(e.where(log.free[:, j], e.name) for j, e in enumerate(out))
-
-
-def torque_sides(log: FilteredLog) -> list[Equations]:
-    """Return the torque equations of a log without W: measured torque in the comparison band."""
+    y = log.measured if measured is None else measured
+    W = torque_rows(evaluator, log, X).transpose(1, 0, 2)
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    sides = _by_joint(log, log.measured, log.compared_t, correlation)
-    return sides if log.resting is None else _with_rests(log, sides, list(log.resting.T))
+    F = None if features is None else features.in_band(log.modelled)
+    found = _by_joint(log, W, y, log.compared_t, correlation, F)
+    if log.resting is not None:
+        found = _rests_weighed(log, found, log.resting)
+    return tuple(found) if log.mask is None else _free(found, log.free)
