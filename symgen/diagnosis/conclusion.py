@@ -48,7 +48,7 @@ from symgen.diagnosis.whitened_system import (
 )
 from symgen.errors import IdentificationError, RobotError
 from symgen.estimation.estimators import solve
-from symgen.estimation.floor import at_rest, grown, noise_floor, quiet
+from symgen.estimation.floor import grown, noise_floor, quiet
 from symgen.estimation.predictive_score import (
     PredictiveScore,
     dense,
@@ -309,11 +309,11 @@ def conclude(
     found = (*_pushed(declared.robot, contacts), *found)
     told, moving = gaps.all, gaps.moving
     if told.after != moving.after:
-        was, now, noise = (100 * gap.total for gap in moving[:3])
+        told_was, told_now, told_floor = (percent(gap.total) for gap in moving[:3])
         notes = (
             *notes,
-            f"the torque error of joints in motion is {was:.3g} % before and {now:.3g} % after "
-            f"(noise floor: {noise:.3g} %). It decides the verdict, because static friction can "
+            f"the torque error of joints in motion is {told_was} before and {told_now} after "
+            f"(noise floor: {told_floor}). It decides the verdict, because static friction can "
             "take any value between its limits",
         )
     nothing = quiet(moving.after.per_joint, moving.floor.per_joint, least)
@@ -647,10 +647,9 @@ def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
         X = baseline.X
     # The torque that enters the columns of the effects.
     inside = baseline.parameters(baseline.beside(model.accepted))
-    others = (*baseline.base.logs, *baseline.held)
     n, instants = baseline.robot.n, sum(len(log.kept) for log in baseline.held)
     was = now = TorqueFit.none(n)
-    curves, variance, rests = [], np.zeros(n), np.zeros(n)
+    curves, variance = list[Curves](), np.zeros(n)
     count, moved, beyond = np.zeros(n), np.zeros(n), np.zeros((2, n))
     declared_torque = partial(torque_at, declared, recorded.X)
     for log, whole_log in zip(baseline.held, recorded.held, strict=True):
@@ -671,16 +670,14 @@ def _gaps(baseline: Baseline, model: _Extended, recorded: Baseline) -> _Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, measured, before, after, mask))
         after_torque = partial(model_torque, model.evaluator, X)
-        # What friction leaves at rest is no noise: `at_rest` counts it.
-        noise = noise_floor(log, log.tau - whole, after_torque, others, free & ~held)
+        noise = noise_floor(log, log.tau - whole, after_torque, free & ~held)
         extended_torque = partial(torque_at, model.evaluator, X)
-        still = at_rest(log, held, measured - after, extended_torque)
         beyond[0] += beyond_friction(log, measured - before, declared_torque)
         beyond[1] += beyond_friction(log, measured - after, extended_torque)
         count, moved = count + free.sum(axis=0), moved + (free & ~held).sum(axis=0)
         share = len(free) / instants
-        variance, rests = variance + share * noise**2, rests + share * still**2
-    told = _judged(was, now, (variance + rests) * np.maximum(count, 1))
+        variance = variance + share * noise**2
+    told = _judged(was, now, variance * np.maximum(count, 1))
     fits = [
         replace(x.in_motion, error=x.in_motion.error + more)
         for x, more in zip((was, now), beyond, strict=True)

@@ -23,7 +23,7 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.causes import ANOTHER, find_cause, unmendable
-from symgen.faults.fault import Fault, undo_faults
+from symgen.faults.fault import Fault, by_joint, undo_faults
 from symgen.faults.model import (
     MOST,
     Trial,
@@ -31,7 +31,7 @@ from symgen.faults.model import (
     channel_faults,
     torque_steps,
 )
-from symgen.faults.samples import lasting, unmended_faults
+from symgen.faults.samples import unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.names import REVOLUTE
 from symgen.policy import MISFIT
@@ -76,15 +76,14 @@ def check(
     """
     about = evaluator.model.robot.sigma, evaluator.model.robot.passive
     found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, *about))
-    if broken := lasting(found):
-        return found, broken
-    train, held = ([undo_faults(log, found)[0] for log in group] for group in (train, held))
+    if found:
+        return found, found
     trial = Trial(evaluator, train, held)
     if wrong := against_physics(trial):
-        return (*found, *wrong), tuple(wrong)
+        return tuple(wrong), tuple(wrong)
     others = _channels(trial, repairs)
     lost = tuple(f for f in others if f.kind in _UNMENDABLE)
-    return (*found, *(others or torque_steps(trial))), lost
+    return tuple(others or torque_steps(trial)), lost
 
 
 def _channels(trial: Trial, repairs: Sequence[Fault]) -> list[Fault]:
@@ -187,7 +186,7 @@ def mended(
     named = {log.name: log for log in logs}
     groups: dict[tuple[str, tuple[int, ...]], list[Fault]] = {}
     common = any(r.kind == "speed" and not r.joints for r in repairs)
-    for r in repairs:
+    for r in (one for fault in repairs for one in by_joint(fault)):
         if not told and (share <= 0 or _speed_error(r, named[r.log]) < least):
             continue
         if r.kind == "stuck" and r.channel.startswith("qd"):

@@ -65,7 +65,7 @@ def places(
         before, floor: gap and noise floor on the held-out data.
         least: smallest torque that matters, as a part of the joint's torque.
     """
-    gap, noise = np.asarray(before.per_joint), np.asarray(floor.per_joint)
+    gap, noise = np.asarray(before.per_joint), np.nan_to_num(floor.per_joint)
     excess = np.maximum(gap**2 - noise**2, 0)
     loud = [not quiet([g], [f], least) for g, f in zip(gap, noise, strict=True)]
     excess = np.where(loud if any(loud) else excess == excess.max(), excess, 0)

@@ -36,8 +36,7 @@ from symgen.estimation.summary import solve_gram
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, MASKED, Fault
 from symgen.faults.recorder import contact_fault, cut_torques, late_torques
-from symgen.faults.samples import positions_look_measured, torques_look_computed
-from symgen.faults.scene import Rows, Scene, mean_friction_power, mean_inertia
+from symgen.faults.scene import Rows, Scene, mean_inertia
 from symgen.faults.shapes import FACTOR, KINDS, Shape, Sized
 from symgen.faults.undo import completed, multiplied
 from symgen.parallel import in_order, own_threads
@@ -460,32 +459,6 @@ def _cut(scene: Scene) -> Iterator[Cause]:
         yield Cause("saturated", fault.joints, fault.fault, better, fit.left, fault=fault)
 
 
-def _computed(scene: Scene) -> Cause | None:
-    """Return the cause that torques are computed by a model, without noise and friction.
-
-    Every drive dissipates energy. The cause applies if the dissipated energy corresponds to less
-    torque than matters, although the robot file declares friction, and the positions have encoder
-    noise.
-    """
-    rows = scene.rows
-    movable = rows.evaluator.model.robot.movable
-    joints = moving_joints([log.qd for log in rows.logs], rows.evaluator.model.robot.sigma)
-    if not joints or not all(movable[j].friction for j in joints):
-        return None
-    every = [log.samples for log in rows.logs]
-    if not all(torques_look_computed(s) and positions_look_measured(s) for s in every):
-        return None
-    power, speed = mean_friction_power(rows.evaluator, rows.logs)
-    rubs = power[:, : len(scene.X)] @ scene.X / np.maximum(speed * rows.size, 1e-300)
-    if (rubs[joints] > LEAST).any():
-        return None
-    return _command(
-        rows,
-        "it has no noise, and no joint has friction",
-        "if the robot has no friction, declare friction = []",
-    )
-
-
 def _lacks_friction(scene: Scene) -> Cause | None:
     """Return the cause that the torques are a command without Coulomb friction.
 
@@ -769,8 +742,6 @@ def find_cause(
             search continues behind it.
     """
     rows = scene.rows
-    if computed := _computed(scene):
-        return computed
     if not (np.sqrt(scene.score.alone.left) / rows.size > least).any():
         return None
     beside, found = causes(scene, faults, repairs)

@@ -29,9 +29,9 @@ from symgen.estimation.summary import (
 )
 from symgen.estimation.system import Equations, torque_equations
 from symgen.faults import scene
-from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.channels import steps
+from symgen.faults.fault import EVERYWHERE, Fault, fault_of
 from symgen.faults.recorder import common_delay, late_fault
-from symgen.faults.samples import step, steps
 from symgen.faults.scene import Scene, mean_inertia
 from symgen.faults.undo import backwards, exchanged, levelled, multiplied
 from symgen.policy import MISFIT
@@ -482,7 +482,9 @@ def torque_steps(trial: Trial) -> Iterator[Fault]:
             found = _kept_steps(log, j, left[:, j], rests[:, j])
             if found:
                 undo = partial(levelled, name=log.name, j=j, steps=found)
-                yield step(log.samples, "tau", j, np.array([*found]), undo)
+                i, size = next(iter(found.items()))
+                says = f"tau{j + 1} of {log.name} jumps by {size:.3g} at t = {log.t[i]:.4g} s"
+                yield fault_of(log.name, "step", "tau", j, says, len(found), undo=undo)
 
 
 def _kept_steps(log: FilteredLog, j: int, left: FloatArray, rests: Bools) -> dict[int, float]:

@@ -49,7 +49,6 @@ from symgen.estimation.system import Equations
 from symgen.estimation.torque_error import TorqueFit, equation_residual, largest, percent
 from symgen.estimation.values import FloatArray, OtherEstimate, Residual, Trace
 from symgen.faults.fault import Fault
-from symgen.faults.samples import torques_look_computed
 from symgen.faults.scene import mean_friction_power
 from symgen.faults.undo import multiplied
 from symgen.identification.estimate import (
@@ -349,7 +348,6 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
     out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
-    out += filter(None, (_silent(log.samples) for log in run.logs))
     if not run.given:
         out.append("no validation log is given: the last fifth of each log is held out")
     if found.windows < _PLENTY * count:
@@ -385,16 +383,6 @@ def scale_unknown(robot: Robot, logs: Sequence[Samples]) -> bool:
     servo = robot.controller
     torques = any(samples.command is not None for samples in logs)
     return torques and servo is not None and servo.scale == "unknown"
-
-
-def _silent(samples: Samples) -> str:
-    """Say that torques of a log have no noise; "" where all have."""
-    if not torques_look_computed(samples):
-        return ""
-    return (
-        f"{samples.name}: torques have no noise. They look computed (a command or a "
-        "simulation), not measured: log the measured torque or the motor current"
-    )
 
 
 def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
@@ -514,7 +502,8 @@ def _beyond(held: Residual, noise: Residual) -> float | None:
     """Return the part of a torque that noise does not explain; None where no joint shows any."""
     if quiet(held.per_joint or (), noise.per_joint or (), LEAST):
         return None
-    return math.sqrt(max(held.relative**2 - noise.relative**2, 0.0))
+    floor = float(np.nan_to_num(noise.relative))
+    return math.sqrt(max(held.relative**2 - floor**2, 0.0))
 
 
 def _unexplained(

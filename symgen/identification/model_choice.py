@@ -47,7 +47,7 @@ from symgen.faults.causes import find_cause
 from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.logs import join_bands
 from symgen.faults.model import channel_faults
-from symgen.faults.samples import lasting, unmended_faults
+from symgen.faults.samples import unmended_faults
 from symgen.faults.scene import Rows, Scene
 from symgen.identification.estimate import Alternative, Apart
 from symgen.identification.instruments import instrumented
@@ -202,8 +202,7 @@ def name_cause(run: Run) -> Run:
     """
     robot = run.evaluator.model.robot
     about = robot.sigma, robot.passive
-    every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
-    broken = tuple(f.fault for f in lasting(every))
+    broken = tuple(f.fault for log in run.logs for f in unmended_faults(log.samples, *about))
     if broken or robot.loaded:
         return replace(run, causes=broken)  # behind it, other causes would not be comparable
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))

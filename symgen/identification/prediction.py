@@ -23,7 +23,7 @@ from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.faults.logs import open_samples
-from symgen.faults.samples import mended_speeds
+from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_known_shifts
 from symgen.identification.estimate import Joint, joints_of
 from symgen.identification.parameters import read_given
