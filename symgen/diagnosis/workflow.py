@@ -48,7 +48,7 @@ from symgen.estimation.logs import (
 from symgen.faults.fault import MASKED, Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest, mended_channels
-from symgen.faults.samples import lasting, unmended_faults
+from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.confirm import (
     REPEATED,
     Item,
@@ -141,7 +141,8 @@ def diagnose(
     X = None if known is None else known.X
     problem = make_problem(evaluator, *_in_band(opened.groups, band), X, misfit)
     about = source.sigma, source.passive
-    broken = lasting([f for s in (*opened.train, *opened.held) for f in unmended_faults(s, *about)])
+    samples = (*opened.train, *opened.held)
+    broken = [f for s in samples for f in unmended_faults(s, *about)]
     registry = make_registry(problem, source, effects)
     found = Found(problem, problem)
     if not broken:

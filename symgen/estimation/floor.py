@@ -1,15 +1,12 @@
 """The noise floor: what is left of the torque in the band when the model is right.
 
-Three sources, squared and added up joint by joint:
+Two sources, squared and added up joint by joint:
 
 * torque noise, white: of density D it has D band in the band and D (Nyquist - band) above it, where
-  the residual is read;
+  the residual is read. A torque that was filtered before it was recorded has no noise there, and
+  its noise in the band is unknown: the floor is NaN;
 * noise of positions and speeds, which the model's torque carries on: its density is read above the
-  band too, and a draw of it is put on top of the motion; reversals of friction are in this part;
-* with a repeat of the same motion, half the square of the difference of the two torques takes the
-  place of both.
-
-At rest, friction is anything up to what it is in motion: what is left there counts up to that.
+  band too, and a draw of it is put on top of the motion; reversals of friction are in this part.
 
 What noise does not explain is physics that the model lacks, or something wrong of which nobody
 knows. Every robot has some of the first. With both as parts of the torque, n joints together are
@@ -30,7 +27,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.data.mask import SLOW, Bools
+from symgen.data.mask import Bools, rms
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.torque_error import TorqueFit
@@ -43,33 +40,32 @@ LACKS = 0.05
 LEVEL = 2.0
 #: Gap of a joint over its noise, and over what matters, from which something is missing.
 _LOUD, _VISIBLE = 3.0, 2.0
+#: Largest noise density in one octave over the next one. Logs of six robots have 0.4 to 10, and
+#: torques through a low-pass of second order 75 and more.
+_STEEP = 30.0
+_NOISE = 1e-4  # noise over its torque that every instrument exceeds
 _SEED = 1988
-_SAME = 0.01  # RMS distance of two runs of one motion, of its RMS size
 
 
 def noise_floor(
     log: FilteredLog,
     error: FloatArray,
     model: Callable[[FilteredLog], FloatArray],
-    others: Sequence[FilteredLog] = (),
     counts: Bools | None = None,
 ) -> FloatArray:
     """Return the standard deviation of the residual that noise alone leaves in the band, (n,).
+
+    It is NaN for a torque that was filtered before it was recorded.
 
     Args:
         log: in the band of the run.
         error: (N, n) measured minus modelled torque, unfiltered.
         model: gives the modelled torque (N, n) of a log.
-        others: logs among which a repeat of the motion is looked for.
         counts: (K, n) kept rows that are asked about; None for all.
     """
     band, edge = log.rows.cutoff, passband(log)
     if band is None:
         return np.zeros(error.shape[1])
-    for other in others:
-        if other is not log and repeats(log, other):
-            difference = log.unmasked.measured - other.unmasked.measured
-            return np.asarray(np.sqrt(np.mean(difference**2, axis=0) / 2))
     above = edge or band  # below it the modelled torque has noise of its own
     high = error - lowpass(error, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
@@ -77,7 +73,24 @@ def noise_floor(
         carried = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
         rows = np.ones(carried.shape, dtype=bool) if counts is None else counts
         variance += np.sum(rows * carried**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
+    variance[_filtered(log, band)] = np.nan
     return np.asarray(np.sqrt(variance))
+
+
+def _filtered(log: FilteredLog, band: float) -> Bools:
+    """Return which torques were filtered before they were recorded, (n,).
+
+    In the two highest octaves, their noise is below that of any instrument, or falls steeply.
+    """
+    nyquist = 0.5 / log.step
+    if nyquist / 4 < band:  # the motion reaches into these octaves
+        return np.zeros(log.tau.shape[1], dtype=bool)
+    half = lowpass(log.tau, log.step, nyquist / 2)
+    quarter = lowpass(half, log.step, nyquist / 4)
+    upper = white_noise(log.tau - half, log.step, nyquist / 2, log.clear)
+    lower = white_noise(half - quarter, log.step, 3 * nyquist / 4, log.clear)
+    quiet = np.minimum(upper, lower) < _NOISE * rms(log.tau)
+    return np.asarray(quiet | (lower**2 > _STEEP * upper**2))
 
 
 def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> TorqueFit:
@@ -108,14 +121,17 @@ def unexplained_from(noise: Residual) -> tuple[float, FloatArray]:
     Args:
         noise: what it leaves of the torque.
     """
-    each = np.array(noise.per_joint or ())
+    whole, each = np.nan_to_num(noise.relative), np.nan_to_num(noise.per_joint or ())
     lacks = LACKS * math.sqrt(len(each))
-    return LEVEL * math.hypot(noise.relative, LACKS), np.asarray(LEVEL * np.hypot(each, lacks))
+    return LEVEL * math.hypot(whole, LACKS), np.asarray(LEVEL * np.hypot(each, lacks))
 
 
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
-    """Whether no joint has a gap that is visible: above the noise, and twice what matters."""
-    pairs = zip(gap, noise, strict=True)
+    """Whether no joint has a gap that is visible: above the noise, and twice what matters.
+
+    Noise that is unknown, NaN, counts as none.
+    """
+    pairs = zip(gap, np.nan_to_num(noise), strict=True)
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
 
 
@@ -129,39 +145,9 @@ def grown(
     ]
 
 
-def at_rest(
-    log: FilteredLog,
-    still: Bools,
-    error: FloatArray,
-    model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
-) -> FloatArray:
-    """Return the RMS of what static friction may leave at rest, of all rows, (n,).
-
-    Args:
-        log: in the band of the run.
-        still: (K, n) rows that it reaches.
-        error: (K, n) measured minus modelled torque in the band, at the kept instants.
-        model: torque from q, qd, qdd, (k, n) each.
-    """
-    q = np.ascontiguousarray(log.q[log.kept])
-    slow, none = np.tile(SLOW * np.abs(log.qd).max(axis=0), (len(q), 1)), np.zeros_like(q)
-    friction = np.abs(model(q, slow, none) - model(q, -slow, none)) / 2
-    left = np.where(still, np.minimum(np.abs(error), friction), 0.0)
-    return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
-
-
 def passband(log: FilteredLog) -> float | None:
     """Return the cutoff of the low-pass of positions and speeds, Hz; None where they pass none."""
     return log.band.cutoff_hz if log.band.filters(log.step) else None
-
-
-def repeats(log: FilteredLog, other: FilteredLog) -> bool:
-    """Whether two logs are runs of one motion, sample by sample."""
-    if log.q.shape != other.q.shape or log.step != other.step or log.rows != other.rows:
-        return False
-    size = np.sqrt(np.mean((log.q - log.q.mean(axis=0)) ** 2, axis=0))
-    apart = np.sqrt(np.mean((log.q - other.q) ** 2, axis=0))
-    return bool((apart <= _SAME * size).all())
 
 
 def _shaken(log: FilteredLog, edge: float) -> FilteredLog:

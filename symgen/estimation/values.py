@@ -40,8 +40,8 @@ class Reason:
 class Residual:
     """Relative residual ||y - W X|| / ||y||, total and for each joint if equations have one."""
 
-    relative: float
-    per_joint: tuple[float, ...] | None = None
+    relative: OrNan
+    per_joint: tuple[OrNan, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,14 +15,8 @@ from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.faults.fault import Fault
-from symgen.faults.samples import (
-    masked_faults,
-    masked_gaps,
-    mended_speeds,
-    repaired,
-    silenced_torques,
-    standing,
-)
+from symgen.faults.samples import masked_faults, masked_gaps, masked_stalls, repaired
+from symgen.faults.speeds import mended_speeds, silenced_torques, standing
 from symgen.robot.types import Robot
 
 
@@ -55,7 +49,10 @@ def open_samples(
             f"{log.name}: a sample every {step:.4g} s; accepted: t in seconds, at "
             f"{2 * LOWEST:g} Hz and more{_time_unit(step)}"
         )
-    samples, gaps = masked_gaps(log, sampled(log, clock))
+    samples = sampled(log, clock)
+    if any(fault.kind == "stalled" for fault in repairs):
+        samples = masked_stalls(log, samples)
+    samples, gaps = masked_gaps(log, samples)
     samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)

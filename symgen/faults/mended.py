@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symgen.data.log import Log
+from symgen.data.mask import rms, spans
 from symgen.data.signals import Samples
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import EVERYWHERE, Fault
+from symgen.faults.fault import EVERYWHERE, LEFT, Fault
 from symgen.robot.effect import unit
 
-#: Largest number of plots; fewest samples beside a change, and part of the largest change that is
-#: shown.
+#: Largest number of plots; samples that are shown beside a change; part of the largest change that
+#: is still the same change.
 _MOST, _BESIDE, _NEAR = 8, 30, 0.1
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
@@ -56,19 +56,17 @@ def mended_channels(
         faults: faults of the logs that were repaired or undone.
         sigma: types of the movable joints.
     """
-    for (before, after), (key, kind) in itertools.product(logs, _KINDS.items()):
-        for j in range(len(sigma) if getattr(before, key) is not None else 0):
-            channel = f"{key}{j + 1}"
-            named = {"all", key, channel}
-            here = (f for f in faults if f.log in (before.name, EVERYWHERE) and f.kind != "coarse")
-            f = next((f for f in here if named & {*f.channel.split(", ")}), None)
-            drawn = None if f is None else _around_change(before, after, key, j)
-            if f is not None and drawn is not None:
-                says, dimension = (
-                    f.in_words.removeprefix(f"{f.log}: {f.channel}: "),
-                    unit(kind, sigma[j]),
-                )
-                yield MendedChannel(before.name, channel, says, dimension, *drawn)
+    for before, after in logs:
+        here = [f for f in faults if f.log in (before.name, EVERYWHERE) and f.done != LEFT]
+        for key, kind in _KINDS.items():
+            for j in range(len(sigma) if getattr(before, key) is not None else 0):
+                channel = f"{key}{j + 1}"
+                names = {"all", key, channel}
+                fault = next((f for f in here if names & {*f.channel.split(", ")}), None)
+                drawn = None if fault is None else _around_change(before, after, key, j)
+                if fault is not None and drawn is not None:
+                    says = fault.in_words.removeprefix(f"{fault.log}: {fault.channel}: ")
+                    yield MendedChannel(before.name, channel, says, unit(kind, sigma[j]), *drawn)
 
 
 def largest(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
@@ -93,11 +91,10 @@ def _around_change(
     at = int(np.argmax(change))
     if change[at] <= 1e-9 * spread:
         return None
-    still = np.concatenate([[-1], np.flatnonzero(change <= _NEAR * change[at]), [len(t)]])
-    k = int(np.searchsorted(still, at))
-    beside = max(int(still[k] - still[k - 1]), _BESIDE)
-    first, last = max(still[k - 1] - beside, 0), min(still[k] + beside, len(t) - 1)
+    changed = spans(change > _NEAR * change[at])
+    start, end = changed[np.searchsorted(changed[:, 1], at, side="right")]
+    beside = max(end - start, _BESIDE)
+    first, last = max(start - beside, 0), min(end + beside, len(t)) - 1
     shown = (after.t >= t[first]) & (after.t <= t[last])
     recorded = np.stack([t[first : last + 1], x[first : last + 1]])
-    size = float(np.sqrt(np.mean(change**2))) / spread
-    return recorded, np.stack([after.t[shown], used[shown]]), size
+    return recorded, np.stack([after.t[shown], used[shown]]), float(rms(change)) / spread

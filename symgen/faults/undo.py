@@ -128,11 +128,6 @@ def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
     return multiplied(multiplied(log, (j,), ratio, ("q", "qd")), (j,), 1 / ratio, ("tau",))
 
 
-def derived(log: FilteredLog, j: int) -> FilteredLog:
-    """Return a log with the speed of a joint replaced by dq/dt, in the same band."""
-    return with_column(log, "qd", j, differentiate(log.q[:, j], log.step))
-
-
 def backwards(log: FilteredLog) -> FilteredLog:
     """Return a log in reversed time: the last sample first, speeds with the opposite sign."""
     samples = log.samples

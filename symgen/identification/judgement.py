@@ -23,7 +23,6 @@ from symgen.estimation.playback import Gains
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
-from symgen.faults.samples import torques_look_computed
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled
@@ -148,13 +147,6 @@ def parameters_use(
 def suspicions(run: Run, solution: Solution, accept: float) -> list[Reason]:
     """Return what may be wrong with the logs, or with motions that they do not contain."""
     reasons = []
-    computed = [log.name for log in run.logs if torques_look_computed(log.samples)]
-    if computed:
-        text = (
-            f"{', '.join(computed)}: torques have no noise. They look computed (a command or a "
-            "simulation), not measured: log the measured torque or the motor current"
-        )
-        reasons.append(Reason("computed_torque", text=text))
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:

@@ -41,7 +41,7 @@ from symgen.estimation.torque_error import TorqueFit, fit
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.logs import join_bands
-from symgen.faults.samples import lasting, unmended_faults
+from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
 from symgen.hypotheses.changes import Change
 from symgen.identification.estimate import Alternative
@@ -163,7 +163,7 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float = 
     robot = run.evaluator.model.robot
     about = robot.sigma, robot.passive
     every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
-    broken = tuple(Reason("broken_channel", text=f.fault) for f in lasting(every))
+    broken = tuple(Reason("broken_channel", text=f.fault) for f in every)
     # Where parameters are not told apart, any cause could be one of them.
     if broken or robot.loaded or proportional_joints(run.train):
         return replace(run, shown=broken)

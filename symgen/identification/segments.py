@@ -53,7 +53,7 @@ from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import windows
 from symgen.faults.fault import EVERYWHERE, Fault, merged
 from symgen.faults.logs import open_samples
-from symgen.faults.samples import mended_speeds
+from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_earlier_torques
 from symgen.identification.assessment import Outcome, outcome
 from symgen.identification.model_choice import ChosenModel, OpenLogs

@@ -28,7 +28,7 @@ from symgen.estimation.logs import Source, listed_logs
 from symgen.estimation.solve import Solution, weighed, with_the_others_zero
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
-from symgen.faults.samples import least_step
+from symgen.faults.channels import least_step
 from symgen.runtime.evaluator import Evaluator
 
 #: Methods for which logs can be given weights.

@@ -115,7 +115,6 @@ def test_static_friction_is_no_effect_that_is_missing(tmp_path: Path) -> None:
     found = symgen.diagnose(robot, [paths[0]], validation=[paths[1]])
     assert not found.effects, [e.name for e in found.effects]
     assert found.before.total > 0.05  # of all samples
-    assert found.floor.total > 0.8 * found.before.total  # what static friction may do
 
 
 def braked(log: clean_runs.Log, name: str) -> symgen.Log:

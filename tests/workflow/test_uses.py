@@ -111,27 +111,6 @@ def test_friction_that_drives_the_robot_much_is_an_effect_that_is_missing() -> N
     assert "negative_friction" in {r.kind for r in found.uses.simulation.reasons}
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-3])
-def test_torques_without_noise_are_said_to_be_computed(noise: float) -> None:
-    robot = symgen.parse_robot(ROBOT, "rubbing.toml")
-    logs = [replace(log(seed, 0.1, noise), name=f"log {seed}") for seed in (3, 4)]
-    found = symgen.identify(robot, logs[:1], validation=logs[1:])
-    computed = [reason for reason in found.suspected if reason.kind == "computed_torque"]
-    assert len(computed) == (0 if noise else 1)
-    assert found.verdict == "trusted"
-
-
-def test_torques_without_friction_and_noise_are_a_command() -> None:
-    robot, logs = commands(0.0, 0.0, 1e-4)
-    found = symgen.identify(robot, logs[:1], validation=logs[1:])
-    assert found.verdict == "doubtful"
-    assert found.reasons[0].kind == "fault"
-    assert "command" in found.reasons[0].text
-    diagnosis = symgen.diagnose(robot, logs[:1], validation=logs[1:])
-    assert diagnosis.verdict == "bad-measurement"
-    assert [(e.name, e.joints) for e in diagnosis.effects] == [("commanded_torque", ())]
-
-
 @pytest.mark.parametrize(
     ("viscous", "noise", "encoder", "robot"),
     [

@@ -1,0 +1,189 @@
+"""What one channel of a log shows by itself: runs, last digit, outliers, wraps and clipping."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from symgen.data.mask import Bools
+from symgen.data.raw import FloatArray, Places
+from symgen.data.signals import NORMAL
+
+#: A channel that stays within so many of its last digits does not move.
+FEW_DIGITS = 5
+#: Smallest outlier over the scatter of its channel, and over the steps around it.
+_JUMP, _AROUND = 12.0, 4.0
+_NEAR = 8  # samples on each side of an outlier that it is compared with
+_MANY = 0.05  # share of outliers that are the signal
+#: Largest step of a channel that wraps, in periods.
+_SLOW = 1 / 6
+#: Bits of the integers that recorders store.
+_BITS = (8, 15, 16, 32)
+#: Smallest number of runs of a held channel; share of runs with its length, and near it.
+_HELD_RUNS, _PACED, _HELD = 20, 0.4, 0.9
+#: Samples at the extreme of a clipped channel: in all, over those one digit below, and in a row.
+_FLAT, _PILED, _RUN = 10, 4.0, 3
+
+
+def least_step(x: FloatArray) -> float:
+    """Return the last digit of a channel: the smallest non-zero step; inf if there is none."""
+    steps = np.abs(np.diff(x))
+    return float(np.min(steps, where=steps > 0, initial=np.inf))
+
+
+def usual_step(x: FloatArray) -> float:
+    """Return the 99th percentile of the steps of a channel; inf if it never changes."""
+    size = np.abs(np.diff(x))
+    return float(np.quantile(size[size > 0], 0.99)) if size.any() else np.inf
+
+
+def moves(x: FloatArray) -> bool:
+    """Return whether a position moves beyond a few of its last digits."""
+    return bool(np.ptp(x) > FEW_DIGITS * least_step(x))
+
+
+def runs(x: FloatArray) -> tuple[Places, Places]:
+    """Return where each run of one value starts, and its length in samples."""
+    first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
+    return first, np.diff(np.concatenate([first, [len(x)]]))
+
+
+def same_rows(arrays: Sequence[FloatArray]) -> Bools:
+    """Return which rows repeat the row before in all columns, (N - 1,)."""
+    same = np.ones(len(arrays[0]) - 1, dtype=bool)
+    for x in arrays:
+        for column in x.T:
+            if not same.any():
+                return same
+            same &= column[1:] == column[:-1]
+    return same
+
+
+def outliers(x: FloatArray) -> Places:
+    """Return the indices of single samples that stand out from their neighbours.
+
+    An outlier differs from both neighbours in the same direction: by 12 times the usual distance
+    of a sample from the mean of its neighbours, by 12 last digits, by 4 times the steps beside it,
+    and by 4 times the third largest step around it, because two may belong to another outlier.
+
+    Args:
+        x: (N,) the channel.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    if len(x) < 2 * _NEAR:
+        return none
+    before, after = np.diff(x)[:-1], -np.diff(x)[1:]
+    height = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    changes = (before != 0) | (after != 0)
+    usual = np.median(np.abs(before + after)[changes]) / 2 if changes.any() else 0.0
+    least = _JUMP * max(NORMAL * float(usual), least_step(x))
+    steps = np.abs(np.diff(x))
+    found = []
+    for k in np.flatnonzero(height > least) + 1:
+        left, right = steps[max(k - _NEAR, 0) : k - 1], steps[k + 1 : k + _NEAR]
+        around = np.sort(np.concatenate([left, right]))[-3]
+        if height[k - 1] > _AROUND * max(
+            around, left[-1:].max(initial=0), right[:1].max(initial=0)
+        ):
+            found.append(int(k))
+    return none if len(found) > _MANY * len(x) else np.array(found, dtype=np.int64)
+
+
+def without(x: FloatArray, at: Places) -> FloatArray:
+    """Return a channel with some samples replaced by interpolation."""
+    good = np.setdiff1d(np.arange(len(x)), at)
+    out = x.copy()
+    out[at] = np.interp(at, good, x[good])
+    return out
+
+
+def unwrapped(x: FloatArray, period: float) -> FloatArray | None:
+    """Return a slow channel without its jumps of a period; None if it has none, or is not slow."""
+    if np.abs(np.diff(x)).max() <= period / 2:
+        return None
+    y = np.unwrap(x, period=period)
+    return y if np.abs(np.diff(y)).max() <= _SLOW * period else None
+
+
+def signed(x: FloatArray) -> FloatArray | None:
+    """Return counts that were stored as unsigned integers with their sign; None if it is there.
+
+    Negative counts of b bits are stored as themselves plus 2^b.
+    """
+    small = np.unique(x[x < x.max() / 2])  # whose last digit is exact
+    if x.min() < 0 or len(small) < 2:
+        return None
+    digit = float(np.diff(small).min())
+    for bits in _BITS:
+        period = math.ldexp(digit, bits)
+        y = unwrapped(x, period) if x.max() < period else None
+        if y is not None:
+            return y - period * np.round(np.median(y) / period)
+    return None
+
+
+def held_for(x: FloatArray) -> int:
+    """Return for how many samples a channel holds each value; 1 if it does not.
+
+    Two fifths of its runs have that length, and nine tenths differ from it by at most one sample.
+    Longer runs, of a robot at rest, are not counted. A coarse channel has runs of any length.
+    """
+    _, lengths = runs(x)
+    k = round(float(np.median(lengths)))
+    short = lengths[lengths <= 2 * k + 1]
+    if k == 1 or len(short) < _HELD_RUNS:
+        return 1
+    paced = np.mean(short == k) >= _PACED and np.mean(np.abs(short - k) <= 1) >= _HELD
+    return k if paced else 1
+
+
+def resolution(x: FloatArray) -> float:
+    """Return the resolution of a channel; 0 if its values have none in common."""
+    apart = np.diff(np.unique(x))
+    if not 1 < len(apart) < len(x) / 2:
+        return 0.0
+    step = float(np.median(apart[apart <= 1.5 * apart.min()]))  # printed digits scatter
+    off = np.abs(apart / step - np.round(apart / step))
+    return step if np.mean(off < 0.05) >= _HELD else 0.0
+
+
+def clipped(x: FloatArray) -> Bools:
+    """Return where a channel is clipped: samples that accumulate at an extreme, (N,).
+
+    A peak that is rounded to its last digit has nearly as many samples one digit below. A held or
+    coarse channel keeps its other values as long.
+    """
+    out = np.zeros(len(x), dtype=bool)
+    first, lengths = runs(x)
+    most = float(np.abs(x).max())
+    for side in (1.0, -1.0):
+        y = side * x
+        top = float(y.max())
+        if top < 0.5 * most:
+            continue
+        at = y >= top - 1e-9 * abs(top)
+        others = lengths[~at[first]]
+        if at.sum() < _FLAT or len(others) == 0:
+            continue
+        levels = np.unique(y[y > top - 0.1 * (top - float(y.min()))])
+        digit = float(levels[-1] - levels[-2]) if len(levels) > 1 else 0.0
+        below = int(np.sum(~at & (y >= top - 1.5 * digit)))
+        usual = float(np.percentile(others, 90))
+        piled = at.sum() >= _FLAT * usual and at.sum() > _PILED * max(below, 1)
+        if piled and lengths[at[first]].max() >= _RUN * usual:
+            out |= at
+    return out
+
+
+def steps(x: FloatArray) -> Places:
+    """Return the samples after which a channel steps by five times its usual step."""
+    d = np.diff(x)
+    around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
+    found = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
+    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # a step and its return are one
+
+
+#: Smallest step over the usual one, and distance of two steps in samples.
+_STEP, _APART = 5.0, 5
