@@ -23,8 +23,8 @@ from symgen.hypotheses.effects import Candidate, Score, Seen
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, model_of
 from symgen.hypotheses.refine import slopes
+from symgen.hypotheses.registry import Changed, Found
 from symgen.hypotheses.rows import Rows, rows_of
-from symgen.hypotheses.search import Changed, Found
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot

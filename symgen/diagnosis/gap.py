@@ -15,9 +15,9 @@ from symgen.estimation.floor import noise_fit
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.registry import Found
 from symgen.hypotheses.rows import modelled, torque_at
 from symgen.hypotheses.score import dense
-from symgen.hypotheses.search import Found
 
 ANY = "all"
 

@@ -60,7 +60,8 @@ from symgen.hypotheses.confirm import (
 )
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem, make_problem, model_of
-from symgen.hypotheses.search import Found, make_registry, search
+from symgen.hypotheses.registry import Found, make_registry
+from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.parameters import read_given
 from symgen.identification.segments import sample_logs

@@ -15,7 +15,8 @@ from symgen.hypotheses.confirm import Item, Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, make_problem
-from symgen.hypotheses.search import Changed, Found, make_registry, search
+from symgen.hypotheses.registry import Changed, Found, make_registry
+from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
 from symgen.robot.effect import Definition

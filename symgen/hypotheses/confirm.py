@@ -22,9 +22,9 @@ from symgen.hypotheses.effects import Score, Seen
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
+from symgen.hypotheses.registry import Changed, Found, columns_in
 from symgen.hypotheses.rows import SETTLING
 from symgen.hypotheses.score import dense, repeats_motion
-from symgen.hypotheses.search import Changed, Found, columns_in
 from symgen.policy import LEAST, SHOWN
 
 Item = Score | Changed | Contact

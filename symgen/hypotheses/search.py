@@ -18,151 +18,35 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
 
 import numpy as np
 
-from symgen import names
-from symgen.errors import IdentificationError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import Change, Torque, late, motion_changes, slow, torque_changes
 from symgen.hypotheses.effects import (
     Candidate,
     Score,
-    candidates,
     leave_out,
     odds_together,
 )
-from symgen.hypotheses.event import NAME as CONTACT
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
-from symgen.hypotheses.model_based_effects import special_candidates
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
+from symgen.hypotheses.registry import Changed, Found, Key, Registry, columns_in
 from symgen.hypotheses.rows import explained
-from symgen.hypotheses.score import TEMPERATURE, Columns, Fit, Folded, price_of_size
-from symgen.hypotheses.stiffness import stiffnesses
+from symgen.hypotheses.score import Columns, Fit, Folded, price_of_size
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
+from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, LOUD
-from symgen.robot.types import Robot
 
-#: Name and joints of a hypothesis.
-Key = tuple[str, tuple[int, ...]]
 #: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 #: Probability above which an alternative is listed.
 _LISTED = 0.05
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_ROUNDS = 3  # of Newton's method for the size of a change
-_PIECE = 10.0  # s of each log on which changes of the motion are tried
 _TINY = 1e-300
-
-
-@dataclass(frozen=True, eq=False)
-class Changed:
-    """A change of all logs beside a model.
-
-    Attributes:
-        change: what is undone.
-        odds: log-odds, marginalised over its grid.
-        worth: reduction of the held-out error as a part of a joint's torque, from squares.
-        gain: share of the held-out sum of squares that it explains.
-    """
-
-    change: Change
-    odds: float
-    worth: float
-    gain: float
-
-    @property
-    def key(self) -> Key:
-        """Name and joints."""
-        return self.change.key
-
-
-@dataclass(frozen=True, eq=False)
-class Registry:
-    """The hypotheses of a search.
-
-    Attributes:
-        pool: candidates with columns, one for each point of their grids.
-        changes: whether changes of all logs are tried.
-        contacts: whether contacts are tried.
-        expressions: whether expressions without a name are tried.
-    """
-
-    pool: tuple[Candidate, ...]
-    changes: bool = True
-    contacts: bool = True
-    expressions: bool = True
-
-    @cached_property
-    def friction(self) -> list[Candidate]:
-        """Friction that is not declared; other effects may require it."""
-        return [c for c in self.pool if c.definition.native in names.FRICTION and not c.change]
-
-
-def make_registry(
-    problem: Problem, robot: Robot | None = None, chosen: Sequence[str] | None = None
-) -> Registry:
-    """Return the hypotheses of a problem.
-
-    Args:
-        problem: the model and its logs.
-        robot: with the ranges of constants of its file; None for that of the model.
-        chosen: names of effects to try; None for all.
-    """
-    source, given = robot or problem.robot, problem.given
-    bent = stiffnesses(problem.base)
-    pool = (
-        *candidates(source, problem.logs, chosen, given=given),
-        *special_candidates(source, bent, chosen, given=given, logs=problem.logs),
-    )
-    every = chosen is None
-    expressions = not given and (chosen is None or UNNAMED in chosen)
-    return Registry(pool, every, chosen is None or CONTACT in chosen, expressions)
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What a search accepts.
-
-    Attributes:
-        declared: the problem of the logs as they were.
-        problem: the problem with changes undone and without the samples of contacts.
-        effects: effects with columns, the largest share in closing the gap first.
-        changes: changes of all logs.
-        contacts: contacts.
-        rejected: the other effects, the most probable first, with the reason.
-        tried: number of candidates.
-    """
-
-    declared: Problem
-    problem: Problem
-    effects: tuple[Score, ...] = ()
-    changes: tuple[Changed, ...] = ()
-    contacts: tuple[Contact, ...] = ()
-    rejected: tuple[Score, ...] = ()
-    tried: int = 0
-
-    @property
-    def keys(self) -> frozenset[Key]:
-        """Name and joints of all that is accepted; contacts with their times."""
-        spans = ((CONTACT, (c.span.first, c.span.last)) for c in self.contacts)
-        effects = (s.candidate.key for s in self.effects)
-        return frozenset((*effects, *(c.key for c in self.changes), *spans))
-
-
-@dataclass(frozen=True, eq=False)
-class _Group:
-    """Candidates on the same joints with as many columns, which are scored together."""
-
-    candidates: Sequence[Candidate]
-    columns: Sequence[Columns]
-    folded: Folded
-    sizes: FloatArray
 
 
 def search(
@@ -203,6 +87,16 @@ def search(
     taken = {s.candidate.key for s in effects}
     rejected = tuple(judge.reasoned(s) for s in options if s.candidate.key not in taken)
     return replace(found, effects=tuple(effects), rejected=rejected, tried=len(registry.pool))
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Candidates on the same joints with as many columns, which are scored together."""
+
+    candidates: Sequence[Candidate]
+    columns: Sequence[Columns]
+    folded: Folded
+    sizes: FloatArray
 
 
 class _Judge:
@@ -251,59 +145,12 @@ class _Judge:
                 yield contact
         if not self.registry.changes or problem.given:
             return
-        taken = {c.key for c in found.changes}
-        torque = cache(problem.torque)
-        for grid in torque_changes(problem.robot):
-            if grid[0].key not in taken:
-                yield self._changed(stage, grid, torque)
+        undone = frozenset(c.key for c in found.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
-        undone = frozenset(taken)
         if loud and undone not in self._moved:
-            self._moved[undone] = [*self._of_motion(problem, loud)]
-        yield from (c for c in self._moved.get(undone, ()) if c.key not in taken)
-
-    def _of_motion(self, problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
-        """Yield the changes of the motion, judged on a piece of the logs without other effects.
-
-        Args:
-            problem: the model and its logs.
-            loud: joints of which one has to be concerned.
-        """
-        piece = problem.piece(_PIECE)
-        alone = piece.stage()
-        for grid in motion_changes(piece.robot):
-            if grid[0].joints and not loud & {*grid[0].joints}:
-                continue
-            fits = []
-            for change in grid:
-                try:
-                    fits.append(self._fit_of(alone, change))
-                except (IdentificationError, np.linalg.LinAlgError):
-                    fits.append(alone.score.alone)
-            yield _best_of(alone, grid, fits)
-
-    def _fit_of(self, alone: Stage, change: Change) -> Fit:
-        """Return the fit to the changed logs, in the density of the recorded torque."""
-        scale = np.ones(alone.problem.base.n)
-        scale[list(change.joints)] = change.scale
-        changed = alone.problem.tried(change).stage().score
-        score = replace(changed, misfit=alone.score.misfit / scale)
-        counts = alone.score.counts
-        before, after = alone.score.density(counts), score.density(counts)
-        more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
-        gained = alone.score.alone.score + after - more - before
-        return score.alone._replace(score=gained, left=score.alone.left * scale**2)
-
-    def _changed(self, stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
-        """Return the most probable point of a grid of changes of the torques, refined."""
-        fits = [_fit_of_torque(stage, c, torque) for c in grid]
-        found = _best_of(stage, grid, fits)
-        if len(grid) == 1 or found.odds <= 0:
-            return found
-        change = _refined_change(stage, found.change)
-        fit = _fit_of_torque(stage, change, torque)
-        again = _best_of(stage, [change], [fit])
-        return again if again.odds > found.odds else found
+            self._moved[undone] = [*motion_trials(problem, loud)]
+        moved = self._moved.get(undone, ())
+        yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def added(self, found: Found, stage: Stage, new: Score | Changed | Contact) -> Found:
         """Return what is found with one more hypothesis."""
@@ -313,20 +160,9 @@ class _Judge:
         if isinstance(new, Changed):
             return self._anew(replace(found, changes=(*found.changes, new)))
         if new.candidate.exact is not None:
-            return self.added(found, stage, self._exactly(stage, new))
+            return self.added(found, stage, exact_change(stage, new))
         effects = settled_constants(stage.problem, [*found.effects, new], stage.seen)
         return replace(found, effects=tuple(effects))
-
-    def _exactly(self, stage: Stage, new: Score) -> Changed:
-        """Return the change of the logs that a column is the first order of, with its size."""
-        make, problem, size = new.candidate.exact, stage.problem, 1.0
-        assert make is not None
-        for _ in range(_ROUNDS):
-            other = problem if size == 1.0 else problem.changed(make(size - 1))
-            rows = other.stage()
-            fit = rows.score.beside(rows.seen(new.candidate))
-            size *= 1 + float(fit.coefficients[0])
-        return Changed(make(size - 1), new.odds, new.worth, new.gain)
 
     def _anew(self, found: Found) -> Found:
         """Return the problem of some changes and contacts, with the columns of its effects."""
@@ -512,53 +348,6 @@ class _Judge:
         fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
         return replace(found, odds=found.odds - own.cost, cost=own.cost)
-
-
-def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
-    """Return effects with their columns on the logs of a problem."""
-    if not effects:
-        return ()
-    seen = problem.seen(problem.base)
-    columns = seen.each(s.candidate for s in effects)
-    return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))
-
-
-def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Changed:
-    """Return the most probable point of a grid, with the odds of the whole grid."""
-    alone, size = stage.score.alone, stage.problem.base.size
-    odds = np.array([fit.score - alone.score for fit in fits])
-    k = int(np.argmax(odds))
-    change = grid[k]
-    # One wrong sign is as improbable as another.
-    prior = math.log(change.definition.odds) * max(1, len(change.joints))
-    whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
-    fell = alone.left - fits[k].left
-    worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / size))
-    gain = float(np.sum(fell / size**2) / max(float(np.sum(alone.left / size**2)), _TINY))
-    return Changed(change, whole, worth, gain)
-
-
-def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> Fit:
-    """Return the fit to the torques without a change of them."""
-    assert change.torque is not None
-    return stage.score.of_torque(change.torque(torque) - torque(0.0))
-
-
-def _refined_change(stage: Stage, change: Change) -> Change:
-    """Return a delay or a filter with its most probable size."""
-    from scipy.optimize import minimize_scalar
-
-    ((name, (value, _)),) = change.constants.items()
-    make = late if name == "DT" else slow
-
-    def cost(x: float) -> float:
-        other = make(stage.problem.robot, change.joints, math.copysign(math.exp(x), value))
-        return -_fit_of_torque(stage, other, stage.problem.torque).score
-
-    near = math.log(abs(value))
-    bounds = near - math.log(2), near + math.log(2)
-    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-2})
-    return make(stage.problem.robot, change.joints, math.copysign(math.exp(best.x), value))
 
 
 def _odds(s: Score | Changed | Contact) -> float:

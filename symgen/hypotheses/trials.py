@@ -1,0 +1,128 @@
+"""Changes of the logs beside a model: how much better each point of their grids predicts.
+
+Changes of torques share the regressor, so that all of them are tried. A change of the motion needs
+new rows: it is tried where the model fails loudly, on a piece of the logs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from symgen.errors import IdentificationError
+from symgen.hypotheses.changes import Change, Torque, late, motion_changes, slow, torque_changes
+from symgen.hypotheses.effects import Score
+from symgen.hypotheses.problem import Problem, Stage
+from symgen.hypotheses.registry import Changed
+from symgen.hypotheses.score import TEMPERATURE, Fit
+
+_PIECE = 10.0  # s of each log on which changes of the motion are tried
+_ROUNDS = 3  # of Newton's method for the size of a change
+_TINY = 1e-300
+
+
+def torque_trials(stage: Stage) -> Iterator[Changed]:
+    """Yield the changes of torques, each with the most probable size."""
+    torque = cache(stage.problem.torque)
+    for grid in torque_changes(stage.problem.robot):
+        yield _torque_trial(stage, grid, torque)
+
+
+def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
+    """Yield the changes of the motion, judged on a piece of the logs without other effects.
+
+    Args:
+        problem: the model and its logs.
+        loud: joints of which one has to be concerned.
+    """
+    piece = problem.piece(_PIECE)
+    alone = piece.stage()
+    for grid in motion_changes(piece.robot):
+        if grid[0].joints and not loud & {*grid[0].joints}:
+            continue
+        fits = []
+        for change in grid:
+            try:
+                fits.append(_fit_of_motion(alone, change))
+            except (IdentificationError, np.linalg.LinAlgError):
+                fits.append(alone.score.alone)
+        yield _best_of(alone, grid, fits)
+
+
+def exact_change(stage: Stage, new: Score) -> Changed:
+    """Return the change of the logs that a column is the first order of, with its size."""
+    make, problem, size = new.candidate.exact, stage.problem, 1.0
+    assert make is not None
+    for _ in range(_ROUNDS):
+        other = problem if size == 1.0 else problem.changed(make(size - 1))
+        rows = other.stage()
+        fit = rows.score.beside(rows.seen(new.candidate))
+        size *= 1 + float(fit.coefficients[0])
+    return Changed(make(size - 1), new.odds, new.worth, new.gain)
+
+
+def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
+    """Return the most probable point of a grid of changes of the torques, refined."""
+    fits = [_fit_of_torque(stage, c, torque) for c in grid]
+    found = _best_of(stage, grid, fits)
+    if len(grid) == 1 or found.odds <= 0:
+        return found
+    change = _refined_change(stage, found.change)
+    fit = _fit_of_torque(stage, change, torque)
+    again = _best_of(stage, [change], [fit])
+    return again if again.odds > found.odds else found
+
+
+def _fit_of_motion(alone: Stage, change: Change) -> Fit:
+    """Return the fit to the changed logs, in the density of the recorded torque."""
+    scale = np.ones(alone.problem.base.n)
+    scale[list(change.joints)] = change.scale
+    changed = alone.problem.tried(change).stage().score
+    score = replace(changed, misfit=alone.score.misfit / scale)
+    counts = alone.score.counts
+    before, after = alone.score.density(counts), score.density(counts)
+    more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
+    gained = alone.score.alone.score + after - more - before
+    return score.alone._replace(score=gained, left=score.alone.left * scale**2)
+
+
+def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Changed:
+    """Return the most probable point of a grid, with the odds of the whole grid."""
+    alone, size = stage.score.alone, stage.problem.base.size
+    odds = np.array([fit.score - alone.score for fit in fits])
+    k = int(np.argmax(odds))
+    change = grid[k]
+    # One wrong sign is as improbable as another.
+    prior = math.log(change.definition.odds) * max(1, len(change.joints))
+    whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
+    fell = alone.left - fits[k].left
+    worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / size))
+    gain = float(np.sum(fell / size**2) / max(float(np.sum(alone.left / size**2)), _TINY))
+    return Changed(change, whole, worth, gain)
+
+
+def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> Fit:
+    """Return the fit to the torques without a change of them."""
+    assert change.torque is not None
+    return stage.score.of_torque(change.torque(torque) - torque(0.0))
+
+
+def _refined_change(stage: Stage, change: Change) -> Change:
+    """Return a delay or a filter with its most probable size."""
+    from scipy.optimize import minimize_scalar
+
+    ((name, (value, _)),) = change.constants.items()
+    make = late if name == "DT" else slow
+
+    def cost(x: float) -> float:
+        other = make(stage.problem.robot, change.joints, math.copysign(math.exp(x), value))
+        return -_fit_of_torque(stage, other, stage.problem.torque).score
+
+    near = math.log(abs(value))
+    bounds = near - math.log(2), near + math.log(2)
+    best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-2})
+    return make(stage.problem.robot, change.joints, math.copysign(math.exp(best.x), value))
