@@ -198,7 +198,8 @@ def _geared(robot: Robot) -> Iterator[Candidate]:
         return everywhere(columns[:, :, None])
 
     for j in range(robot.n if robot.n > 1 else 0):
-        yield replace(_of_links("gear_ratio", (j,), partial(along, j)), exact=partial(_ratio, j))
+        column = _of_links("gear_ratio", (j,), partial(along, j))
+        yield replace(column, analytic=False, exact=partial(_ratio, j))
 
 
 def _ratio(j: int, error: float) -> Change:
