@@ -55,7 +55,7 @@ _LARGEST = 300.0
 #: Weight of the squared size of variables that have no other weight.
 _FAINT = 1e-6
 #: Units of distance in the search for the nearest, in standard deviations, one after the other.
-_DISTANCES = (1.0, 1e3, 1e6, 1e9)
+_DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e6, 1e9)
 #: A negative value of this size, in the robot's units, is rounding.
 _ROUNDING = 1e-12
 #: Share of a link in what makes X impossible, from which it is named.
