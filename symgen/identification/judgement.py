@@ -182,7 +182,7 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
 def _mostly_noise(noise: Residual) -> list[Reason]:
     """Return a reason if more than half of the power of the measured torque is noise."""
     half = math.sqrt(1 / 2)
-    if noise.relative <= half:
+    if not noise.relative > half:  # it may be unknown
         return []
     text = f"the torque is mostly noise ({percent(noise.relative)}): record larger torques"
     return [Reason("noise", value=noise.relative, limit=half, text=text)]

@@ -129,15 +129,6 @@ def braked(log: clean_runs.Log, name: str) -> symgen.Log:
     return symgen.make_log(name, log.t, log.q, tau, log.qd)
 
 
-def test_torques_beyond_static_friction_are_not_consistent() -> None:
-    run = drawn("planar3r")
-    robot = symgen.parse_robot(run.robot_toml)
-    found = symgen.diagnose(robot, braked(run.train, "a"), validation=braked(run.validation, "b"))
-    assert found.verdict == "unexplained"
-    assert not found.effects
-    assert "beyond the limits of static friction" in found.advice[0]
-
-
 def test_weights_travel_with_the_band() -> None:
     band = Band(250.0, 8.0, 3.0, "measured", Rests((0.02, -1.0), (0.05, 1.0)))
     content, file = as_json(band), Path("estimate.json")
