@@ -38,7 +38,6 @@ from symgen.runtime.evaluator import Evaluator
 #: Weight of equations at rest while the band is chosen, and what it is at least.
 _FIRST, _LEAST = 0.1, 1e-3
 _ROUNDS = 3
-_WORSE = 0.5  # a deviation at rest is another one than in motion where it is twice as large
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
@@ -93,7 +92,7 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
     sums = np.array([error[first:last].sum() for first, last in spans(rest)])
     squares = max(float(sums @ sums), float(error[rest] @ error[rest]))
     ratio = math.sqrt(float(np.mean(moved**2)) / max(squares / rest.sum(), 1e-300))
-    return max(ratio, _LEAST) if ratio < _WORSE else 1.0
+    return min(max(ratio, _LEAST), 1.0)
 
 
 #: Cutoffs that are tried, in comparison bands.
