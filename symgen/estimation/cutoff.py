@@ -24,8 +24,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from symgen.data.mask import Bools, resting, spans
-from symgen.data.signals import Samples, require_cutoff
+from symgen.data.mask import Bools, resting, rms, spans
+from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
 from symgen.estimation.band import OPEN, Band, Rests, comparison_band, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
@@ -38,7 +38,6 @@ from symgen.runtime.evaluator import Evaluator
 #: Weight of equations at rest while the band is chosen, and what it is at least.
 _FIRST, _LEAST = 0.1, 1e-3
 _ROUNDS = 3
-_WORSE = 0.5  # a deviation at rest is another one than in motion where it is twice as large
 _FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
@@ -93,7 +92,7 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
     sums = np.array([error[first:last].sum() for first, last in spans(rest)])
     squares = max(float(sums @ sums), float(error[rest] @ error[rest]))
     ratio = math.sqrt(float(np.mean(moved**2)) / max(squares / rest.sum(), 1e-300))
-    return max(ratio, _LEAST) if ratio < _WORSE else 1.0
+    return min(max(ratio, _LEAST), 1.0)
 
 
 #: Cutoffs that are tried, in comparison bands.
@@ -148,9 +147,8 @@ def choose_band(
 
     alike = list(in_order(errors_at, grid, threads))
     # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
-    # is the best, a lower one may be better, down to one period over a log.
-    lowest = max(1 / float(s.t[-1] - s.t[0]) for s in seen)
-    while cutoff is None and _best(alike)[1] == 0 and grid[0] / _FINER > lowest:
+    # is the best, a lower one may be better, as long as it takes noise and no motion.
+    while cutoff is None and _best(alike)[1] == 0 and _takes_noise(seen, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
     errors = np.stack(alike, axis=1)
@@ -160,6 +158,23 @@ def choose_band(
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
     chosen = replace(start, cutoff_hz=grid[middle[k]], velocity=kinds[k])
     return weigh_rests(evaluator, seen, chosen)
+
+
+def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
+    """Whether a low-pass removes from every position less motion than it contains noise."""
+    return all(
+        1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
+        and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * position_noise(s)).all()
+        for s in logs
+    )
+
+
+def position_noise(samples: Samples) -> FloatArray:
+    """Return the noise of positions, (n,), from sixth differences or from the encoder step."""
+    moved = np.abs(np.diff(samples.q, axis=0))
+    step = np.where(moved > 0, moved, np.inf).min(axis=0, initial=np.inf)
+    rounded = np.where(np.isfinite(step), step, 0.0) / 12**0.5
+    return np.maximum(noise_of_differences(samples.q), rounded)
 
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:

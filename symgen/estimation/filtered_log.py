@@ -36,12 +36,14 @@ class FilteredLog:
         band: the filters of the run.
         q: (N, n) positions below the cutoff, rad (m).
         qd: (N, n) speeds below it: measured ones, or the derivative of q.
+        slopes: speeds and their derivative as the filter gave both; None without a filter.
     """
 
     samples: Samples
     band: Band
     q: FloatArray
     qd: FloatArray
+    slopes: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def name(self) -> str:
@@ -91,6 +93,8 @@ class FilteredLog:
     @cached_property
     def qdd(self) -> FloatArray:
         """(N, n) accelerations: the derivative of the speeds, rad/s2 (m/s2)."""
+        if self.slopes is not None and self.slopes[0] is self.qd:
+            return self.slopes[1]
         return differentiate(self.qd, self.step)
 
     @property
@@ -138,9 +142,9 @@ class FilteredLog:
             return self
         samples = self.samples.cut(slice(None, None, stride))
         q, qd = self.nodes(stride)
-        thin = replace(self, samples=replace(samples, step=stride * self.step), q=q, qd=qd)
-        thin.__dict__["qdd"] = np.ascontiguousarray(self.qdd[::stride])
-        return thin
+        samples = replace(samples, step=stride * self.step)
+        slopes = qd, np.ascontiguousarray(self.qdd[::stride])
+        return replace(self, samples=samples, q=q, qd=qd, slopes=slopes)
 
     def compared(self, x: FloatArray, stride: int | None = None) -> FloatArray:
         """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
@@ -293,9 +297,7 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
     else:
         q = lowpass(samples.q, samples.step, band.cutoff_hz) if q is None else q
         qd, qdd = lowpass_and_slopes(samples.qd, samples.step, band.cutoff_hz, 1)
-    log = FilteredLog(samples, band, q, qd)
-    log.__dict__["qdd"] = qdd  # the cached property: it came with the filter, and ends with the log
-    return log
+    return FilteredLog(samples, band, q, qd, (qd, qdd))
 
 
 def unfiltered(samples: Samples) -> FilteredLog:

@@ -20,26 +20,8 @@ _TOGETHER = 16  # windows that one product integrates
 _UNITS = 256  # nodes whose weights are found at once
 
 
-def cumulative_integral(y: FloatArray, step: float) -> FloatArray:
-    """Integrate from the first sample to each one: F_k = int from t_0 to t_k of y dt.
-
-    The integral over an interval is that of the polynomial of degree five through the six samples
-    around it.
-
-    Args:
-        y: (N, ...) signal in uniform steps, N at least 2.
-        step: sampling step in s.
-
-    Returns:
-        The integral, of the shape of y, zero at the first sample.
-    """
-    until = _integral(y.reshape(len(y), -1))
-    at = np.arange(len(y))
-    return (step * (until(at) - until(at[:1]))).reshape(y.shape)
-
-
 def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
-    """Integrate over windows of `length` samples, with the rule of `cumulative_integral`.
+    """Integrate over windows of `length` samples.
 
     A running sum serves all windows; polynomials are evaluated at their ends only.
 

@@ -29,7 +29,7 @@ from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
+from symgen.estimation.integrals import over_windows, window_integrals
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
@@ -217,8 +217,8 @@ def energy_rows(
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
         h = evaluator.energy_regressor(q[span], qd[span])
         f = evaluator.friction_power(q[span], qd[span])
-        whole = np.column_stack([h, cumulative_integral(f, w.stride * step)])
-        parts.append(whole[at] - whole[at - w.steps])
+        rubbed = w.stride * step * window_integrals(w.steps, ends, span, f)
+        parts.append(np.column_stack([h[at] - h[at - w.steps], rubbed]))
     return np.concatenate(parts)[None]
 
 

@@ -8,9 +8,8 @@ Positions and speeds are filtered at the cutoff of the run, both torques at the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -120,14 +119,7 @@ def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Re
     return relative_error(sums[0], sums[1], found[0][0] is not None)
 
 
-class Modelled(Protocol):
-    """A log along which a model can be evaluated, see `FilteredLog.modelled`."""
-
-    def modelled(self, model: Callable[..., FloatArray]) -> Iterator[tuple[Any, FloatArray]]:
-        """Yield the values of a model, (k, n), in the comparison band."""
-
-
-def modelled_torque(evaluator: Evaluator, log: Modelled, X: FloatArray) -> FloatArray:
+def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
     """Return the torque of a model along a log in the comparison band, (K, n)."""
     inverse = evaluator["inverse_dynamics"]
     chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))

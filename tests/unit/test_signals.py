@@ -17,7 +17,7 @@ from symgen.data.signals import (
     prepare,
 )
 from symgen.errors import LogError
-from symgen.estimation.integrals import cumulative_integral, over_windows, window_integrals
+from symgen.estimation.integrals import over_windows, window_integrals
 
 DATA = Path(os.environ.get("SYMGEN_DATA", Path(__file__).parents[3] / "shared" / "data"))
 TURN = 2 * np.pi
@@ -51,12 +51,20 @@ def rms(x: np.ndarray) -> float:
 # --- integral and derivative ---------------------------------------------------------------------
 
 
+def integral_from_the_first(y: np.ndarray, step: float) -> np.ndarray:
+    """The integral from the first sample to each one: windows that all begin there."""
+    windows = [over_windows(y, step, np.array([k]), k) for k in range(len(y))]
+    return np.concatenate(windows)
+
+
 @given(st.lists(coefficient, min_size=6, max_size=6), st.floats(1e-3, 0.1), st.integers(10, 60))
 @EXAMPLES
 def test_the_integral_is_exact_up_to_degree_five(c, step, count):
     t = np.arange(count) * step
     exact = sum(a / (k + 1) * t ** (k + 1) for k, a in enumerate(c))
-    got = cumulative_integral(np.column_stack([sum(a * t**k for k, a in enumerate(c)), t]), step)
+    got = integral_from_the_first(
+        np.column_stack([sum(a * t**k for k, a in enumerate(c)), t]), step
+    )
     scale = 1.0 + np.abs(exact).max()
     np.testing.assert_allclose(got[:, 0], exact, rtol=0, atol=1e-12 * scale)
     np.testing.assert_allclose(got[:, 1], t**2 / 2, rtol=0, atol=1e-12 * (1 + t[-1] ** 2))
@@ -200,7 +208,7 @@ def test_a_missing_velocity_is_derived_within_a_percent_from_an_encoder():
     assert f"low-pass filter at {samples.cutoff_hz:.4g} Hz" in samples.notes[0]
     assert rms(samples.qd - qd) < 1e-3 * rms(qd)
     np.testing.assert_array_equal(samples.tau, q**2)
-    integral = cumulative_integral(samples.qd, samples.step)
+    integral = integral_from_the_first(samples.qd, samples.step)
     np.testing.assert_allclose(samples.q - samples.q[0], integral, atol=1e-9)
 
 
@@ -225,7 +233,7 @@ def test_positions_near_the_nyquist_frequency_are_differentiated_without_a_filte
 
 def test_windows_take_the_integral_of_the_whole_log() -> None:
     y = np.random.default_rng(0).normal(size=(400, 3))
-    whole = cumulative_integral(y, 0.1)
+    whole = integral_from_the_first(y, 0.1)
     for length, last in (
         (3, np.arange(3, 400, 7)),
         (50, np.arange(50, 400)),
