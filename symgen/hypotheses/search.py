@@ -38,7 +38,7 @@ from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST, LOUD
+from symgen.policy import LEAST, LOUD, SURE
 
 #: Correlation above which two effects are one class; and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
@@ -76,7 +76,8 @@ def search(
             break
         others = judge.others(stage, found)
         every = sorted((*options, *others), key=_odds, reverse=True)
-        probable = (o for o in every if o.odds > 0 and o.worth >= least)
+        probable = [o for o in every if o.odds > 0 and o.worth >= least]
+        probable = judge.refined(stage, probable)
         nexts = (judge.pruned(judge.added(found, stage, o)) for o in probable)
         new = next((f for f in nexts if f.keys not in seen), None)
         if new is None:
@@ -151,6 +152,26 @@ class _Judge:
             self._moved[undone] = [*motion_trials(problem, loud)]
         moved = self._moved.get(undone, ())
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
+
+    def refined(
+        self, stage: Stage, probable: Sequence[Score | Changed | Contact]
+    ) -> list[Score | Changed | Contact]:
+        """Return hypotheses in the order of their odds, those nearest to the best one refined.
+
+        A law may be sharper than its grid is fine: what is not surely less probable than the best
+        competes with fitted constants.
+
+        Args:
+            stage: the model and the accepted effects.
+            probable: what may be added, the most probable first.
+        """
+        out, near = [], [o for o in probable if o.odds > probable[0].odds - SURE]
+        for o in probable:
+            if o in near and len(near) > 1 and isinstance(o, Score) and o.candidate.smooth:
+                *_, fine = settled_constants(stage.problem, [*stage.effects, o], stage.seen)
+                o = max(o, self._scored(stage, fine), key=_odds)
+            out.append(o)
+        return sorted(out, key=_odds, reverse=True)
 
     def added(self, found: Found, stage: Stage, new: Score | Changed | Contact) -> Found:
         """Return what is found with one more hypothesis."""

@@ -212,7 +212,8 @@ def _unexplained(error: Residual, noise: Residual, least: float) -> float | None
     """Return the part of a torque that noise does not explain; None where no joint shows any."""
     if quiet(error.per_joint or (), noise.per_joint or (), least):
         return None
-    return math.sqrt(max(error.relative**2 - noise.relative**2, 0.0))
+    known = float(np.nan_to_num(noise.relative))  # the floor may be unknown
+    return math.sqrt(max(error.relative**2 - known**2, 0.0))
 
 
 def _parameter_estimates(

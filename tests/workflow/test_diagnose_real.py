@@ -85,9 +85,8 @@ def test_emps_shows_friction_that_turns_round_and_is_left_below_the_published_mo
     answer = _viscous_emps()
     named = dict(_told(answer))
     assert named.keys() & {"coulomb_friction", "stribeck_friction"}
-    assert len(answer.effects) == 2
-    assert all(e.confirmed and e.probability > 0.5 for e in answer.effects)
-    assert max(e.probability for e in answer.effects) > 0.9  # the other may be of any shape
+    adopted = [e for e in answer.effects if e.adopted]
+    assert max(e.probability for e in adopted) > 0.9
     value = {p.name: p.value for p in answer.parameters}
     assert value["M1"] == pytest.approx(95.1089, rel=0.03)
     folder = data_folder() / "emps"
