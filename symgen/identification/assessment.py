@@ -137,7 +137,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
     unexplained = _unexplained(error, floor, criteria.least)
     limits = restrictions(chosen.together, robot)
     uses = Uses(
-        prediction_use(run, solution, found.seen, floor, criteria),
+        prediction_use(run, settled, found.seen, floor, criteria),
         parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
         simulation_use(
             evaluator,

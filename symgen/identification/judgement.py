@@ -62,23 +62,23 @@ DEFAULTS = Criteria()
 
 
 def prediction_use(
-    run: Run, solution: Solution, seen: TorqueFit, noise: Residual, criteria: Criteria
+    run: Run, settled: Settled, seen: TorqueFit, noise: Residual, criteria: Criteria
 ) -> PredictionUse:
     """Judge the torque on held-out motion: of joints that move, where any does.
 
     Args:
         run: the logs, with the faults that are shown.
-        solution: of the equations of the training logs.
+        settled: the estimate, and whether a robot can have its parameters.
         seen: torques of data that the estimate never saw.
         noise: what noise alone leaves of them.
         criteria: what the estimate is judged by.
     """
     error, accept, worst = in_motion(seen).residual.relative, criteria.accept, run.worst
-    reasons = list(run.shown)
+    reasons = [*run.shown, *_like_no_robot(settled, accept)]
     grade = "good" if error <= GOOD else "usable"
     if not error <= accept:
         grade = "poor"
-        reasons += _not_excited(run, solution, accept)
+        reasons += _not_excited(run, settled.solution, accept)
         reasons += _mostly_noise(noise)
         text = f"the torque error is above {100 * accept:g} %"
         if not reasons:
@@ -177,6 +177,24 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
         f"{robot.listed(places)} together in one training log; symgen excite plans such a motion"
     )
     return [Reason("not_excited", _numbers(robot, places), held.relative, limit, text)]
+
+
+def _like_no_robot(settled: Settled, accept: float) -> list[Reason]:
+    """Return a reason if no possible robot moves like the logs, while impossible parameters do.
+
+    Torques or positions of the wrong sign and reversed time fit as well with negative masses or
+    friction that drives.
+    """
+    if settled.physical.reason is None or settled.physical.held_out is None:
+        return []
+    free, bounded = settled.physical.held_out
+    if bounded <= max(accept, VARIES * free):
+        return []
+    text = (
+        f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
+        "check the signs of torques and positions, and that time increases"
+    )
+    return [Reason("no_robot", value=bounded, limit=max(accept, VARIES * free), text=text)]
 
 
 def _mostly_noise(noise: Residual) -> list[Reason]:
