@@ -37,12 +37,12 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 
     Args:
         problem: the model and its logs.
-        loud: joints of which one has to be concerned.
+        loud: joints whose gears and units are tried; a wrong sign shows on others too.
     """
     piece = problem.piece(_PIECE)
     alone = piece.stage()
     for grid in motion_changes(piece.robot):
-        if grid[0].joints and not loud & {*grid[0].joints}:
+        if len(grid) > 1 and not loud & {*grid[0].joints}:
             continue
         fits = []
         for change in grid:
