@@ -110,7 +110,7 @@ def places(
     robot = found.problem.robot
     before, _, floor = gaps.moving
     size = _sizes(gaps.curves)
-    excess = np.square(before.per_joint) - np.square(floor.per_joint)
+    excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
     excess = np.maximum(excess, 0.0) * size
     out = []
     for j in np.argsort(-excess):

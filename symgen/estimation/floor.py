@@ -7,21 +7,10 @@ Two sources, squared and added up joint by joint:
   its noise in the band is unknown: the floor is NaN;
 * noise of positions and speeds, which the model's torque carries on: its density is read above the
   band too, and a draw of it is put on top of the motion; reversals of friction are in this part.
-
-What noise does not explain is physics that the model lacks, or something wrong of which nobody
-knows. Every robot has some of the first. With both as parts of the torque, n joints together are
-unexplained from LEVEL sqrt(noise^2 + LACKS^2) on, and one of them, which may lack all of what they
-lack together, from
-
-    LEVEL sqrt(noise_j^2 + n LACKS^2)
-
-LEVEL is chosen on simulated arms without faults that lack a smooth torque of LACKS on each joint
-(tests/workflow/clean_study.py), so that 95 % of them are explained.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -31,13 +20,9 @@ from symgen.data.mask import Bools, rms
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.torque_error import TorqueFit
-from symgen.estimation.values import FloatArray, Residual
+from symgen.estimation.values import FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-#: Part of a joint's torque that the model of a sound robot lacks.
-LACKS = 0.05
-#: Error over what noise and LACKS leave together, from which it is unexplained.
-LEVEL = 2.0
 #: Gap of a joint over its noise, and over what matters, from which something is missing.
 _LOUD, _VISIBLE = 3.0, 2.0
 #: Largest noise density in one octave over the next one. Logs of six robots have 0.4 to 10, and
@@ -115,17 +100,6 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
     return out
 
 
-def unexplained_from(noise: Residual) -> tuple[float, FloatArray]:
-    """Return the error from which the torque of all joints, and of each, (n,), is unexplained.
-
-    Args:
-        noise: what it leaves of the torque.
-    """
-    whole, each = np.nan_to_num(noise.relative), np.nan_to_num(noise.per_joint or ())
-    lacks = LACKS * math.sqrt(len(each))
-    return LEVEL * math.hypot(whole, LACKS), np.asarray(LEVEL * np.hypot(each, lacks))
-
-
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
     """Whether no joint has a gap that is visible: above the noise, and twice what matters.
 
@@ -133,16 +107,6 @@ def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
     """
     pairs = zip(gap, np.nan_to_num(noise), strict=True)
     return all(g <= max(_LOUD * f, _VISIBLE * least) for g, f in pairs)
-
-
-def grown(
-    before: Sequence[float], after: Sequence[float], noise: Sequence[float], least: float
-) -> list[bool]:
-    """Return whether the gap of each joint is visible and grows by what matters, from squares."""
-    return [
-        now**2 > was**2 + least**2 and not quiet([now], [floor], least)
-        for was, now, floor in zip(before, after, noise, strict=True)
-    ]
 
 
 def passband(log: FilteredLog) -> float | None:

@@ -16,8 +16,6 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.system import Equations
 from symgen.robot.types import Robot
 
-_MUCH = 0.03  # share of samples at rest that is worth a word
-
 
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
     """Mask samples at rest or in saturation; the log itself keeps all samples.
@@ -89,17 +87,3 @@ def require_left(log: FilteredLog | Samples, equations: Sequence[Equations], rob
                 f"{log.name}: --mask leaves {len(e.y)} equations{whose}; accepted: at least "
                 f"{MIN_SAMPLES}, so a shorter window, a higher cutoff, or no mask"
             )
-
-
-def rests_in_words(logs: Sequence[Samples], robot: Robot) -> tuple[str, ...]:
-    """Return notes on joints of unmasked logs that stand still, with any static friction."""
-    out = []
-    for samples in logs:
-        slow = rest_speeds([samples], robot.sigma)
-        share = float(resting(samples.q, samples.step, slow).mean(axis=0).max())
-        if samples.mask is None and share > _MUCH:
-            out.append(
-                f"{samples.name}: a joint stands still in {100 * share:.2g} % of the samples. "
-                "Static friction there is part of the torque error; --mask rest omits these samples"
-            )
-    return tuple(out)

@@ -106,10 +106,6 @@ class Equations:
         W, y = self.W * change[:, None], self.y * change
         return replace(self, W=W, y=y, features=features, rest_weight=weight)
 
-    def with_sides(self, other: Equations) -> Equations:
-        """Return the equations with the y of others, weighed as their own was."""
-        return replace(self, y=other.y / other.scale * self.scale)
-
     def where(self, chosen: NDArray[np.bool_] | slice, name: str) -> Equations:
         """Return some of the equations, under a name."""
         Z = None if self.Z is None else self.Z[chosen]

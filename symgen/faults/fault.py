@@ -60,21 +60,6 @@ class Fault:
         return f"{self.log}: {self.channel}: {self.fault}{samples}: {self.done}"
 
 
-def fault_of(
-    log: str,
-    kind: str,
-    key: str,
-    j: int,
-    says: str,
-    samples: int,
-    done: str = LEFT,
-    undo: Callable[[Any], Any] | None = None,
-) -> Fault:
-    """Return the fault of channel `key` (q, qd or tau) of a joint."""
-    channel = f"{key}{j + 1}"
-    return Fault(log, channel, says, samples, done, kind=kind, joints=(j,), undo=undo)
-
-
 def by_joint(fault: Fault) -> list[Fault]:
     """Return one fault for each joint of a fault of several joints, each with its own values."""
     if len(fault.joints) < 2:
@@ -91,15 +76,6 @@ def by_joint(fault: Fault) -> list[Fault]:
 def delay_of(fault: Fault) -> float:
     """Return the shift DT of the torques of all joints, s; 0 if they are not shifted."""
     return sum(value for name, value, _ in fault.values if name == "DT")
-
-
-def undo_faults(log: Any, faults: Iterable[Fault]) -> tuple[Any, tuple[Fault, ...]]:
-    """Return a log with the faults undone, and the faults, without their undo."""
-    told = []
-    for fault in faults:
-        log = fault.undo(log) if fault.undo else log
-        told.append(replace(fault, undo=None))
-    return log, tuple(told)
 
 
 def merged(faults: Iterable[Fault]) -> list[Fault]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from symgen.data.log import Rows
-from symgen.data.mask import Bools, Mask, touched
+from symgen.data.mask import Bools, Mask
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
 from symgen.estimation.decimation import ENDS
@@ -189,29 +189,6 @@ def completed(
     moving = torque(log.q, log.qd, log.qdd, X) - rest
     tau = log.tau + (1 - shares[0]) * moving + (1 - shares[1]) * rest
     return replace(log, samples=replace(log.samples, tau=read_only(tau)))
-
-
-def levelled(log: FilteredLog, name: str, j: int, steps: Mapping[int, float]) -> FilteredLog:
-    """Return a log, if it has the given name, without some steps of a torque: height by sample.
-
-    The torque before the first step is taken as correct.
-    """
-    if log.name != name:
-        return log
-    tau = log.tau[:, j].copy()
-    for i, height in steps.items():
-        tau[i + 1 :] -= height
-    return replace(log, samples=with_column(log.samples, "tau", j, tau))
-
-
-def unlimited(log: FilteredLog, j: int, limits: Mapping[str, float]) -> FilteredLog:
-    """Return a log without torques of a joint at its limit, and samples that the low-pass mixes in.
-
-    The low-pass spreads them by half a period of its cutoff.
-    """
-    reach = 0 if log.rows.cutoff is None else int(0.5 / (log.rows.cutoff * log.step))
-    at = touched(np.abs(log.tau[:, j]) > limits[log.name], reach)
-    return replace(log, samples=masked(log.samples, at, [j]))
 
 
 def _changed(

@@ -218,4 +218,5 @@ def _floor(found: Found) -> FloatArray:
     X = problem.parameters(problem.beside(found.effects))
     X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
     noise = noise_fit(problem.evaluator, problem.held, X).residual
-    return np.square(noise.per_joint or np.zeros(problem.base.n))
+    # An unknown floor is taken as none.
+    return np.nan_to_num(np.square(noise.per_joint or np.zeros(problem.base.n)))

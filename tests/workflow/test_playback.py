@@ -68,7 +68,7 @@ def test_identify_simulates_held_out_motion_before_and_after(tmp_path, command) 
     own = np.array([3.0, 0.7, 1.0, 0.3])
     values = "".join(f"{n} = {v}\n" for n, v in zip(planar2r.NAMES, own, strict=True))
     (tmp_path / "arm_parameters.toml").write_text("[parameters]\n" + values)
-    code, printed, err = command("identify", robot, train, "--validation", test, "--cutoff", "40",
+    code, _, err = command("identify", robot, train, "--validation", test, "--cutoff", "40",
                                  "--into", tmp_path / "out")  # fmt: skip
     assert code in (0, 1), err
     use = json.loads((tmp_path / "out" / "estimate.json").read_text())["uses"]["simulation"]
