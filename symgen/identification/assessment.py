@@ -199,6 +199,8 @@ def _headline(seen: TorqueFit, noise: Residual) -> str:
     text = f"{percent(error)} torque error on motion it has not seen"
     if seen.rest.any():
         text += f" ({percent(seen.residual.relative)} with joints at rest)"
+    if math.isnan(noise.relative):
+        return f"{text}; the noise floor is unknown."
     return f"{text}; noise accounts for {percent(noise.relative)}."
 
 
