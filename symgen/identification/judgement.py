@@ -19,6 +19,7 @@ from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.motion_error import in_motion
 from symgen.estimation.playback import Gains
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
@@ -74,9 +75,11 @@ def prediction_use(
         criteria: what the estimate is judged by.
     """
     error, accept, worst = in_motion(seen).residual.relative, criteria.accept, run.worst
-    reasons = [*run.shown, *_like_no_robot(settled, accept)]
+    reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
-    if not error <= accept:
+    if error <= accept:
+        reasons += _like_no_robot(settled, accept)
+    else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
         reasons += _mostly_noise(noise)
@@ -261,11 +264,6 @@ def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
     """Return the numbers of joints in the robot file, by their places in q."""
     return tuple(robot.movable[j].number for j in places)
-
-
-def in_motion(fit: TorqueFit) -> TorqueFit:
-    """Return the fit of joints that move, where any does."""
-    return fit.in_motion if fit.in_motion.size.any() else fit
 
 
 def uncertain_torque(
