@@ -12,6 +12,7 @@ from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
 from symgen.diagnosis.extended import Extended
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
+from symgen.estimation.motion_error import floor_below, in_motion
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.problem import Problem
@@ -49,6 +50,7 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
     declared, problem = found.declared, found.problem
     n = problem.base.n
     was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
+    inside = problem.parameters(problem.beside(model.effects))
     corrected = bool(model.effects or found.changes or found.contacts)
     first = partial(torque_at, declared.evaluator, declared.X)
     for recorded, log in zip(declared.held, problem.held, strict=True):
@@ -56,7 +58,7 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
         measured = recorded.unmasked.measured
         after = before
         if corrected:
-            after = log.unmasked.compared(_torque(model, problem, log))
+            after = log.unmasked.compared(_torque(model, problem, log, inside))
         free, wanted = log.clear[log.kept], log.unmasked.measured
         was += squares(recorded.clear[recorded.kept], measured, before, recorded.resting)
         now += squares(free, wanted, after, log.resting)
@@ -64,16 +66,14 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, wanted, before, after, mask))
     noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
-    gaps = _gap(was.residual), _gap(now.residual), _least(noise, now.residual)
-    moving = [x.in_motion if x.in_motion.size.any() else x for x in (was, now)]
-    first_gap, last_gap = (_gap(x.residual) for x in moving)
-    floor = _least(noise, moving[1].residual)
-    return Gaps(*gaps, (first_gap, last_gap, floor), tuple(curves))
+    whole, part = now.residual, in_motion(now).residual
+    moving = _gap(in_motion(was).residual), _gap(part), _gap(floor_below(noise, part))
+    floor = _gap(floor_below(noise, whole))
+    return Gaps(_gap(was.residual), _gap(whole), floor, moving, tuple(curves))
 
 
-def _torque(model: Extended, problem: Problem, log: FilteredLog) -> FloatArray:
-    """Return the torque of the extended model along a log, (N, n)."""
-    inside = problem.parameters(problem.beside(model.effects))
+def _torque(model: Extended, problem: Problem, log: FilteredLog, inside: FloatArray) -> FloatArray:
+    """Return the torque of the extended model along a log, (N, n); see `torques_along`."""
     torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
     whole, at = torques.model, model.count
     for c in (s.candidate for s in model.beside):
@@ -85,12 +85,6 @@ def _torque(model: Extended, problem: Problem, log: FilteredLog) -> FloatArray:
 
 def _gap(residual: Residual) -> Gap:
     return Gap(residual.per_joint or (), residual.relative)
-
-
-def _least(noise: Residual, left: Residual) -> Gap:
-    """Return the noise floor, at most what is left: noise above the band is not always white."""
-    pairs = zip(noise.per_joint or (), left.per_joint or (), strict=True)
-    return Gap(tuple(min(a, b) for a, b in pairs), min(noise.relative, left.relative))
 
 
 def places(

@@ -331,7 +331,8 @@ class _Concluded:
 
 def _verdict(c: _Concluded, broken: Sequence[Fault], least: float) -> str:
     """Return one of VERDICTS."""
-    if broken or _of_recorder(c) > _of_physics(c):
+    physics = _closed(c, "physics") + _closed(c, "file")
+    if broken or _closed(c, "recorder") > physics:
         return "bad-measurement"
     _, after, floor = c.gaps.moving
     explained = quiet(after.per_joint, floor.per_joint, least)
@@ -340,16 +341,8 @@ def _verdict(c: _Concluded, broken: Sequence[Fault], least: float) -> str:
     return "explained" if explained and after.total <= EXPLAINED else "partly-explained"
 
 
-def _of_recorder(c: _Concluded) -> float:
-    """Return the share of the gap that the recorder's faults close."""
-    return _closed(c, "recorder")
-
-
-def _of_physics(c: _Concluded) -> float:
-    return _closed(c, "physics") + _closed(c, "file")
-
-
 def _closed(c: _Concluded, side: str) -> float:
+    """Return the share of the gap that the adopted effects of one side close."""
     rows = definitions()
     shares = [
         e.gap_reduction

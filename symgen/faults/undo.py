@@ -16,8 +16,6 @@ from symgen.estimation.decimation import ENDS
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.faults.fault import Fault, delay_of
 
-#: Torque from q, qd, qdd and parameters.
-TorqueModel = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
 _AROUND = 5  # samples on each side of a step that give the motion during it
 
@@ -169,26 +167,6 @@ def moved_back(log: FilteredLog, name: str, j: int, at: Sequence[int]) -> Filter
         q[i + 1 :] -= q[i + 1] - q[i] - np.median(moves)
         near |= np.abs(log.t - log.t[i]) < 2 / _SMOOTH
     return filter_log(sloped(with_column(log.samples, "q", j, q), near, j), log.band)
-
-
-def completed(
-    log: FilteredLog, torque: TorqueModel, shares: tuple[float, float], X: FloatArray
-) -> FilteredLog:
-    """Return a log with the torques that were not recorded, computed by a model.
-
-        tau + (1 - a) (model - model at rest) + (1 - b) model at rest
-
-    Args:
-        log: in the band of the run.
-        torque: torque (k, n) from q, qd, qdd and X.
-        shares: a and b, the recorded shares of the torque of motion and of gravity.
-        X: (p,) parameters.
-    """
-    zero = np.zeros_like(log.q)
-    rest = torque(log.q, zero, zero, X)
-    moving = torque(log.q, log.qd, log.qdd, X) - rest
-    tau = log.tau + (1 - shares[0]) * moving + (1 - shares[1]) * rest
-    return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 
 
 def _changed(

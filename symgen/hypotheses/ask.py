@@ -14,7 +14,7 @@ from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Item, Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.problem import Problem, make_problem
+from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import Changed, Found, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
@@ -64,7 +64,7 @@ def ask(
     """
     problem = make_problem(evaluator, train, held)
     stage = problem.stage()
-    worst = _worst(problem)
+    worst = _worst(stage)
     if (stage.lost < least).all():
         return Answer(worst=worst)
     found = search(problem, make_registry(problem), least, STEPS, progress)
@@ -85,12 +85,12 @@ def ask(
     return Answer(tuple(shown), tuple(suspected), common, worst)
 
 
-def _worst(problem: Problem) -> float:
+def _worst(stage: Stage) -> float:
     """Return the largest error of a fold over the torque of all motion, all joints together."""
-    score = problem.stage().score
+    score = stage.score
     counts = np.maximum(score.counts, 1.0)
     error = (score.squares / counts).sum(axis=0)
-    return float(np.sqrt(error.max() / np.sum(problem.base.size**2)))
+    return float(np.sqrt(error.max() / np.sum(stage.problem.base.size**2)))
 
 
 def reason_of(w: Weighed, found: Found) -> Reason:

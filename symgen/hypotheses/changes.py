@@ -10,11 +10,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
+from symgen.data.raw import read_only
+from symgen.data.signals import lowpass_and_slopes
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import backwards, earlier, exchanged, geared, multiplied
@@ -234,11 +236,6 @@ def slow(robot: Robot, joints: tuple[int, ...], T: float) -> Change:
 
 def _sharpened(log: FilteredLog, joints: Sequence[int], T: float) -> FilteredLog:
     """Return a log with tau + T d(tau)/dt in place of tau, for some joints."""
-    from dataclasses import replace
-
-    from symgen.data.raw import read_only
-    from symgen.data.signals import lowpass_and_slopes
-
     smooth = log.rows.cutoff
     if smooth is None:
         slope = np.gradient(log.tau, log.step, axis=0)

@@ -22,7 +22,7 @@ from symgen.hypotheses.effects import Score, Seen
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Found, columns_in
+from symgen.hypotheses.registry import Changed, Found, rebuilt
 from symgen.hypotheses.rows import SETTLING
 from symgen.hypotheses.score import dense, repeats_motion
 from symgen.policy import LEAST, SHOWN
@@ -94,15 +94,19 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
 
 def restricted(found: Found, items: Sequence[Item]) -> Found:
     """Return what a search accepts without all but some items, with its constants settled."""
+    part = _part(found, items)
+    effects, _ = settled(part.problem, part.effects)
+    return replace(part, effects=effects)
+
+
+def _part(found: Found, items: Sequence[Item]) -> Found:
+    """Return some of the items that a search accepts, with columns on logs that they correct."""
     changes = tuple(c for c in found.changes if c in items)
     contacts = tuple(c for c in found.contacts if c in items)
     effects = tuple(s for s in found.effects if s in items)
-    problem = found.problem
-    if (changes, contacts) != (found.changes, found.contacts):
-        problem = _problem_of(found, changes, contacts)
-        effects = columns_in(problem, effects)
-    effects, _ = settled(problem, effects)
-    return replace(found, problem=problem, effects=effects, changes=changes, contacts=contacts)
+    part = replace(found, effects=effects, changes=changes, contacts=contacts)
+    same = (changes, contacts) == (found.changes, found.contacts)
+    return part if same else rebuilt(part)
 
 
 def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
@@ -124,13 +128,6 @@ def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
             replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
         ]
     return effects
-
-
-def _problem_of(found: Found, changes: Sequence[Changed], contacts: Sequence[Contact]) -> Problem:
-    problem = found.declared
-    for c in changes:
-        problem = problem.changed(c.change)
-    return problem.without(contacts)
 
 
 def _needs_none(item: Item) -> bool:
@@ -192,14 +189,8 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
         found: what a search accepts.
         items: those of it that are corrected; the model is fitted to the training logs with them.
     """
-    changes = tuple(c for c in found.changes if c in items)
-    contacts = tuple(c for c in found.contacts if c in items)
-    effects = tuple(s for s in found.effects if s in items)
-    problem = found.problem
-    if (changes, contacts) != (found.changes, found.contacts):
-        problem = _problem_of(found, changes, contacts)
-        effects = columns_in(problem, effects)
-    effects = tuple(following(problem, effects))
+    part = _part(found, items)
+    problem, effects = part.problem, following(part.problem, part.effects)
     rows, held = problem.beside(effects), problem.held_rows
     X = problem.parameters(rows)
     along = [problem.torques_along(log.thinned, X) for log in held.logs]

@@ -168,13 +168,11 @@ class Score:
         odds: log-odds that the effect is present, marginalised over the grid of constants.
         cost: by how much the log-odds of the best constants are larger than these.
         evidence: score with the effect minus score without it.
-        rests: part of the evidence that is of rests.
         left: (n,) held-out variance of each joint with the effect.
         worth: reduction of the held-out error as a part of the joint's torque, from squares.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
         probability: that the effect, or one of its class, is present.
-        confirmed: whether data with another motion confirm it.
         alike: effects that explain the same, each with its own probability.
         fault: reason why it is not accepted, or "".
     """
@@ -184,13 +182,11 @@ class Score:
     odds: float = 0.0
     cost: float = 0.0
     evidence: float = 0.0
-    rests: float = 0.0
     left: FloatArray = field(default_factory=lambda: np.zeros(0))
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
     probability: float = 1.0
-    confirmed: bool = True
     alike: tuple[Score, ...] = ()
     fault: str = ""
 

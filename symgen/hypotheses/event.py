@@ -15,14 +15,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
-from symgen.faults.undo import masked
+from symgen.faults.undo import left_out
 from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
@@ -67,11 +67,7 @@ class Span:
 
     def left_out(self, log: FilteredLog) -> FilteredLog:
         """Return the log without its samples, if it is the log of this span."""
-        if log.name != self.log:
-            return log
-        there = np.zeros(len(log.t), dtype=bool)
-        there[self.first : self.last + 1] = True
-        return replace(log, samples=masked(log.samples, there, self.joints))
+        return left_out(log, self.log, slice(self.first, self.last + 1), self.joints)
 
 
 @dataclass(frozen=True, eq=False)

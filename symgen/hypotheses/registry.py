@@ -116,7 +116,16 @@ class Found:
         return frozenset((*effects, *(c.key for c in self.changes), *spans))
 
 
-def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
+def rebuilt(found: Found) -> Found:
+    """Return what is found with its changes undone and its contacts left out of the first logs."""
+    problem = found.declared
+    for c in found.changes:
+        problem = problem.changed(c.change)
+    problem = problem.without(found.contacts)
+    return replace(found, problem=problem, effects=_columns_in(problem, found.effects))
+
+
+def _columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()

@@ -31,7 +31,7 @@ from symgen.hypotheses.effects import (
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Found, Key, Registry, columns_in
+from symgen.hypotheses.registry import Changed, Found, Key, Registry, rebuilt
 from symgen.hypotheses.rows import explained
 from symgen.hypotheses.score import Columns, Fit, Folded, price_of_size
 from symgen.hypotheses.terms import NAME as UNNAMED
@@ -177,21 +177,13 @@ class _Judge:
         """Return what is found with one more hypothesis."""
         if isinstance(new, Contact):
             contacts = (*found.contacts, new)
-            return self._anew(replace(found, contacts=contacts))
+            return rebuilt(replace(found, contacts=contacts))
         if isinstance(new, Changed):
-            return self._anew(replace(found, changes=(*found.changes, new)))
+            return rebuilt(replace(found, changes=(*found.changes, new)))
         if new.candidate.exact is not None:
             return self.added(found, stage, exact_change(stage, new))
         effects = settled_constants(stage.problem, [*found.effects, new], stage.seen)
         return replace(found, effects=tuple(effects))
-
-    def _anew(self, found: Found) -> Found:
-        """Return the problem of some changes and contacts, with the columns of its effects."""
-        problem = found.declared
-        for c in found.changes:
-            problem = problem.changed(c.change)
-        problem = problem.without(found.contacts)
-        return replace(found, problem=problem, effects=columns_in(problem, found.effects))
 
     def pruned(self, found: Found) -> Found:
         """Drop what is not probable beside the rest, the least probable first."""
@@ -208,7 +200,7 @@ class _Judge:
         found = replace(found, effects=tuple(effects))
         for contact in found.contacts:
             others = tuple(c for c in found.contacts if c is not contact)
-            rest = self._anew(replace(found, contacts=others))
+            rest = rebuilt(replace(found, contacts=others))
             stage = rest.problem.stage(rest.effects)
             again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
             if again_contact.odds <= 0 or again_contact.worth < self.least:
@@ -229,7 +221,7 @@ class _Judge:
             for s in self.options(stage, frozenset(own.columns)):
                 if s.candidate.key in taken:
                     continue
-                if s.odds < again.odds - -math.log(_LISTED):
+                if s.odds < again.odds + math.log(_LISTED):
                     break
                 alike = _correlation(e, explained(stage.rows, s.columns))
                 if alike > _ALIKE:

@@ -16,6 +16,7 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import bias_of_least_squares
 from symgen.estimation.floor import noise_fit, quiet
 from symgen.estimation.logs import digest
+from symgen.estimation.motion_error import floor_below, in_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -34,7 +35,6 @@ from symgen.identification.estimate import (
 from symgen.identification.judgement import (
     DEFAULTS,
     Criteria,
-    in_motion,
     parameters_use,
     prediction_use,
     restrictions,
@@ -133,7 +133,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         std[known] = solution.std[known]
     parameters = _parameter_estimates(evaluator, X, std)
     error = in_motion(found.seen).residual
-    floor = _limited_noise(noise_fit(evaluator, run.held, X).residual, error)
+    floor = floor_below(noise_fit(evaluator, run.held, X).residual, error)
     unexplained = _unexplained(error, floor, criteria.least)
     limits = restrictions(chosen.together, robot)
     uses = Uses(
@@ -202,12 +202,6 @@ def _headline(seen: TorqueFit, noise: Residual) -> str:
     if math.isnan(noise.relative):
         return f"{text}; the noise floor is unknown."
     return f"{text}; noise accounts for {percent(noise.relative)}."
-
-
-def _limited_noise(noise: Residual, error: Residual) -> Residual:
-    """Return what noise leaves, at most the error: noise is not always white in the band."""
-    each = map(min, noise.per_joint or (), error.per_joint or ())
-    return Residual(min(noise.relative, error.relative), tuple(each))
 
 
 def _unexplained(error: Residual, noise: Residual, least: float) -> float | None:
