@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
-from symgen.estimation.system import LAGS as LAGS
-from symgen.estimation.system import Equations, LinearSystem, lag_of
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
+#: Bartlett's weights end after so many times the rows that overlap.
+LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
 #: of columns of unit norm, is at least for that.
 _TALL, _DEPENDENT = 4, 1e-6
@@ -59,7 +60,7 @@ class Summary:
     @property
     def lag(self) -> int:
         """Rows over which scores are summed."""
-        return lag_of(self.rows, self.correlation)
+        return max(1, min(LAGS * self.correlation, self.rows // 4))
 
     @property
     def independent(self) -> float:

@@ -34,8 +34,6 @@ from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import Windows, chunks, place_windows
 from symgen.runtime.evaluator import Evaluator
 
-#: Bartlett's weights end after so many times the rows that overlap.
-LAGS = 8
 #: Between the name of a log and the number of a joint.
 _OF = ", joint "
 
@@ -75,11 +73,6 @@ class Equations:
     def rows(self) -> int:
         """Number of equations."""
         return len(self.y)
-
-    @property
-    def lag(self) -> int:
-        """Rows over which scores are summed."""
-        return lag_of(self.rows, self.correlation)
 
     @property
     def square(self) -> float:
@@ -147,11 +140,6 @@ class LinearSystem:
         """Return the equations with their rows multiplied by weights, (K,) a log."""
         pairs = zip(self.logs, weights, strict=True)
         return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
-
-
-def lag_of(rows: int, correlation: int) -> int:
-    """Return the rows over which scores are summed, of so many rows of which some overlap."""
-    return max(1, min(LAGS * correlation, rows // 4))
 
 
 def _by_joint(

@@ -13,8 +13,8 @@ import numpy as np
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import bias_of_least_squares
 from symgen.estimation.floor import noise_fit, quiet
+from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import digest
 from symgen.estimation.motion_error import floor_below, in_motion
 from symgen.estimation.solve import Solution

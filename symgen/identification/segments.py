@@ -32,17 +32,15 @@ from symgen.data.signals import TAIL, Samples, sampled
 from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
-from symgen.estimation.covariance import bartlett, sandwich, scores, widened
+from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.decimation import decimation
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import PASSES, Ols
+from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
 from symgen.estimation.logs import held_from, open_log
-from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.solve import (
-    Solution,
-    condition,
-    inverse_information,
+    PASSES,
+    least_squares_solution,
     log_weights,
     with_the_others_zero,
 )
@@ -401,18 +399,14 @@ class LongLogs(OpenLogs):
         self.progress(f"solving for {len(kept)} parameters")
         parts = [s.columns(kept) for s in train.values()]
         passes = 0 if method.name == Ols.name else PASSES
-        weights, X, scale, R = log_weights(parts, tuple(names[k] for k in kept), passes)
-        bread = inverse_information(scale, R)
-        products = (Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True))
-        white, misfit = covariances(X, bread, products)
-        part = Solution(X, white, misfit, condition(R), tuple(map(float, weights)))
+        weights, solved = log_weights(parts, tuple(names[k] for k in kept), passes)
+        X = np.zeros(len(names))
+        X[kept] = solved[0]
+        lags = [s.lag for s in parts]
+        summed = dict(zip(train, zip(weights, lags, strict=True), strict=True))
+        meat, fits = self._errors(settings, X, summed, again)
+        part = least_squares_solution(parts, weights, solved, meat[np.ix_(kept, kept)])
         solution = with_the_others_zero(part, kept, len(names))
-        summed = dict(
-            zip(train, zip(part.weights, (s.lag for s in parts), strict=True), strict=True)
-        )
-        meat, fits = self._errors(settings, solution.X, summed, again)
-        noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
-        solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
         settled = settle(chosen, method, solution)
         X = settled.solution.X
         if X is not solution.X:

@@ -17,13 +17,13 @@ from symgen.estimation.estimators import (
     METHODS,
     NOISE_BIAS,
     Estimator,
-    InstrumentalVariables,
     Ols,
     Prior,
     TotalLeastSquares,
     Wls,
 )
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.logs import Source, listed_logs
 from symgen.estimation.solve import Solution, weighed, with_the_others_zero
 from symgen.estimation.system import Equations, LinearSystem
