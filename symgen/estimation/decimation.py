@@ -25,7 +25,6 @@ from symgen.estimation.values import FloatArray
 PER_PERIOD = 4
 #: Seconds that are left out at either end of a log, where the filter runs in.
 ENDS = 0.3
-_CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 #: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
 BLOCK = 256
 
@@ -77,9 +76,9 @@ class Decimation:
         """
         kept = self.kept
         if self.cutoff is None:
-            for first in range(0, len(kept), _CHUNK):
-                part = slice(first, min(first + _CHUNK, len(kept)))
-                yield part, values(int(kept[part][0]), int(kept[part][-1]) + 1)
+            for first in range(0, self.samples, together):
+                last = min(first + together, self.samples)
+                yield slice(first, last), values(first, last)
             return
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
         beyond = min(reach // self.stride, self.nodes - 1)  # nodes that continue an end

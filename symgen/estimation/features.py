@@ -27,11 +27,11 @@ import numpy as np
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import window_integrals
-from symgen.estimation.values import FloatArray
+from symgen.estimation.values import SEED, FloatArray
 from symgen.estimation.windows import Windows, chunks
 
-#: Waves, with a cosine and a sine each, those of them that are friction, and their seed.
-WAVES, RUBS, SEED = 32, 16, 1988
+#: Waves, with a cosine and a sine each, and those of them that are friction.
+WAVES, RUBS = 32, 16
 #: Shares of a misfit's variance that may be friction, all as probable beforehand.
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 #: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.

@@ -208,25 +208,6 @@ class FilteredLog:
 
         return rows.chunks(at, together)
 
-    def held(
-        self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model that depends on positions only along the log, as `modelled` does.
-
-        It uses only as many nodes as the comparison band needs, because positions have less noise
-        than their derivatives, for which the cutoff was chosen.
-
-        Args:
-            model: from q (k, n) to (k, ...).
-            together: approximate number of nodes in a chunk.
-        """
-        rows = self.rows
-        if rows.cutoff is not None:
-            stride = max(rows.stride, int(1 / (_NODES * rows.cutoff * self.step)))
-            rows = replace(rows, stride=stride)
-        q = self.q[:: rows.stride]
-        return rows.chunks(lambda a, b: model(np.ascontiguousarray(q[a:b])), together)
-
     @cached_property
     def resting(self) -> Bools | None:
         """Whether a rest of the joint affects a kept sample, (K, n); None if no joint rests."""

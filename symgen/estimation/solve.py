@@ -263,7 +263,7 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
     involved = [name for name, s in zip(names, share, strict=True) if s > _SHARE]
     return (
         "the information matrix is singular: these data do not determine "
-        f"{first_of(involved, 8)} "
+        f"{first_of(involved)} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
 

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from symgen.schemas import BESIDE, OrNan, at
 
 FloatArray = NDArray[np.float64]
+#: Of every draw of random numbers.
+SEED = 1988
 #: Curves stand beside an estimate.json, not in it.
 Curve = Annotated[FloatArray, BESIDE]
 

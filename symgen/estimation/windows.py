@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.errors import IdentificationError
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.integrals import POINTS
 
 _OVERLAP = 10
 _FINE = 20  # nodes of a window, at least, where the log has so many
-_CHUNK = 256  # nodes that are evaluated at once: what they give stays in a cache
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def windows(step: float, stride: int, window: float) -> Windows:
 def chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:
     """Yield the ends of windows (numbers of nodes), and the nodes that they need."""
     last = range(steps, nodes, hop)
-    a_chunk = max(1, max(_CHUNK, 2 * steps) // hop)
+    a_chunk = max(1, max(BLOCK, 2 * steps) // hop)
     for first in range(0, len(last), a_chunk):
         ends = last[first : first + a_chunk]
         low = max(ends[0] - steps - POINTS, 0)

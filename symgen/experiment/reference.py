@@ -195,12 +195,12 @@ def read_reference(path: str | Path) -> Reference:
     return make_reference(str(path), t, q, qd, qdd)
 
 
-def as_csv(t: FloatArray, groups: Mapping[str, FloatArray], digits: int = 12) -> bytes:
+def as_csv(t: FloatArray, groups: Mapping[str, FloatArray]) -> bytes:
     """Return the content of a CSV with t (N,) and columns q1, q2, ... of groups q, ... (N, n)."""
     names = [f"{name}{j + 1}" for name, x in groups.items() for j in range(x.shape[1])]
     rows, out = np.column_stack([t, *groups.values()]), io.BytesIO()
     head = ",".join(["t", *names])
-    np.savetxt(out, rows, f"%.{digits}g", delimiter=",", header=head, comments="")
+    np.savetxt(out, rows, "%.12g", delimiter=",", header=head, comments="")
     return out.getvalue()
 
 

@@ -13,10 +13,10 @@ import numpy as np
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.floor import noise_fit, quiet
+from symgen.estimation.floor import quiet
 from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import digest
-from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.motion_error import in_motion, motion_error
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -69,7 +69,7 @@ class Outcome:
         seen: of the validation logs.
         windows: number of independent equations.
         repairs: what was mended in the logs.
-        notes, provenance: of the logs, beside those of every run.
+        notes: of the logs, beside those of every run.
     """
 
     settled: Settled
@@ -80,7 +80,6 @@ class Outcome:
     windows: float
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...] = ()
-    provenance: tuple[tuple[str, str], ...] = ()
 
 
 def outcome(
@@ -90,7 +89,6 @@ def outcome(
     torques: Sequence[TorqueFit],
     repairs: tuple[Fault, ...],
     notes: tuple[str, ...] = (),
-    provenance: tuple[tuple[str, str], ...] = (),
 ) -> Outcome:
     """Return how a solution fits the logs.
 
@@ -99,7 +97,7 @@ def outcome(
         model: of the equations.
         equations: of the training and of the validation logs, or their summaries.
         torques: of both, at X.
-        repairs, notes, provenance: see `Outcome`.
+        repairs, notes: see `Outcome`.
     """
     own, seen = torques
     if model.name == "torque":
@@ -108,7 +106,7 @@ def outcome(
         train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
-    return Outcome(settled, *residuals, own, seen, windows, repairs, notes, provenance)
+    return Outcome(settled, *residuals, own, seen, windows, repairs, notes)
 
 
 def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -> Estimate:
@@ -132,8 +130,8 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
     parameters = _parameter_estimates(evaluator, X, std)
-    error = in_motion(found.seen).residual
-    floor = floor_below(noise_fit(evaluator, run.held, X).residual, error)
+    judged = motion_error(evaluator, run.held, X, found.seen)
+    error, floor = judged.error, judged.noise
     unexplained = _unexplained(error, floor, criteria.least)
     limits = restrictions(chosen.together, robot)
     uses = Uses(
@@ -188,7 +186,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         prior=prior,
         correlation=solution.covariance / np.outer(size, size),
         notes=(*_notes(chosen, solution, found), *found.notes),
-        provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
+        provenance=provenance(evaluator, data, _settings(method)),
         traces=(*own_traces, *found.own.traces, *found.seen.traces),
     )
 

@@ -6,10 +6,7 @@ Instruments need a motion whose errors are independent of those in W and y. Thes
 - encoders for tachometers: W uses q and qd as measured. Z uses q after a zero-phase low-pass in the
   band of the motion, and its derivative, but not the tachometer. This is valid for tachometer noise
   of any spectrum. Encoder noise within the band is in both; it enters W only through q, not through
-  its derivative;
-- every second sample for the others: W uses the odd samples, Z the even ones. This is valid for
-  white noise, such as that of encoders that move by more than a step between samples. Each half has
-  more noise than the whole log, so symgen uses this only to test an estimate.
+  its derivative.
 
 Speeds that were derived from the encoders are no second sensor: in the band, W and any smoothed Z
 have the same noise. Without a commanded motion, symgen refuses this case.
@@ -103,24 +100,6 @@ def with_instruments(
     rows = model.equations(evaluator, motion)
     pairs = zip(part.equations, rows, strict=True)
     return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
-
-
-def halves(log: FilteredLog) -> tuple[FilteredLog, FilteredLog] | None:
-    """Return the motion from the even and from the odd samples, both at the stamps of the log.
-
-    Their noise is independent if it is white. The result is None if half of the samples are not
-    enough for the band.
-    """
-    samples = log.samples
-    if not log.band.filters(2 * samples.step):
-        return None
-
-    def half(first: int) -> FilteredLog:
-        own = slice(first, None, 2)
-        q, qd = (interpolated(samples.t[own], x[own])(samples.t) for x in (samples.q, samples.qd))
-        return filter_log(replace(samples, q=q, qd=qd), log.band)
-
-    return half(0), half(1)
 
 
 def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:

@@ -34,7 +34,6 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 OPEN = "the motion does not determine all parameters"
-_NAMED = 8  # largest number of parameters that a text names
 _SEARCH = "symgen diagnose searches for the cause"
 _SCALED = (
     "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
@@ -129,17 +128,17 @@ def parameters_use(
         text = f"not physically possible: {impossible.text}"
         reasons.append(replace(impossible, text=text))
     if hidden:
-        text = f"{OPEN}: {first_of(hidden, _NAMED)}"
+        text = f"{OPEN}: {first_of(hidden)}"
         reasons.append(Reason("not_determined", value=float(len(hidden)), text=text))
     bound = settled.at_bound
     weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
     if weak:
         text = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): "
-        text += first_of(weak, _NAMED)
+        text += first_of(weak)
         reasons.append(Reason("weak", value=float(len(weak)), text=text))
     if bound:
         text = f"{len(bound)} of {len(parameters)} are at a bound of possible robots: "
-        text += first_of(bound, _NAMED)
+        text += first_of(bound)
         reasons.append(Reason("at_bound", value=float(len(bound)), text=text))
     known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
     if scaled:

@@ -56,7 +56,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST
+from symgen.policy import KNOWN, LEAST
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -64,9 +64,6 @@ from symgen.runtime.evaluator import Evaluator
 _COMPARED = EquationModel("torque", 0.0)
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.03
-#: Noise takes so much of what a column has for itself, at most: least squares is biased by as much,
-#: and a parameter counts as known up to 30 % (Fuller 1987, section 1.1).
-_ATTENUATED = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,10 +393,14 @@ def _solved(run: Run, candidate: Candidate) -> Candidate:
 def _determined_columns(
     run: Run, train: Sequence[EquatedLog], model: EquationModel
 ) -> IdentifiableColumns | None:
-    """Return which parameters some equations determine beyond noise; None for all."""
+    """Return which parameters some equations determine beyond noise; None for all.
+
+    Noise takes as much of what a column has for itself as a known parameter may be wrong, at most:
+    least squares is biased by that (Fuller 1987, section 1.1).
+    """
     W = system_of(run.evaluator, train).W
     noise = noise_columns(run.evaluator, run.train, model)
-    columns = identifiable_columns(W, noise / math.sqrt(_ATTENUATED))
+    columns = identifiable_columns(W, noise / math.sqrt(KNOWN))
     return None if len(columns.known) == W.shape[1] else columns
 
 

@@ -19,7 +19,7 @@ from symgen.estimation.playback import (
     windows_of,
 )
 from symgen.estimation.torque_error import percent
-from symgen.estimation.values import FloatArray, Reason
+from symgen.estimation.values import SEED, FloatArray, Reason
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.uses import SimulationUse
@@ -28,8 +28,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
 WINDOWS_PLAYED = 24
-#: States that are drawn to look at a model elsewhere, and their seed.
-STATES, SEED = 500, 1988
+#: States at which a model is looked at.
+STATES = 500
 _FRICTION = ("FS", "FV", "FSM", "FVM")
 
 

@@ -144,11 +144,6 @@ class Identifier:
         if refused:
             raise LogError(f"sample {refused} of the log is refused: not finite, or not later")
 
-    def restart(self) -> None:
-        """Drop the open windows and keep the estimate: the next sample begins a new log."""
-        self._call("_restart", self._state)
-        self._time = None
-
     def read(self) -> tuple[FloatArray, FloatArray]:
         """Return the estimate X and its standard deviations, (p,) each, in the order of X.
 
