@@ -117,16 +117,17 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         found: the solution, and how it fits all logs.
         criteria: what it is judged by.
     """
-    run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
+    run, best, held = chosen.run, chosen.best, chosen.held
+    model, train = best.model, best.train
     evaluator, robot = run.evaluator, run.evaluator.model.robot
     settled = found.settled
     solution, method, bias = settled.solution, settled.method, ""
-    if method.name not in UNBIASED and chosen.columns is None:
+    if method.name not in UNBIASED and best.columns is None:
         system = system_of(evaluator, train)
-        solution, bias = bias_of_least_squares(system, solution, chosen.plain)
+        solution, bias = bias_of_least_squares(system, solution, best.solution)
     X, std = solution.X, solution.std
-    if chosen.columns is not None:
-        known = chosen.columns.known
+    if best.columns is not None:
+        known = best.columns.known
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
     parameters = _parameter_estimates(evaluator, X, std)
@@ -255,7 +256,7 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
         out.append(
             f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
         )
-    shares = [p.equations[0].weight for p in chosen.train]
+    shares = [p.equations[0].weight for p in chosen.best.train]
     if any(w != 1.0 for w in shares):
         listed = ", ".join(f"{w:g}" for w in shares)
         out.append(f"squared residuals of the logs are weighted by {listed}")

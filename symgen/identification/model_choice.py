@@ -223,6 +223,11 @@ class Candidate:
     torques: tuple[TorqueFit, ...] = ()
     error: Exception | None = None
 
+    @property
+    def kept(self) -> list[int] | None:
+        """Places of the parameters that are solved for; None for all."""
+        return None if self.columns is None else self.columns.kept
+
 
 @dataclass(frozen=True, eq=False)
 class ChosenModel:
@@ -230,34 +235,19 @@ class ChosenModel:
 
     Attributes:
         run: the logs.
-        model: of the equations.
-        train, held: the logs with its equations.
-        blocks: summaries by blocks of time, of its equations and of the torques.
+        best: the model; its solution is None where an effect of the load had to settle.
+        held: the validation logs with its equations.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
-        plain: weighted least squares of these equations, where they determine it and no effect of
-            the load had to settle.
-        torques: of the training and the validation logs at its X.
-        columns: which parameters the equations determine; None for all.
         together: joints whose speeds are proportional to each other throughout, in groups.
     """
 
     run: Run
-    model: EquationModel
-    train: list[EquatedLog]
+    best: Candidate
     held: list[EquatedLog]
-    blocks: tuple[Blocks, Blocks]
-    found: tuple[Alternative, ...] = ()
-    fault: str = ""
-    plain: Solution | None = None
-    torques: tuple[TorqueFit, ...] = ()
-    columns: IdentifiableColumns | None = None
-    together: tuple[tuple[int, ...], ...] = ()
-
-    @property
-    def kept(self) -> list[int] | None:
-        """Places of the parameters that are solved for; None for all."""
-        return None if self.columns is None else self.columns.kept
+    found: tuple[Alternative, ...]
+    fault: str
+    together: tuple[tuple[int, ...], ...]
 
 
 def choose_model(
@@ -310,19 +300,7 @@ def choose_model(
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
     _require_equations(held, robot)
-    return ChosenModel(
-        run,
-        best.model,
-        train,
-        held,
-        best.blocks,
-        found,
-        fault,
-        best.solution,
-        best.torques,
-        best.columns,
-        together,
-    )
+    return ChosenModel(run, replace(best, train=train), held, found, fault, together)
 
 
 def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[EquatedLog]:
@@ -381,10 +359,9 @@ def _best_model(
 
 def _solved(run: Run, candidate: Candidate) -> Candidate:
     """Return a candidate with its solution, or with the error of the solver."""
-    kept = None if candidate.columns is None else candidate.columns.kept
-    plain = Method(Wls.name)
+    plain, model = Method(Wls.name), candidate.model
     try:
-        solution = solve(run.evaluator, candidate.train, plain, candidate.model, kept)
+        solution = solve(run.evaluator, candidate.train, plain, model, candidate.kept)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=run.torques(solution.X))

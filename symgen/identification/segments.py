@@ -379,7 +379,9 @@ class LongLogs(OpenLogs):
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve least squares of all segments: fold, solve, and fold what the solution leaves."""
         run, logs = chosen.run, self.sampled.logs
-        settings = Settings(*self.about, self.sampled.reading, run.band, chosen.model, run.delay)
+        settings = Settings(
+            *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
+        )
         segments = [x for k, log in enumerate(logs) for x in settings.segments(k, log)]
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
@@ -395,7 +397,7 @@ class LongLogs(OpenLogs):
             {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
         )
         names = run.evaluator.model.base.names
-        kept = list(range(len(names)) if chosen.kept is None else chosen.kept)
+        kept = list(range(len(names)) if chosen.best.kept is None else chosen.best.kept)
         self.progress(f"solving for {len(kept)} parameters")
         parts = [s.columns(kept) for s in train.values()]
         passes = 0 if method.name == Ols.name else PASSES
@@ -416,7 +418,7 @@ class LongLogs(OpenLogs):
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
             settled,
-            chosen.model,
+            model,
             (list(train.values()), list(held.values())),
             fits,
             (*merged(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
