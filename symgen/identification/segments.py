@@ -418,7 +418,7 @@ class LongLogs(OpenLogs):
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
             settled,
-            model,
+            chosen.best.model,
             (list(train.values()), list(held.values())),
             fits,
             (*merged(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
