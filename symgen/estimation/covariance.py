@@ -53,7 +53,8 @@ def robust_covariance(
     bread: FloatArray,
     meat: FloatArray,
     parts: Sequence[Summary],
-    products: Iterable[Products],
+    weights: Iterable[float] | FloatArray,
+    crosses: Sequence[FloatArray | None] = (),
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of an estimate, (p, p) each: of noise, and of what the model misses.
 
@@ -62,8 +63,11 @@ def robust_covariance(
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
         meat: `summed_scores` of the s_i, (p, p).
         parts: the logs.
-        products: of the weighted rows in that derivative, log by log.
+        weights: of their rows in that derivative, one a log.
+        crosses: Z'[Z F] of their instruments Z and functions F; none without instruments.
     """
+    each = zip(parts, weights, crosses or [None] * len(parts), strict=True)
+    products = [Products.of_summary(s, w, cross) for s, w, cross in each]
     white, misfit = covariances(X, bread, products)
     return widened(sandwich(bread, meat, parts), white), misfit
 

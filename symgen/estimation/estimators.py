@@ -15,7 +15,6 @@ from symgen.data.signals import NORMAL
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, summed_scores
 from symgen.estimation.instrumental import InstrumentalVariables
-from symgen.estimation.misfit import Products
 from symgen.estimation.solve import (
     Solution,
     column_norms,
@@ -127,8 +126,7 @@ class Huber:
         kept = summaries(system.weighed([v * i for v, i in zip(inverse, inside, strict=True)]))
         bread = inverse_information(*merged((s.factor for s in kept), even, system.names)[1:])
         meat = sum_of_scores(system.weighed(rows), kept, even, X)
-        products = [Products.of_summary(s, 1.0) for s in kept]
-        covariances = robust_covariance(X, bread, meat, kept, products)
+        covariances = robust_covariance(X, bread, meat, kept, even)
         beyond = 1 - np.mean(np.concatenate(inside))
         note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
         return Solution(X, *covariances, condition(R), tuple(map(float, inverse)), (note,))
@@ -236,9 +234,8 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
         meat = summed_scores(own, parts)
-        covariances = robust_covariance(X, bread, meat, parts, products)
+        covariances = robust_covariance(X, bread, meat, parts, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
 

@@ -23,7 +23,6 @@ import numpy as np
 
 from symgen.errors import IdentificationError
 from symgen.estimation.covariance import robust_covariance, sandwich, summed_scores
-from symgen.estimation.misfit import Products
 from symgen.estimation.solve import (
     PASSES,
     SINGULAR,
@@ -92,11 +91,12 @@ class InstrumentalVariables:
             reduced = _Reduced.of(system, weights)
         X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
         bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
-        rows, products = [], []
-        for e, s, w in zip(system.logs, parts, weights, strict=True):
+        rows, crosses = [], []
+        for e, w in zip(system.logs, weights, strict=True):
             Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
             rows.append(w**2 * (e.y - e.W @ X)[:, None] * Z)
-            products.append(Products.of_summary(s, w, Z.T @ np.hstack([Z, F])))
+            crosses.append(Z.T @ np.hstack([Z, F]))
+        meat = summed_scores(rows, parts)
         test = durbin_wu_hausman(system, weights)
         notes = [_UNTESTED if test is None else in_words(test, system.names, least, X)]
         if reduced.shared < _WEAK:
@@ -106,7 +106,7 @@ class InstrumentalVariables:
             )
         return Solution(
             X,
-            *robust_covariance(X, bread, summed_scores(rows, parts), parts, products),
+            *robust_covariance(X, bread, meat, parts, weights, crosses),
             float(np.linalg.cond(A)),
             tuple(map(float, weights)),
             tuple(notes),

@@ -10,7 +10,6 @@ import numpy as np
 
 from symgen.errors import IdentificationError, first_of
 from symgen.estimation.covariance import robust_covariance, scores, summed_scores
-from symgen.estimation.misfit import Products
 from symgen.estimation.summary import Summary, bounded_deviation, summaries, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
@@ -179,8 +178,7 @@ def least_squares_solution(
     """
     X, scale, R = solved
     bread = inverse_information(scale, R)
-    products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
-    covariances = robust_covariance(X, bread, meat, parts, products)
+    covariances = robust_covariance(X, bread, meat, parts, weights)
     return Solution(X, *covariances, condition(R), tuple(map(float, weights)))
 
 

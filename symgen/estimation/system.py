@@ -99,13 +99,13 @@ class Equations:
         W, y = self.W * change[:, None], self.y * change
         return replace(self, W=W, y=y, features=features, rest_weight=weight)
 
-    def where(self, chosen: NDArray[np.bool_] | slice, name: str) -> Equations:
-        """Return some of the equations, under a name."""
+    def where(self, chosen: NDArray[np.bool_] | slice) -> Equations:
+        """Return some of the equations."""
         Z = None if self.Z is None else self.Z[chosen]
         rest = None if self.rest is None else self.rest[chosen]
         features = None if self.features is None else self.features[chosen]
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
-        return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
+        return replace(self, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
 
     def weighed(self, weight: FloatArray) -> Equations:
         """Return the equations with their rows multiplied by (K,) weights."""
@@ -182,7 +182,7 @@ def _rests_weighed(
 
 def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
     """Return the equations in the rows that no mask touches, (K, n)."""
-    return tuple(e.where(own, e.name) for e, own in zip(equations, free.T, strict=True))
+    return tuple(e.where(own) for e, own in zip(equations, free.T, strict=True))
 
 
 def energy_rows(

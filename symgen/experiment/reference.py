@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import numpy as np
 from symgen import names
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
-from symgen.data.raw import FloatArray, refuse
+from symgen.data.raw import FloatArray, csv_bytes, refuse
 from symgen.data.signals import differentiate, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import LogError
@@ -198,10 +197,7 @@ def read_reference(path: str | Path) -> Reference:
 def as_csv(t: FloatArray, groups: Mapping[str, FloatArray]) -> bytes:
     """Return the content of a CSV with t (N,) and columns q1, q2, ... of groups q, ... (N, n)."""
     names = [f"{name}{j + 1}" for name, x in groups.items() for j in range(x.shape[1])]
-    rows, out = np.column_stack([t, *groups.values()]), io.BytesIO()
-    head = ",".join(["t", *names])
-    np.savetxt(out, rows, "%.12g", delimiter=",", header=head, comments="")
-    return out.getvalue()
+    return csv_bytes(["t", *names], np.column_stack([t, *groups.values()]), 12)
 
 
 def fourier(

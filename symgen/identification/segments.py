@@ -175,7 +175,7 @@ class OpenSegment(NamedTuple):
         """Return its own equations and up to `lag` - 1 before them, and how many these are."""
         first, last = map(int, np.searchsorted(e.t, self.times))
         lead = min(lag - 1, first) if last > first else 0
-        return e.where(slice(first - lead, last), e.name), lead
+        return e.where(slice(first - lead, last)), lead
 
 
 def _open(segment: Segment, settings: Settings) -> OpenSegment:
