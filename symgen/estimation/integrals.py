@@ -51,13 +51,14 @@ def window_integrals(length: int, ends: slice, span: slice, y: FloatArray) -> Fl
     """
     last = np.arange(ends.start, ends.stop, ends.step) - span.start
     flat = y.reshape(len(y), -1)
-    out = np.empty((len(last), flat.shape[1]))
-    for first in range(0, len(last) if flat.shape[1] else 0, _TOGETHER):
-        own = last[first : first + _TOGETHER]
-        low = max(int(own[0]) - length - POINTS, 0)
-        inside = flat[low : own[-1] + POINTS + 1]
-        weights = _window_weights(len(inside), length, int(own[0]) - low, len(own), ends.step)
-        np.matmul(weights, inside, out=out[first : first + len(own)])
+    moved = np.flatnonzero(flat.any(axis=0))  # many columns are zero for every motion
+    flat, out = flat[:, moved], np.zeros((len(last), flat.shape[1]))
+    for first in range(0, len(last), _TOGETHER):
+        some = last[first : first + _TOGETHER]
+        low = max(int(some[0]) - length - POINTS, 0)
+        inside = flat[low : some[-1] + POINTS + 1]
+        weights = _window_weights(len(inside), length, int(some[0]) - low, len(some), ends.step)
+        out[first : first + len(some), moved] = weights @ inside
     return out.reshape(len(last), *y.shape[1:])
 
 

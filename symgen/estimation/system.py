@@ -18,9 +18,8 @@ what is kept are the rows that an estimator needs, some tens a second.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -185,67 +184,47 @@ def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
     return tuple(e.where(own) for e, own in zip(equations, free.T, strict=True))
 
 
-def energy_rows(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
+def window_rows(
+    evaluator: Evaluator, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
 ) -> FloatArray:
-    """Return W of the energy equations, (1, K, p).
+    """Return W of the energy equations, (1, K, p), or of the momentum equations, (n, K, p).
 
     Args:
         evaluator: the compiled model.
+        model: energy or momentum.
         q, qd: (nodes, n) of a log.
         w: its windows.
         step: of the log, s.
     """
+    terms = _energy_terms if model == "energy" else _momentum_terms
     parts = []
     for ends, span in chunks(len(q), w.steps, w.hop):
         at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        h = evaluator.energy_regressor(q[span], qd[span])
-        f = evaluator.friction_power(q[span], qd[span])
-        rubbed = w.stride * step * window_integrals(w.steps, ends, span, f)
-        parts.append(np.column_stack([h[at] - h[at - w.steps], rubbed]))
-    return np.concatenate(parts)[None]
+        state, rates = terms(evaluator, q[span], qd[span])
+        W = w.stride * step * window_integrals(w.steps, ends, span, rates)
+        W[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
+        parts.append(W)
+    return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
 
 
-def momentum_rows(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
-) -> FloatArray:
-    """Return W of the momentum equations, (n, K, p); arguments as for `energy_rows`."""
-    n, last, done = q.shape[1], len(range(w.steps, len(q), w.hop)), 0
-    W: FloatArray = np.empty((n, last, len(evaluator.model.base.names)))
-    integrals, apart = partial(window_integrals, w.steps), w.stride * step
-    kernel = evaluator["momentum_regressor"]
-    filled = list(kernel.kernel.filled[1])
-    for ends, span in chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        p, slope = kernel(q[span], qd[span])
-        count, now = p.shape[2], slice(done, done + len(at))
-        change = p[at] - p[at - w.steps]
-        rates = slope.reshape(len(slope), -1)[:, filled]
-        change.reshape(len(at), -1)[:, filled] -= apart * integrals(ends, span, rates)
-        W[:, now, :count] = change.transpose(1, 0, 2)
-        rubbed = _friction_impulse(evaluator, q[span], qd[span], partial(integrals, ends, span))
-        W[:, now, count:] = apart * rubbed.transpose(1, 0, 2)
-        done += len(at)
-    return W
+def _energy_terms(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of energy, (K, 1, p_inertial), and of the power of friction, (K, 1, p)."""
+    h = evaluator.energy_regressor(q, qd)
+    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
+    return h[:, None], power[:, None]
 
 
-def _friction_impulse(
-    evaluator: Evaluator,
-    q: FloatArray,
-    qd: FloatArray,
-    integrated: Callable[[FloatArray], FloatArray],
-) -> FloatArray:
-    """Return the integrated columns of friction torque (K, n, p - p_inertial)."""
-    model = evaluator.model
-    columns = len(model.base.parameters) - model.inertial
-    if columns == 0:
-        return integrated(np.zeros((*q.shape, 0)))
-    kernel = evaluator["friction_torque"]
-    filled = list(kernel.kernel.filled[0])
-    found = integrated((kernel(q, qd)).reshape(len(q), -1)[:, filled])
-    out: FloatArray = np.zeros((len(found), q.shape[1], columns))
-    out.reshape(len(found), -1)[:, filled] = found
-    return out
+def _momentum_terms(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of momentum, (K, n, p_inertial), and of what changes it, (K, n, p)."""
+    momentum, slope = evaluator["momentum_regressor"](q, qd)
+    rates = -slope
+    if evaluator.has("friction_torque"):
+        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
+    return momentum, rates
 
 
 def window_equations(
@@ -275,7 +254,7 @@ def window_equations(
 
     state = log.nodes(w.stride)
     energy = model == "energy"
-    W = (energy_rows if energy else momentum_rows)(evaluator, *state, w, log.step)
+    W = window_rows(evaluator, model, *state, w, log.step)
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
     F = None if features is None else features.over_windows(model, *state, w, log.step)
