@@ -26,9 +26,7 @@ import numpy as np
 
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import window_integrals
 from symgen.estimation.values import SEED, FloatArray
-from symgen.estimation.windows import Windows, chunks
 
 #: Waves, with a cosine and a sine each, and those of them that are friction.
 WAVES, RUBS = 32, 16
@@ -72,23 +70,6 @@ class Features:
         *_, torques = _drawn(len(self.size))
         found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
         return np.asarray(found[:, None])
-
-    def over_windows(
-        self, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
-    ) -> FloatArray:
-        """Return the integrals over the windows of a log, (K, n or 1, 2 WAVES).
-
-        Args:
-            model: energy or momentum.
-            q, qd: (nodes, n) of the log.
-            w: its windows.
-            step: of the log, s.
-        """
-        values = self.powers if model == "energy" else self
-        return np.concatenate([
-            w.stride * step * window_integrals(w.steps, ends, span, values(q[span], qd[span]))
-            for ends, span in chunks(len(q), w.steps, w.hop)
-        ])  # fmt: skip
 
     def in_band(self, modelled: Callable[[Any], Iterator[tuple[slice, FloatArray]]]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).

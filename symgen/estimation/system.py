@@ -28,9 +28,9 @@ from symgen.data.mask import Bools, untouched
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import over_windows, window_integrals
+from symgen.estimation.integrals import over_windows
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, chunks, place_windows
+from symgen.estimation.windows import place_windows, window_rows
 from symgen.runtime.evaluator import Evaluator
 
 #: Between the name of a log and the number of a joint.
@@ -157,11 +157,11 @@ def _by_joint(
         y: (K, m).
         t: (K,) their times.
         correlation: rows that share samples.
-        features: (K, m, f) random functions of the state, or None.
+        features: (m, K, f) random functions of the state, or None.
     """
     out = []
     for j, left in enumerate(y.T):
-        own = None if features is None else features[:, j]
+        own = None if features is None else features[j]
         name, rows = f"{log.name}{_OF}{j + 1}", np.ascontiguousarray(W[j])
         out.append(Equations(name, rows, left, t, correlation, j, features=own))
     return out
@@ -182,29 +182,6 @@ def _rests_weighed(
 def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
     """Return the equations in the rows that no mask touches, (K, n)."""
     return tuple(e.where(own) for e, own in zip(equations, free.T, strict=True))
-
-
-def window_rows(
-    evaluator: Evaluator, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
-) -> FloatArray:
-    """Return W of the energy equations, (1, K, p), or of the momentum equations, (n, K, p).
-
-    Args:
-        evaluator: the compiled model.
-        model: energy or momentum.
-        q, qd: (nodes, n) of a log.
-        w: its windows.
-        step: of the log, s.
-    """
-    terms = _energy_terms if model == "energy" else _momentum_terms
-    parts = []
-    for ends, span in chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        state, rates = terms(evaluator, q[span], qd[span])
-        W = w.stride * step * window_integrals(w.steps, ends, span, rates)
-        W[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
-        parts.append(W)
-    return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
 
 
 def _energy_terms(
@@ -252,13 +229,21 @@ def window_equations(
     def untouched_by(flags: Bools) -> Bools:
         return np.column_stack([untouched(column, first, last) for column in flags.T])
 
-    state = log.nodes(w.stride)
     energy = model == "energy"
-    W = window_rows(evaluator, model, *state, w, log.step)
+
+    def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state, rates = (_energy_terms if energy else _momentum_terms)(evaluator, q, qd)
+        if features is None:
+            return state, rates
+        functions = features.powers(q, qd) if energy else features(q, qd)
+        return state, np.concatenate([rates, functions], axis=2)
+
+    rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
+    p = len(evaluator.model.base.names)
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
-    F = None if features is None else features.over_windows(model, *state, w, log.step)
-    found = _by_joint(log, W, y, log.t[last], w.correlation, F)
+    F = None if features is None else rows[:, :, p:]
+    found = _by_joint(log, rows[:, :, :p], y, log.t[last], w.correlation, F)
     if energy:
         found = [replace(e, name=log.name, joint=None) for e in found]
     elif log.at_rest is not None:
@@ -341,7 +326,7 @@ def torque_equations(
     y = log.measured if measured is None else measured
     W = torque_rows(evaluator, log, X).transpose(1, 0, 2)
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    F = None if features is None else features.in_band(log.modelled)
+    F = None if features is None else features.in_band(log.modelled).transpose(1, 0, 2)
     found = _by_joint(log, W, y, log.compared_t, correlation, F)
     if log.resting is not None:
         found = _rests_weighed(log, found, log.resting)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import POINTS
+from symgen.estimation.integrals import POINTS, window_integrals
+from symgen.estimation.values import FloatArray
 
+#: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
+Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 _OVERLAP = 10
 _FINE = 20  # nodes of a window, at least, where the log has so many
 
@@ -69,6 +72,27 @@ def windows(step: float, stride: int, window: float) -> Windows:
     stride = min(stride, max(1, steps // _FINE))
     nodes = max(1, round(steps / stride))
     return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
+
+
+def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
+    """Return the change of some functions of a motion over windows, and integrals, (m, K, c).
+
+        s(t2) - s(t1) + integral r dt,    with a columns of s added to the first ones of r
+
+    Args:
+        terms: from q, qd (k, n) to s (k, m, a) and r (k, m, c).
+        q, qd: (nodes, n) of a log.
+        w: its windows.
+        step: of the log, s.
+    """
+    parts = []
+    for ends, span in chunks(len(q), w.steps, w.hop):
+        at = np.arange(ends.start, ends.stop, ends.step) - span.start
+        state, rates = terms(q[span], qd[span])
+        rows = w.stride * step * window_integrals(w.steps, ends, span, rates)
+        rows[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
+        parts.append(rows)
+    return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
 
 
 def chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:

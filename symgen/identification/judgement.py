@@ -27,7 +27,7 @@ from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled
-from symgen.identification.simulation import STATES, mixed_states
+from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
 from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
 from symgen.robot.types import Robot
@@ -282,15 +282,8 @@ def uncertain_torque(
         covariance: C of X, (p, p).
         mixed: whether the joints of a state are drawn from the logs independently of each other.
     """
-    q, qd, qdd = (
-        np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd", "qdd")
-    )
-    if mixed:
-        states = mixed_states(q, qd, qdd)
-    else:
-        every = slice(None, None, max(1, len(q) // STATES))
-        states = [np.ascontiguousarray(x[every]) for x in (q, qd, qdd)]
-    W = evaluator["torque_regressor"](*states)
+    chosen = mixed_states if mixed else some_states
+    W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))
     C = covariance[: W.shape[2], : W.shape[2]]
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
     variance[evaluator.model.robot.passive] = 0.0

@@ -44,6 +44,7 @@ from symgen.identification.pseudo_inertia import (
     least_eigenvalues,
     triangle_vector,
 )
+from symgen.identification.simulation import motion_states, some_states
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
@@ -275,7 +276,6 @@ _VARIABLES = len(_LOWER) + len(_DIAGONAL)
 #: kg: no robot moves like less than a few coins at every joint, nor like more than a lorry.
 LIGHTEST, HEAVIEST = 0.02, 5000.0
 _BODY = 0.1  # m of a last link beyond its frame
-_STATES = 200
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
@@ -287,8 +287,7 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
         X: (p,) base parameters.
     """
     reach = _reach(evaluator.model.robot.with_values())
-    q = np.concatenate([log.q[log.kept] for log in logs])
-    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    (q,) = some_states(motion_states(logs)[0])
     inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
     masses = np.abs(inertia) / reach**2
     least, most = float(masses.min()), float(masses.max())

@@ -81,6 +81,18 @@ def simulation_use(
     )
 
 
+def motion_states(logs: Sequence[FilteredLog]) -> list[FloatArray]:
+    """Return q, qd and qdd of logs at their kept samples, (N, n) each."""
+    keys = ("q", "qd", "qdd")
+    return [np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in keys]
+
+
+def some_states(*motion: FloatArray) -> list[FloatArray]:
+    """Return about STATES states of a motion, (N, n) each, evenly over it."""
+    every = slice(None, None, max(1, len(motion[0]) // STATES))
+    return [np.ascontiguousarray(x[every]) for x in motion]
+
+
 def mixed_states(*motion: FloatArray) -> list[FloatArray]:
     """Return states whose joints are drawn from a motion, (N, n) each, independently."""
     count, n = motion[0].shape
@@ -92,8 +104,8 @@ def _mass_matrix_reasons(
     evaluator: Evaluator, train: Sequence[FilteredLog], X: FloatArray
 ) -> list[Reason]:
     """Return a reason if the mass matrix is not positive definite somewhere."""
-    q = np.concatenate([log.q[log.kept] for log in train])
-    positions = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
+    q = motion_states(train)[0]
+    positions = np.concatenate([*some_states(q), *mixed_states(q)])
     M = mass_matrices(evaluator, positions, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
     share = float(np.mean(least <= 0))
