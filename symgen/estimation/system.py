@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
+from symgen.data.raw import Places
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
@@ -32,9 +33,6 @@ from symgen.estimation.integrals import over_windows
 from symgen.estimation.values import FloatArray
 from symgen.estimation.windows import place_windows, window_rows
 from symgen.runtime.evaluator import Evaluator
-
-#: Between the name of a log and the number of a joint.
-_OF = ", joint "
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +60,6 @@ class Equations:
     rest: Bools | None = None
     rest_weight: float = 1.0
     features: FloatArray | None = None
-
-    @property
-    def log(self) -> str:
-        """Name of the log, whose equations those of other joints are as well."""
-        return self.name.partition(_OF)[0]
 
     @property
     def rows(self) -> int:
@@ -141,14 +134,16 @@ class LinearSystem:
         return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
 
 
-def _by_joint(
+def _equations(
     log: FilteredLog,
     W: FloatArray,
     y: FloatArray,
     t: FloatArray,
     correlation: int,
     features: FloatArray | None,
-) -> list[Equations]:
+    rests: Bools | None,
+    free: Bools | None,
+) -> tuple[Equations, ...]:
     """Return equations from their rows, joint by joint.
 
     Args:
@@ -158,30 +153,18 @@ def _by_joint(
         t: (K,) their times.
         correlation: rows that share samples.
         features: (m, K, f) random functions of the state, or None.
+        rests: (K, m) which rows a rest of their joint concerns; None for none.
+        free: (K, m) which rows no mask touches; None for all.
     """
     out = []
-    for j, left in enumerate(y.T):
+    for j, torque in enumerate(y.T):
         own = None if features is None else features[j]
-        name, rows = f"{log.name}{_OF}{j + 1}", np.ascontiguousarray(W[j])
-        out.append(Equations(name, rows, left, t, correlation, j, features=own))
-    return out
-
-
-def _rests_weighed(
-    log: FilteredLog, equations: Sequence[Equations], rests: Bools
-) -> list[Equations]:
-    """Return equations whose rows that a rest of their joint concerns, (K, n), are weighed."""
-    known = log.band.rests
-    assert known is not None  # there are rests
-    return [
-        replace(e, rest=rest).with_rest_weight(weight) if rest.any() else e
-        for e, rest, weight in zip(equations, rests.T, known.weight, strict=True)
-    ]
-
-
-def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
-    """Return the equations in the rows that no mask touches, (K, n)."""
-    return tuple(e.where(own) for e, own in zip(equations, free.T, strict=True))
+        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=own)
+        if rests is not None and rests[:, j].any():
+            assert log.band.rests is not None  # there are rests
+            e = replace(e, rest=rests[:, j]).with_rest_weight(log.band.rests.weight[j])
+        out.append(e if free is None else e.where(free[:, j]))
+    return tuple(out)
 
 
 def _energy_terms(
@@ -202,6 +185,11 @@ def _momentum_terms(
     if evaluator.has("friction_torque"):
         rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
     return momentum, rates
+
+
+def _untouched(flags: Bools, first: Places, last: Places) -> Bools:
+    """Return which windows (K, m) hold no flagged sample, of flags (N, m)."""
+    return np.column_stack([untouched(column, first, last) for column in flags.T])
 
 
 def window_equations(
@@ -226,9 +214,6 @@ def window_equations(
     w = place_windows(log, window)
     first, last = w.spans(len(log.t))
 
-    def untouched_by(flags: Bools) -> Bools:
-        return np.column_stack([untouched(column, first, last) for column in flags.T])
-
     energy = model == "energy"
 
     def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -243,14 +228,14 @@ def window_equations(
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
     F = None if features is None else rows[:, :, p:]
-    found = _by_joint(log, rows[:, :, :p], y, log.t[last], w.correlation, F)
-    if energy:
-        found = [replace(e, name=log.name, joint=None) for e in found]
-    elif log.at_rest is not None:
-        found = _rests_weighed(log, found, ~untouched_by(log.at_rest))
-    if log.mask is None:
-        return tuple(found)
-    return _free(found, untouched_by(log.mask.robot[:, None] if energy else log.mask.joint))
+    resting, free = None, None
+    if log.at_rest is not None and not energy:
+        resting = ~_untouched(log.at_rest, first, last)
+    if log.mask is not None:
+        masked = log.mask.robot[:, None] if energy else log.mask.joint
+        free = _untouched(masked, first, last)
+    found = _equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
+    return tuple(replace(e, joint=None) for e in found) if energy else found
 
 
 def torque_columns(
@@ -327,7 +312,5 @@ def torque_equations(
     W = torque_rows(evaluator, log, X).transpose(1, 0, 2)
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     F = None if features is None else features.in_band(log.modelled).transpose(1, 0, 2)
-    found = _by_joint(log, W, y, log.compared_t, correlation, F)
-    if log.resting is not None:
-        found = _rests_weighed(log, found, log.resting)
-    return tuple(found) if log.mask is None else _free(found, log.free)
+    free = None if log.mask is None else log.free
+    return _equations(log, W, y, log.compared_t, correlation, F, log.resting, free)
