@@ -15,8 +15,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.data.signals import TAIL, continuation, end_window, response
 from symgen.estimation.band import OPEN
 from symgen.estimation.values import FloatArray
@@ -53,7 +53,7 @@ class Decimation:
     margin: int
 
     @property
-    def kept(self) -> NDArray[np.int64]:
+    def kept(self) -> Places:
         """Numbers of the kept samples."""
         return np.arange(self.margin, self.samples - self.margin, self.every)
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, Mask, resting, touched
+from symgen.data.raw import Places
 from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
 from symgen.estimation.band import Band, comparison_band
 from symgen.estimation.decimation import BLOCK, Decimation, decimation
@@ -108,7 +108,7 @@ class FilteredLog:
         return decimation(len(self.t), self.step, self.stride, self.band.comparison_hz)
 
     @property
-    def kept(self) -> NDArray[np.int64]:
+    def kept(self) -> Places:
         """Numbers of the samples at which torques are compared and solved, (K,)."""
         return self.rows.kept
 
@@ -229,7 +229,7 @@ class FilteredLog:
         return 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
 
     @cached_property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Bools:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)

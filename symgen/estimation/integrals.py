@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.estimation.values import FloatArray
 
 #: Samples of the polynomial of an interval.
@@ -20,7 +20,7 @@ _TOGETHER = 16  # windows that one product integrates
 _UNITS = 256  # nodes whose weights are found at once
 
 
-def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
+def over_windows(y: FloatArray, step: float, last: Places, length: int) -> FloatArray:
     """Integrate over windows of `length` samples.
 
     A running sum serves all windows; polynomials are evaluated at their ends only.
@@ -70,7 +70,7 @@ def _window_weights(nodes: int, length: int, first: int, count: int, hop: int) -
     return np.hstack([over_windows(unit, 1.0, last, length) for unit in units])[:, :nodes]
 
 
-def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
+def _integral(y: FloatArray) -> Callable[[Places], FloatArray]:
     """Return a function from samples (K,) to the integral of y (N, n) up to them, (K, n).
 
     The function has an arbitrary constant, and the step as its unit of time.
@@ -83,7 +83,7 @@ def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
     head = _edge(y[:points], range(before))
     tail = _edge(y[-points:], range(before + 1, points - 1))
 
-    def until(at: NDArray[np.int64]) -> FloatArray:
+    def until(at: Places) -> FloatArray:
         inside = np.clip(at - before, 0, inner)
         middle = sum(w * sums[inside + k] for k, w in enumerate(weights))
         edge = head[np.minimum(at, before)] + tail[np.maximum(at - before - inner, 0)]

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.errors import IdentificationError
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
@@ -140,7 +140,7 @@ def _cholesky_qr(A: FloatArray) -> FloatArray | None:
         return None
 
 
-def nonzero_columns(rows: FloatArray) -> NDArray[np.intp]:
+def nonzero_columns(rows: FloatArray) -> Places:
     """Return the columns that are not zero: of one joint, many are."""
     return np.flatnonzero(rows.any(axis=0))
 
@@ -165,7 +165,7 @@ class Blocks:
         rms = bounded_deviation(rms, squares)
         return np.where(rms > 0, rms, 1.0)
 
-    def fit(self, without: Sequence[int] | NDArray[np.intp] = ()) -> FloatArray:
+    def fit(self, without: Sequence[int] | Places = ()) -> FloatArray:
         """Solve weighted least squares, joints weighed by their residual, without some blocks.
 
         Returns:

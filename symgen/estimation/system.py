@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
 from symgen.data.raw import Places
@@ -91,7 +90,7 @@ class Equations:
         W, y = self.W * change[:, None], self.y * change
         return replace(self, W=W, y=y, features=features, rest_weight=weight)
 
-    def where(self, chosen: NDArray[np.bool_] | slice) -> Equations:
+    def where(self, chosen: Bools | slice) -> Equations:
         """Return some of the equations."""
         Z = None if self.Z is None else self.Z[chosen]
         rest = None if self.rest is None else self.rest[chosen]

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
@@ -39,7 +39,7 @@ class Windows:
         """Windows that share samples."""
         return max(1, self.steps // self.hop)
 
-    def spans(self, samples: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def spans(self, samples: int) -> tuple[Places, Places]:
         """Return the samples at which windows of a log of so many begin and end, (K,) each."""
         last = np.arange(self.steps, -(-samples // self.stride), self.hop)
         return (last - self.steps) * self.stride, last * self.stride

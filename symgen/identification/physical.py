@@ -23,10 +23,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
+from symgen.data.raw import Bools
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
@@ -197,7 +197,7 @@ def _closest(problem: Constraints, prior: Mapping[str, float]) -> FloatArray:
     return s
 
 
-def _fix(problem: Constraints, links: NDArray[np.bool_], target: FloatArray) -> Constraints:
+def _fix(problem: Constraints, links: Bools, target: FloatArray) -> Constraints:
     """Return constraints in which some links have the parameters of the target (s,)."""
     held = np.isin(problem.free, problem.links[links])
     fixed = np.array(problem.free)[held]
@@ -210,8 +210,8 @@ def _fix(problem: Constraints, links: NDArray[np.bool_], target: FloatArray) -> 
 def _nearest_links(
     room: Constraints,
     target: FloatArray,
-    named: NDArray[np.bool_],
-    is_body: NDArray[np.bool_],
+    named: Bools,
+    is_body: Bools,
     margin: float,
 ) -> FloatArray:
     """Return y (m,) of the x = onto y + at whose links are nearest to a target.

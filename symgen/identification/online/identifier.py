@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from symgen.data.raw import FloatArray
 from symgen.errors import BuildError, IdentificationError, LogError
 from symgen.estimation.equation_model import NEEDED
 from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 _MODELS = ("energy", "momentum")
 _MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
 _OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
