@@ -9,7 +9,7 @@ therefore filter a chunk of a regressor, and nothing as long as the log has to b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -62,24 +62,19 @@ class Decimation:
         """Number of nodes."""
         return -(-self.samples // self.stride)
 
-    def chunks(
+    def filtered(
         self, values: Callable[[int, int], FloatArray], together: int = BLOCK
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate nodes block by block, each once, filter them and keep some.
+    ) -> FloatArray:
+        """Return the output of the low-pass at the kept samples, (K, ...); each node is asked once.
 
         Args:
             values: returns the values at nodes first to last (exclusive), (last - first, ...).
-            together: approximate number of nodes in a block.
-
-        Yields:
-            The indices into `kept`, and their filtered values (k, ...).
+            together: approximate number of nodes that are asked at once.
         """
-        kept = self.kept
         if self.cutoff is None:
-            for first in range(0, self.samples, together):
-                last = min(first + together, self.samples)
-                yield slice(first, last), values(first, last)
-            return
+            blocks = range(0, self.samples, together)
+            return np.concatenate([values(k, min(k + together, self.samples)) for k in blocks])
+        kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
         beyond = min(reach // self.stride, self.nodes - 1)  # nodes that continue an end
         window = end_window(self.stride * self.step, self.cutoff)
@@ -88,6 +83,7 @@ class Decimation:
         begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
         edges = [0, *range(begin, self.nodes, block), self.nodes]
         inside, lowest, done = np.zeros((0, 1)), 0, 0  # values of nodes from the lowest on
+        smooth = []
         for first, last in pairwise(edges):
             found = values(first, last)
             flat = found.reshape(len(found), -1)
@@ -100,13 +96,13 @@ class Decimation:
                 end = len(kept)
             if end > done:
                 offset = int(kept[done]) - lowest * self.stride
-                smooth = _weights(self, reach, offset, end - done, len(inside)) @ inside
-                yield slice(done, end), smooth.reshape(end - done, *found.shape[1:])
+                smooth.append(_weights(self, reach, offset, end - done, len(inside)) @ inside)
             done = end
             if done < len(kept):
                 needed = -(-(int(kept[done]) - reach) // self.stride)
                 past = max(needed - lowest, 0)
                 inside, lowest = inside[past:], lowest + past
+        return np.concatenate(smooth).reshape(len(kept), *found.shape[1:])
 
 
 @lru_cache(maxsize=64)

@@ -17,7 +17,7 @@ Equations of torque see it through the comparison band, those of windows its int
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -71,13 +71,13 @@ class Features:
         found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
         return np.asarray(found[:, None])
 
-    def in_band(self, modelled: Callable[[Any], Iterator[tuple[slice, FloatArray]]]) -> FloatArray:
+    def in_band(self, modelled: Callable[[Any], FloatArray]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
 
         Args:
             modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
         """
-        return np.concatenate([x for _, x in modelled(lambda q, qd, _: self(q, qd))])
+        return modelled(lambda q, qd, _: self(q, qd))
 
 
 def mixtures() -> FloatArray:

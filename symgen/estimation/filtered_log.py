@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -164,8 +164,7 @@ class FilteredLog:
             return x[self.kept]
         if stride == 1:
             return lowpass(x, self.step, rows.cutoff)[self.kept]
-        chunks = replace(rows, stride=stride).chunks(lambda first, last: x[first:last])
-        return np.concatenate([smooth for _, smooth in chunks])
+        return replace(rows, stride=stride).filtered(lambda first, last: x[first:last])
 
     @cached_property
     def weight(self) -> FloatArray | None:
@@ -186,18 +185,14 @@ class FilteredLog:
         model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
         together: int = BLOCK,
         stride: int | None = None,
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model along the log, chunk by chunk, in the comparison band.
+    ) -> FloatArray:
+        """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
-            together: approximate number of nodes in a chunk.
+            together: approximate number of nodes that are evaluated at once.
             stride: samples from node to node; None for those that any model needs.
-
-        Yields:
-            The indices into the kept samples, and their values.
         """
-
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
 
@@ -206,7 +201,7 @@ class FilteredLog:
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return rows.chunks(at, together)
+        return rows.filtered(at, together)
 
     @cached_property
     def resting(self) -> Bools | None:

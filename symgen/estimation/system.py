@@ -279,8 +279,7 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
     """
     base = evaluator.model.base
     if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
-        chunks = log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
-        return np.concatenate([W for _, W in chunks])
+        return log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
@@ -288,8 +287,7 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
         return np.asarray(kernel(q, qd, qdd)).reshape(len(q), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
-    for rows, found in log.modelled(entries):
-        out[rows, filled] = found
+    out[:, filled] = log.modelled(entries)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 
