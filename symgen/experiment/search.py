@@ -7,8 +7,8 @@ its torque, a log of N samples has the information
     energy             G = N mean(w' w) / mean(sum_j s_j^2 qd_j^2),   w = sum_j qd_j W_j
 
 and the parameters have the standard deviations sqrt(diag G^-1). The search minimizes the mean of
-their logs by a (1 + 1) evolution strategy (Rechenberg 1973): it changes some coefficients at
-random and keeps the change if the motion is better.
+their logs by a (1 + 1) evolution strategy (Rechenberg 1973): it changes the coefficients of one
+joint at random and keeps the change if the motion is better.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ from symgen.runtime.evaluator import Evaluator
 
 _DRAWS = 10  # random motions of which a search begins with the best
 _PER_PERIOD = 16  # samples in a period of the fastest term
-_CHANGED = 0.2  # share of the coefficients that a step changes
 _STEP, _SMALLEST = 0.3, 0.01  # at the start, at the end; relative
 # Of the step after a success, and after a failure: 0.985 ends in a sixth of the time, at standard
 # deviations that are 15 % larger.
@@ -251,7 +250,11 @@ class Objective:
             if clock.left <= 0 or step < _SMALLEST:
                 break
             k, runs = int(draw.integers(len(self.spaces))), list(best.runs)
-            runs[k] = self.run(k, tuple(_changed(part, step, draw) for part in runs[k].z))
+            z = list(runs[k].z)
+            j = int(draw.integers(len(z)))
+            size = step * np.sqrt(np.mean(z[j] ** 2))
+            z[j] = z[j] + size * draw.normal(size=len(z[j]))
+            runs[k] = self.run(k, tuple(z))
             tried = candidate(runs)
             if tried.rank < best.rank:
                 best, step = tried, _GROW * step
@@ -263,13 +266,6 @@ class Objective:
 def largest_share(uses: Iterable[Use]) -> float:
     """Return the largest used share of the limits that are kept by shrinking a motion."""
     return max((u.share for u in uses if u.limit in SHRUNK), default=0.0)
-
-
-def _changed(part: FloatArray, step: float, draw: np.random.Generator) -> FloatArray:
-    """Return the coefficients of a joint with some of them changed at random."""
-    size = step * np.sqrt(np.mean(part**2))
-    changed = draw.uniform(size=len(part)) < _CHANGED
-    return np.asarray(part + size * draw.normal(size=len(part)) * changed)
 
 
 def grid(space: Space, enough: float) -> Sampled:
