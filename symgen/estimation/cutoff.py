@@ -26,8 +26,15 @@ import numpy as np
 
 from symgen.data.log import MIN_SAMPLES
 from symgen.data.mask import Bools, resting, rms, spans
-from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
-from symgen.estimation.band import OPEN, Band, Rests, comparison_band, rest_speeds
+from symgen.data.signals import (
+    OPEN,
+    Samples,
+    comparison_band,
+    lowpass,
+    noise_of_differences,
+    require_cutoff,
+)
+from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
 from symgen.estimation.solve import PASSES

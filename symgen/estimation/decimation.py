@@ -17,8 +17,13 @@ from itertools import pairwise
 import numpy as np
 
 from symgen.data.raw import Places
-from symgen.data.signals import TAIL, continuation, end_window, response
-from symgen.estimation.band import OPEN
+from symgen.data.signals import (
+    OPEN,
+    TAIL,
+    continuation,
+    end_window,
+    response,
+)
 from symgen.estimation.values import FloatArray
 
 #: Rows kept in a period of the cutoff.

@@ -11,8 +11,14 @@ import numpy as np
 
 from symgen.data.mask import Bools, Mask, resting, touched
 from symgen.data.raw import Places
-from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
-from symgen.estimation.band import Band, comparison_band
+from symgen.data.signals import (
+    Samples,
+    comparison_band,
+    differentiate,
+    lowpass,
+    lowpass_and_slopes,
+)
+from symgen.estimation.band import Band
 from symgen.estimation.decimation import BLOCK, Decimation, decimation
 from symgen.estimation.values import FloatArray
 

@@ -15,9 +15,13 @@ import numpy as np
 
 from symgen.data.log import Log
 from symgen.data.raw import Reading, csv_bytes
-from symgen.data.signals import interpolated
+from symgen.data.signals import (
+    OPEN,
+    comparison_band,
+    interpolated,
+)
 from symgen.errors import ParameterError
-from symgen.estimation.band import OPEN, Band, comparison_band
+from symgen.estimation.band import Band
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.playback import (
     HORIZONS,
