@@ -243,17 +243,12 @@ def fourier(
     return make_reference("Fourier series", t, *motion)
 
 
-def paper_motion(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the motion of Gautier and Khalil (1988): q, qd, qdd, each (N, 2), rad and s."""
-    T = SAMPLES * STEP
-    run = Trajectory(
-        (Cubic(T, 1), Cosine(math.pi, 1)), (np.array([0.0, T / 1.5]), np.array([0.0, 1.0]))
-    )
-    return run.at(t), run.at(t, 1), run.at(t, 2)
-
-
 def _paper(robot: Robot, rate: float) -> Reference:
+    """Return the motion of Gautier and Khalil (1988)."""
     if robot.n != 2 or any(robot.sigma):
         refuse(f"trajectory paper: {robot.name} has other joints", "two revolute joints")
-    t = np.arange(round(SAMPLES * STEP * rate) + 1) / rate
-    return make_reference("paper", t, *paper_motion(t))
+    duration = SAMPLES * STEP
+    bases = Cubic(duration, 1), Cosine(math.pi, 1)
+    run = Trajectory(bases, (np.array([0.0, duration / 1.5]), np.array([0.0, 1.0])))
+    t = np.arange(round(duration * rate) + 1) / rate
+    return make_reference("paper", t, *(run.at(t, order) for order in range(3)))

@@ -27,7 +27,7 @@ from symgen.data.signals import Samples, interpolated, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.values import FloatArray
 from symgen.identification.solving import EquatedLog
@@ -38,7 +38,7 @@ from symgen.runtime.evaluator import Evaluator
 def instrumented(
     evaluator: Evaluator, part: EquatedLog, model: EquationModel, commanded: Source | None
 ) -> EquatedLog:
-    """Return a part whose equations have instruments.
+    """Return a part whose equations have instruments: their rows along another motion.
 
     Args:
         evaluator: the compiled model.
@@ -62,7 +62,9 @@ def instrumented(
         )
     else:
         free = filter_log(log.samples, replace(log.band, velocity="derived"))
-    return with_instruments(evaluator, part, model, free)
+    rows = model.equations(evaluator, free)
+    pairs = zip(part.equations, rows, strict=True)
+    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
@@ -84,22 +86,6 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
             "noise; accepted: the motion that was asked for"
         )
     return motion
-
-
-def with_instruments(
-    evaluator: Evaluator, part: EquatedLog, model: EquationModel, motion: FilteredLog
-) -> EquatedLog:
-    """Return a part whose equations have instruments: their rows along another motion.
-
-    Args:
-        evaluator: the compiled model.
-        part: part of a log.
-        model: model of its equations.
-        motion: the log with the positions and speeds of that motion.
-    """
-    rows = model.equations(evaluator, motion)
-    pairs = zip(part.equations, rows, strict=True)
-    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
 
 
 def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:

@@ -123,27 +123,22 @@ def parameters_use(
     if bias:
         reasons.append(Reason("biased", text=bias))
     hidden = [p.name for p in parameters if math.isnan(p.std)]
+    bound, count = settled.at_bound, len(parameters)
+    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
+    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
     impossible = settled.physical.reason
     if impossible is not None and not hidden:
         text = f"not physically possible: {impossible.text}"
         reasons.append(replace(impossible, text=text))
-    if hidden:
-        text = f"{OPEN}: {first_of(hidden)}"
-        reasons.append(Reason("not_determined", value=float(len(hidden)), text=text))
-    bound = settled.at_bound
-    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
-    if weak:
-        text = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): "
-        text += first_of(weak)
-        reasons.append(Reason("weak", value=float(len(weak)), text=text))
-    if bound:
-        text = f"{len(bound)} of {len(parameters)} are at a bound of possible robots: "
-        text += first_of(bound)
-        reasons.append(Reason("at_bound", value=float(len(bound)), text=text))
-    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
-    if scaled:
-        known = []
-    return ParametersUse(tuple(reasons), tuple(known), len(parameters))
+    for kind, some, what in (
+        ("not_determined", hidden, OPEN),
+        ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
+        ("at_bound", bound, f"{len(bound)} of {count} are at a bound of possible robots"),
+    ):
+        if some:
+            text = f"{what}: {first_of(some)}"
+            reasons.append(Reason(kind, value=float(len(some)), text=text))
+    return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
 def suspicions(run: Run, solution: Solution, accept: float) -> list[Reason]:
