@@ -153,8 +153,7 @@ class Problem:
 
         parts = []
         for log in self.logs:
-            chunks = log.unmasked.modelled(links, _BLOCK, log.smooth_stride)
-            parts.append(np.concatenate([x for _, x in chunks]))
+            parts.append(log.unmasked.modelled(links, _BLOCK, log.smooth_stride))
         W = np.concatenate([np.concatenate(parts), self.base.W[:, :, others]], axis=2)
         return replace(self, base=fitted(self.logs, W, self.base.y))
 

@@ -78,7 +78,7 @@ def modelled(
     log: FilteredLog, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 ) -> FloatArray:
     """Return a function of q, qd, qdd in the comparison band at the kept samples, (K, ...)."""
-    return np.concatenate([x for _, x in log.unmasked.modelled(model)])
+    return log.unmasked.modelled(model)
 
 
 @dataclass(frozen=True, eq=False)

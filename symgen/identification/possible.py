@@ -33,10 +33,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model, regrouping
+from symgen.data.raw import Places
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
 from symgen.identification.pseudo_inertia import IDENTITY, MATRIX, UNIT, least_eigenvalues
@@ -184,8 +184,8 @@ class Constraints:
     free: list[int]
     onto: FloatArray
     at: FloatArray
-    links: NDArray[np.intp]
-    positive: NDArray[np.intp]
+    links: Places
+    positive: Places
 
     @classmethod
     def of(cls, model: Model, X: Sequence[float] | FloatArray) -> Constraints:

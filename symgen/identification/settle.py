@@ -60,14 +60,14 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
     model = chosen.run.evaluator.model
     base = method.unconstrained
     reason: Reason | None = None
-    if chosen.columns is not None:
+    if chosen.best.columns is not None:
         reason = Reason("not_excited", text="the motion does not determine all parameters")
         return Settled(least, base, Consistency(None, reason))
     try:
         near = nearest_possible(model, least.X, least.covariance)
         if not near.fault:
             return Settled(least, method if method.name == CONSISTENT else base, Consistency(0.0))
-        errors = held_out_errors(model, chosen.blocks, least.covariance)
+        errors = held_out_errors(model, chosen.best.blocks, least.covariance)
     except ParameterError as error:
         if method.name == CONSISTENT:
             raise
