@@ -63,7 +63,7 @@ def search(
         registry: what may be missing or wrong.
         least: smallest torque that matters, as a part of a joint's torque; what is above the
             misfit is accepted.
-        steps: most hypotheses that are added; None for all.
+        steps: most hypotheses that are added, without their alternatives; None for all.
         progress: called with a text about what is being tried.
     """
     # What the training motion hardly shows may matter on other motion: adoption decides that.
@@ -71,12 +71,10 @@ def search(
     judge = _Judge(registry, least)
     found, seen = Found(problem, problem), {frozenset[Key]()}
     options: list[Score] = []
-    for count in itertools.count(1):
+    for count in itertools.count(1) if steps is None else range(1, steps + 1):
         progress(f"trying {len(registry.pool)} candidates for effect {count}")
         stage = found.problem.stage(found.effects)
         options = judge.options(stage)
-        if steps is not None and count > steps:
-            break
         others = judge.others(stage, found)
         every = sorted((*options, *others), key=_odds, reverse=True)
         probable = [o for o in every if o.odds > 0 and o.worth >= least]
@@ -89,6 +87,8 @@ def search(
         seen.add(found.keys)
     if registry.contacts:
         found = _with_contacts_of_held(found, least)
+    if steps is not None:
+        return found
     effects = sorted(judge.compared(found), key=lambda s: -s.gain)
     taken = {s.candidate.key for s in effects}
     rejected = tuple(judge.reasoned(s) for s in options if s.candidate.key not in taken)
