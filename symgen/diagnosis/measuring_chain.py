@@ -23,7 +23,7 @@ from symgen.diagnosis.diagnosis import (
 )
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.causes import ANOTHER, find_cause, unmendable
-from symgen.faults.fault import Fault, by_joint, undo_faults
+from symgen.faults.fault import Fault, undo_faults
 from symgen.faults.model import (
     MOST,
     Trial,
@@ -74,8 +74,8 @@ def check(
         train, held: training and validation logs in the band of the run.
         repairs: repairs of these logs.
     """
-    about = evaluator.model.robot.sigma, evaluator.model.robot.passive
-    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, *about))
+    passive = evaluator.model.robot.passive
+    found = tuple(f for log in (*train, *held) for f in unmended_faults(log.samples, passive))
     if found:
         return found, found
     trial = Trial(evaluator, train, held)
@@ -186,7 +186,7 @@ def mended(
     named = {log.name: log for log in logs}
     groups: dict[tuple[str, tuple[int, ...]], list[Fault]] = {}
     common = any(r.kind == "speed" and not r.joints for r in repairs)
-    for r in (one for fault in repairs for one in by_joint(fault)):
+    for r in (one for fault in repairs for one in _by_joint(fault)):
         if not told and (share <= 0 or _speed_error(r, named[r.log]) < least):
             continue
         if r.kind == "stuck" and r.channel.startswith("qd"):
@@ -196,6 +196,19 @@ def mended(
         if is_effect(r):
             groups.setdefault((name_of(r), r.joints), []).append(r)
     return [_effect(same, robot, share) for same in groups.values()]
+
+
+def _by_joint(fault: Fault) -> list[Fault]:
+    """Return one fault for each joint of a fault of several joints, each with its own values."""
+    if len(fault.joints) < 2:
+        return [fault]
+    out = []
+    for j in fault.joints:
+        number = str(j + 1)
+        values = [(n.removesuffix(number), x, s) for n, x, s in fault.values if n.endswith(number)]
+        channel = next(c for c in fault.channel.split(", ") if c.endswith(number))
+        out.append(replace(fault, channel=channel, joints=(j,), values=tuple(values)))
+    return out
 
 
 def _speed_error(fault: Fault, log: FilteredLog) -> float:

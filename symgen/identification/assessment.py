@@ -218,7 +218,6 @@ def assess(
         *(driven or found.faults),
         *wrong_sign(evaluator, train, model, found.train.relative),
     )
-    coarse = (f"{r.log}: {r.channel} {r.fault}" for r in found.repairs if r.kind == "coarse")
     noise = noise_fit(evaluator, run.held, X)
     floor = _noise_of(noise.residual, moving := in_motion(seen).residual)
     unexplained = _beyond(moving, floor)
@@ -232,7 +231,7 @@ def assess(
             elsewhere,
             faults,
             evaluator.model.robot,
-            (*coarse, *seldom_moving(run.train, evaluator.model.robot)),
+            seldom_moving(run.train, evaluator.model.robot),
             run.worst,
         ),
         parameters_use(

@@ -201,8 +201,8 @@ def name_cause(run: Run) -> Run:
     Besides, it is found how large the error is on motion that a fit did not see.
     """
     robot = run.evaluator.model.robot
-    about = robot.sigma, robot.passive
-    broken = tuple(f.fault for log in run.logs for f in unmended_faults(log.samples, *about))
+    logs = [log.samples for log in run.logs]
+    broken = tuple(f.fault for s in logs for f in unmended_faults(s, robot.passive))
     if broken or robot.loaded:
         return replace(run, causes=broken)  # behind it, other causes would not be comparable
     scene = Scene(Rows(run.evaluator, run.logs, len(run.train), MISFIT))
