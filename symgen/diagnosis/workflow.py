@@ -79,7 +79,6 @@ Groups = tuple[Sequence[Samples], Sequence[Samples]]
 #: Effects that repairs of samples are named by.
 _REPAIRED = {
     "speed": "velocity_sensor_error",
-    "unrelated": "velocity_sensor_error",
     "saturated": "saturation",
 }
 _LISTED = 12  # rejected candidates
@@ -145,9 +144,8 @@ def diagnose(
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
     X = None if known is None else known.X
     problem = make_problem(evaluator, *_in_band(opened.groups, band), X, misfit)
-    about = source.sigma, source.passive
     samples = (*opened.train, *opened.held)
-    broken = [f for s in samples for f in unmended_faults(s, *about)]
+    broken = [f for s in samples for f in unmended_faults(s, source.passive)]
     registry = make_registry(problem, source, effects)
     found = Found(problem, problem)
     if not broken:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -23,6 +22,8 @@ _SLOW = 1 / 6
 _BITS = (8, 15, 16, 32)
 #: Smallest number of runs of a held channel; share of runs with its length, and near it.
 _HELD_RUNS, _PACED, _HELD = 20, 0.4, 0.9
+#: Smallest step over the usual one, and distance of two steps in samples.
+_STEP, _APART = 5.0, 5
 #: Samples at the extreme of a clipped channel: in all, over those one digit below, and in a row.
 _FLAT, _PILED, _RUN = 10, 4.0, 3
 
@@ -48,17 +49,6 @@ def runs(x: FloatArray) -> tuple[Places, Places]:
     """Return where each run of one value starts, and its length in samples."""
     first = np.flatnonzero(np.concatenate([[True], x[1:] != x[:-1]]))
     return first, np.diff(np.concatenate([first, [len(x)]]))
-
-
-def same_rows(arrays: Sequence[FloatArray]) -> Bools:
-    """Return which rows repeat the row before in all columns, (N - 1,)."""
-    same = np.ones(len(arrays[0]) - 1, dtype=bool)
-    for x in arrays:
-        for column in x.T:
-            if not same.any():
-                return same
-            same &= column[1:] == column[:-1]
-    return same
 
 
 def outliers(x: FloatArray) -> Places:
@@ -139,16 +129,6 @@ def held_for(x: FloatArray) -> int:
     return k if paced else 1
 
 
-def resolution(x: FloatArray) -> float:
-    """Return the resolution of a channel; 0 if its values have none in common."""
-    apart = np.diff(np.unique(x))
-    if not 1 < len(apart) < len(x) / 2:
-        return 0.0
-    step = float(np.median(apart[apart <= 1.5 * apart.min()]))  # printed digits scatter
-    off = np.abs(apart / step - np.round(apart / step))
-    return step if np.mean(off < 0.05) >= _HELD else 0.0
-
-
 def clipped(x: FloatArray) -> Bools:
     """Return where a channel is clipped: samples that accumulate at an extreme, (N,).
 
@@ -183,7 +163,3 @@ def steps(x: FloatArray) -> Places:
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
     found = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
     return found[np.diff(found, prepend=-_APART - 1) > _APART]  # a step and its return are one
-
-
-#: Smallest step over the usual one, and distance of two steps in samples.
-_STEP, _APART = 5.0, 5

@@ -60,19 +60,6 @@ class Fault:
         return f"{self.log}: {self.channel}: {self.fault}{samples}: {self.done}"
 
 
-def by_joint(fault: Fault) -> list[Fault]:
-    """Return one fault for each joint of a fault of several joints, each with its own values."""
-    if len(fault.joints) < 2:
-        return [fault]
-    out = []
-    for j in fault.joints:
-        number = str(j + 1)
-        values = [(n.removesuffix(number), x, s) for n, x, s in fault.values if n.endswith(number)]
-        channel = next(c for c in fault.channel.split(", ") if c.endswith(number))
-        out.append(replace(fault, channel=channel, joints=(j,), values=tuple(values)))
-    return out
-
-
 def delay_of(fault: Fault) -> float:
     """Return the shift DT of the torques of all joints, s; 0 if they are not shifted."""
     return sum(value for name, value, _ in fault.values if name == "DT")

@@ -8,16 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from symgen.data.log import Log
-from symgen.data.mask import rms, spans
+from symgen.data.mask import rms
 from symgen.data.signals import Samples
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import EVERYWHERE, LEFT, Fault
 from symgen.robot.effect import unit
 
-#: Largest number of plots; samples that are shown beside a change; part of the largest change that
-#: is still the same change.
-_MOST, _BESIDE, _NEAR = 8, 30, 0.1
+#: Largest number of plots, and samples that are shown on each side of a change.
+_MOST, _BESIDE = 8, 60
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
@@ -91,10 +90,7 @@ def _around_change(
     at = int(np.argmax(change))
     if change[at] <= 1e-9 * spread:
         return None
-    changed = spans(change > _NEAR * change[at])
-    start, end = changed[np.searchsorted(changed[:, 1], at, side="right")]
-    beside = max(end - start, _BESIDE)
-    first, last = max(start - beside, 0), min(end + beside, len(t)) - 1
+    first, last = max(at - _BESIDE, 0), min(at + _BESIDE, len(t) - 1)
     shown = (after.t >= t[first]) & (after.t <= t[last])
     recorded = np.stack([t[first : last + 1], x[first : last + 1]])
     return recorded, np.stack([after.t[shown], used[shown]]), float(rms(change)) / spread

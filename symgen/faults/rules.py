@@ -1,4 +1,4 @@
-"""Rules: what finds a fault in the channels of a log, how it is undone, and what is said of it."""
+"""Rules: what finds a fault in a channel of a log, how it is undone, and what is said of it."""
 
 from __future__ import annotations
 
@@ -8,33 +8,68 @@ from typing import Any
 
 import numpy as np
 
+from symgen.data.raw import FloatArray
+from symgen.faults.channels import moves
 from symgen.faults.fault import LEFT, Fault
 
-_ALIKE = 0.2  # largest difference of values that joints share, relative to their mean
+_ALIKE = 0.2  # largest difference of values that all joints share, relative to their mean
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel of a log.
+
+    Attributes:
+        log: a log as recorded, or its samples.
+        key: "q", "qd" or "tau" of a joint; "t", or "all" for all channels.
+        joint: index of the joint; None for "t" and "all".
+        x: (N,) the values; those of t for "all".
+        about: what else a rule has to know.
+    """
+
+    log: Any
+    key: str
+    joint: int | None
+    x: FloatArray
+    about: Any
+
+    @property
+    def name(self) -> str:
+        """Name of the channel, such as "tau2"."""
+        return self.key if self.joint is None else f"{self.key}{self.joint + 1}"
+
+    @property
+    def q(self) -> FloatArray:
+        """(N,) position of the joint."""
+        return np.ascontiguousarray(self.log.q[:, self.joint])
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint moves beyond a few last digits of its position."""
+        return moves(self.q)
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What a rule finds in one channel of a log.
+    """What is wrong with a channel.
 
     Attributes:
-        channel: "q", "qd" or "tau"; "t" or "all" without a joint.
-        joint: index of the joint; None for all of them.
         samples: number of affected samples.
-        numbers: numbers of the message, by name.
-        values: measured quantities with their standard deviations, by name.
         data: what the undo of the rule needs: a mask (N,), or corrected values (N,).
+        numbers: numbers of the message, by name.
+        values: measured quantities and their standard deviations, by name.
     """
 
-    channel: str
-    joint: int | None
     samples: int
     data: Any = None
     numbers: Mapping[str, float] = field(default_factory=dict)
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def _keep(log: Any, _: Finding) -> Any:
+Found = Sequence[tuple[Channel, Finding]]
+
+
+def _keep(log: Any, *_: object) -> Any:
     return log
 
 
@@ -44,77 +79,96 @@ class Rule:
 
     Attributes:
         kind: as in `Fault`.
-        find: yields what is found in a log.
+        keys: of the channels that have it.
+        find: returns what is wrong with a channel, or None.
         message: the fault, with numbers of the findings, {channels} and {log} in braces.
         done: the repair.
-        undo: returns a log without what was found; by default the log as it is.
+        undo: returns a log without the fault of a channel, from the log, the channel and the data
+            of the finding; by default the log as it is.
     """
 
     kind: str
-    find: Callable[..., Iterator[Finding]]
+    keys: tuple[str, ...]
+    find: Callable[[Channel], Finding | None]
     message: str
     done: str = LEFT
-    undo: Callable[[Any, Finding], Any] = _keep
+    undo: Callable[[Any, Channel, Any], Any] = _keep
 
-    def undone(self, log: Any, found: Sequence[Finding]) -> Any:
+    def found(self, log: Any, about: Any = None) -> Found:
+        """Return the channels of a log that have the fault, and what is wrong with each."""
+        pairs = ((channel, self.find(channel)) for channel in _channels(log, self.keys, about))
+        return [(channel, finding) for channel, finding in pairs if finding is not None]
+
+    def undone(self, log: Any, found: Found) -> Any:
         """Return a log without what was found."""
-        for finding in found:
-            log = self.undo(log, finding)
+        for channel, finding in found:
+            log = self.undo(log, channel, finding.data)
         return log
 
-    def fault(self, log: str, found: Sequence[Finding], n: int) -> Fault:
-        """Return one fault for everything that was found in a log of this name, with n joints."""
-        joints = [f.joint for f in found if f.joint is not None]
-        names = [f.channel if f.joint is None else f"{f.channel}{f.joint + 1}" for f in found]
-        numbers = {name: _between([f.numbers[name] for f in found]) for name in found[0].numbers}
-        every = len({f.channel for f in found}) == 1 and len(joints) == n > 1
-        channels = found[0].channel if every else ", ".join(names)
+    def fault(self, found: Found) -> Fault:
+        """Return one fault for everything that was found in a log."""
+        log, key = found[0][0].log, found[0][0].key
+        joints = tuple(dict.fromkeys(c.joint for c, _ in found if c.joint is not None))
+        every = {c.name for c, _ in found} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
+        every = every and len(joints) > 1
+        channels = key if every else ", ".join(c.name for c, _ in found)
+        numbers = {x: _between([f.numbers[x] for _, f in found]) for x in found[0][1].numbers}
         return Fault(
-            log,
+            log.name,
             channels,
-            self.message.format(channels=channels, log=log, **numbers),
-            sum(f.samples for f in found),
+            self.message.format(channels=channels, log=log.name, **numbers),
+            sum(f.samples for _, f in found),
             self.done,
             tuple(_values(found, every)),
             kind=self.kind,
-            joints=() if every else tuple(dict.fromkeys(joints)),
+            joints=() if every else joints,
         )
 
 
-def _values(found: Sequence[Finding], every: bool) -> Iterator[tuple[str, float, float]]:
+def _channels(log: Any, keys: Iterable[str], about: Any) -> Iterator[Channel]:
+    """Yield the channels of a log with some keys."""
+    for key in keys:
+        x = log.t if key in ("t", "all") else getattr(log, key)
+        if x is not None and x.ndim == 1:
+            yield Channel(log, key, None, x, about)
+        elif x is not None:
+            for j, column in enumerate(x.T):
+                yield Channel(log, key, j, np.ascontiguousarray(column), about)
+
+
+def _values(found: Found, every: bool) -> Iterator[tuple[str, float, float]]:
     """Yield the measured quantities of some joints, or of every joint.
 
     The name of a quantity ends with the number of its joint, if there are several joints. A value
     that all joints share is one of the recorder.
     """
-    for name in found[0].values:
-        pairs = np.array([f.values[name] for f in found])
-        value, std = map(float, pairs.mean(axis=0))
+    for name in found[0][1].values:
+        pairs = np.array([finding.values[name] for _, finding in found])
+        value, std = pairs.mean(axis=0).tolist()
         if len(found) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
             yield name, value, std
             continue
-        for f, (x, error) in zip(found, pairs.tolist(), strict=True):
-            yield f"{name}{(f.joint or 0) + 1}", x, error
+        for (channel, _), (x, error) in zip(found, pairs.tolist(), strict=True):
+            yield name + channel.name.removeprefix(channel.key), x, error
 
 
-def _between(numbers: Iterable[float]) -> str:
+def _between(numbers: Sequence[float]) -> str:
     """Return the range of some numbers as text."""
-    low, high = (f"{x:.3g}" for x in (min(numbers), max(numbers)))
+    low, high = f"{min(numbers):.3g}", f"{max(numbers):.3g}"
     return low if low == high else f"{low} to {high}"
 
 
-def apply(rules: Iterable[Rule], log: Any, *about: Any) -> tuple[Any, tuple[Fault, ...]]:
+def apply(rules: Iterable[Rule], log: Any, about: Any = None) -> tuple[Any, tuple[Fault, ...]]:
     """Repair a log by one rule after the other; each sees the earlier repairs.
 
     Args:
         rules: the rules.
         log: a log, or samples.
-        about: further arguments of the finders.
+        about: what else the rules have to know.
     """
     faults: list[Fault] = []
     for rule in rules:
-        found = list(rule.find(log, *about))
-        if found:
+        if found := rule.found(log, about):
             log = rule.undone(log, found)
-            faults.append(rule.fault(log.name, found, log.q.shape[1]))
+            faults.append(rule.fault(found))
     return log, tuple(faults)

@@ -1,8 +1,8 @@
-"""Faults that samples alone show. Each has one rule, which also undoes it.
+"""Faults that samples alone show: one table of rules, each with its finder and its undo.
 
 The first rules look at a log as recorded, and the others at its samples with uniform steps. What
-cannot be undone in samples is left for a new record. Thresholds are ratios to the usual steps and
-the last digit of a channel.
+cannot be undone in samples needs a new record. Thresholds are ratios to the usual steps and the
+last digit of a channel.
 """
 
 from __future__ import annotations
@@ -10,48 +10,39 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from symgen import names
 from symgen.data.log import Log, long_runs, rows
-from symgen.data.mask import Bools, moving_joints, on_grid, rms, spans
-from symgen.data.raw import FloatArray, Places, read_only
+from symgen.data.mask import Bools, on_grid, rms, spans
+from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import STEP_TOLERANCE, Samples
-from symgen.data.stretch import GAP
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.channels import (
-    FEW_DIGITS,
     clipped,
     held_for,
     least_step,
-    moves,
     outliers,
-    resolution,
     runs,
-    same_rows,
     signed,
     steps,
     unwrapped,
     usual_step,
     without,
 )
+from symgen.faults.clock import roughness, stalled_rows, uniform_clock
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Finding, Rule, apply
+from symgen.faults.rules import Channel, Finding, Found, Rule, apply
 from symgen.faults.undo import bridged, left_out, masked, moved_back, sloped, with_column
+from symgen.names import PRISMATIC
 from symgen.robot.types import WITHOUT_MOTOR
 
-#: Step of a position after rows that are held, over the steps before and after; number of rows
-#: that are no chance.
-_CATCHES_UP, _CHANCE = 1.5, 3
-_BRIEF = 3  # rows of a stall that are interpolated
+_BRIEF = 3  # rows of a stall that are interpolated, and fewest rows of stalls
 #: Samples before and after a torque that show whether the motion follows it, and standard
 #: deviations of that.
 _AFTER, _FOLLOWS = 5, 4.0
-#: Steps relative to the spread, above which a channel is coarse; encoders are finer.
-_COARSE = {"q": 2e-3, "qd": 0.05, "tau": 0.05}
-_LOOKED_AT = 4096  # samples that rule out most channels
-#: Largest disagreement of neighbouring speeds with a uniform clock, over that with the stamps.
+#: Largest change of the speed from step to step along a uniform clock, over that with the stamps.
 _CLOCK = 0.8
 #: Shortest run of a channel that is stuck, in samples and over its other runs; smallest step after
 #: it, in usual steps; speed of a moving joint over its RMS; share of a log without a signal.
@@ -80,11 +71,10 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
         log: the log without these rows.
         samples: the log with uniform steps.
     """
-    steps = np.round(np.diff(log.t) / samples.step)
     after = np.clip(np.searchsorted(log.t, samples.t), 1, len(log.t) - 1)
     inside = (samples.t > log.t[after - 1]) & (samples.t < log.t[after])
-    at = inside & (steps[after - 1] > _BRIEF + 1)
-    return masked(samples, at, range(samples.q.shape[1]))
+    long = np.diff(log.t) > (_BRIEF + 1.5) * samples.step
+    return masked(samples, inside & long[after - 1], range(samples.q.shape[1]))
 
 
 def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
@@ -107,211 +97,127 @@ def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...
     return apply(SAMPLED, samples, log)
 
 
-def _channels(log: Log | Samples, moving: bool = False) -> Iterator[tuple[str, int, FloatArray]]:
-    """Yield the channels of a log: key, joint, and values (N,).
-
-    Args:
-        log: the log.
-        moving: whether joints are left out that stay within a few last digits of their position.
-    """
-    n = log.q.shape[1]
-    joints = [j for j in range(n) if not moving or moves(log.q[:, j])]
-    for key in ("q", "qd", "tau"):
-        x = getattr(log, key)
-        for j in joints if x is not None else ():
-            yield key, j, np.ascontiguousarray(x[:, j])
-
-
 # Logs as recorded.
 
 
-def _lost(log: Log) -> Iterator[tuple[str, int, Bools]]:
-    """Yield channels with missing values: key, joint, and a mask (N,)."""
-    if log.missing is not None:
-        for k, key in enumerate(("q", "qd", "tau")):
-            for j in map(int, np.flatnonzero(log.missing[:, :, k].any(axis=0))):
-                yield key, j, log.missing[:, j, k]
-
-
-def _missing(log: Log, _: object) -> Iterator[Finding]:
+def _missing(c: Channel) -> Finding | None:
     """Find values that were missing for a short time and interpolated while reading."""
-    for key, j, lost in _lost(log):
-        short = int((lost & ~long_runs(lost)).sum())
-        if short:
-            yield Finding(key, j, short)
+    lost = _lost(c, c.log)
+    short = int((lost & ~long_runs(lost)).sum())
+    return Finding(short) if short else None
 
 
-def _stalled(log: Log, _: object) -> Iterator[Finding]:
-    """Find rows that repeat the row before in all channels while the robot moves.
-
-    A robot at rest, or slower than the last digit of its positions, repeats rows as well. After a
-    stall of the recorder, a position catches up: it steps further than before and after. Where half
-    of the short repetitions end so, all of them are stalls.
-    """
-    arrays = [x for x in (log.q, log.qd, log.tau) if x is not None]
-    same = same_rows(arrays)
-    held = spans(same)
-    fresh = np.flatnonzero(np.concatenate([[True], ~same]))
-    place = np.searchsorted(fresh, held[:, 0])
-    held = held[(place > 0) & (place + 2 < len(fresh))]
-    if len(held) == 0:
-        return
-    place = np.searchsorted(fresh, held[:, 0])
-    before, first, after, last = (fresh[place + k] for k in (-1, 0, 1, 2))
-    usual = np.maximum(
-        np.abs(log.q[first] - log.q[before]) / (first - before)[:, None],
-        np.abs(log.q[last] - log.q[after]) / (last - after)[:, None],
-    )
-    step = np.abs(log.q[after] - log.q[first])
-    digits = FEW_DIGITS * np.array([least_step(x) for x in log.q.T])
-    stalls = ((step >= _CATCHES_UP * usual) & (step > digits)).any(axis=1)
-    short = held[:, 1] - held[:, 0] < GAP
-    if 2 * stalls[short].sum() >= short.sum():
-        stalls |= short
-    at = np.zeros(len(log.t), dtype=bool)
-    for start, end in held[stalls]:
-        at[start + 1 : end + 1] = True
-    if at.sum() > _CHANCE:
-        longest = float(np.diff(log.t[held[stalls]]).max())
-        yield Finding("all", None, int(at.sum()), ~at, {"longest": longest})
+def _lost(c: Channel, log: Log) -> Bools:
+    """Return which values of a channel are missing in a log as recorded, (N,)."""
+    if log.missing is None:
+        return np.zeros(len(log.t), dtype=bool)
+    return log.missing[:, c.joint, ("q", "qd", "tau").index(c.key)]
 
 
-def _without_rows(log: Log, found: Finding) -> Log:
-    return rows(log, found.data)
+def _stalled(c: Channel) -> Finding | None:
+    """Find rows that repeat the row before in all channels while the robot moves."""
+    at = stalled_rows(c.log)
+    if at.sum() <= _BRIEF:
+        return None
+    longest = np.diff(spans(at)).max() * np.median(np.diff(c.log.t))
+    return Finding(int(at.sum()), ~at, {"longest": float(longest)})
 
 
-def _wrapped(log: Log, sigma: Sequence[int]) -> Iterator[Finding]:
+def _wrapped(c: Channel) -> Finding | None:
     """Find angles that jump by a turn between samples of a slow motion."""
-    for key, j, x in _channels(log):
-        whole = unwrapped(x, 2 * np.pi) if key == "q" and sigma[j] != names.PRISMATIC else None
-        if whole is not None:
-            yield Finding(key, j, int(np.sum(np.abs(np.diff(whole - x)) > np.pi)), whole)
+    whole = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
+    if whole is None:
+        return None
+    return Finding(int(np.sum(np.abs(np.diff(whole - c.x)) > np.pi)), whole)
 
 
-def _unsigned(log: Log, _: object) -> Iterator[Finding]:
+def _unsigned(c: Channel) -> Finding | None:
     """Find torques whose negative counts were stored as unsigned integers."""
-    for key, j, x in _channels(log):
-        counts = signed(x) if key == "tau" else None
-        if counts is not None:
-            wrong = int(np.sum(np.abs(counts - x) > least_step(x) / 2))
-            yield Finding(key, j, wrong, counts, {"span": np.abs(counts - x).max()})
+    counts = signed(c.x)
+    if counts is None:
+        return None
+    high = np.abs(counts - c.x)
+    return Finding(int(np.sum(high > least_step(c.x) / 2)), counts, {"span": high.max()})
 
 
-def _with_values(log: Log, found: Finding) -> Log:
-    assert found.joint is not None
-    return with_column(log, found.channel, found.joint, found.data)
-
-
-def _outliers(log: Log, _: object) -> Iterator[Finding]:
+def _outliers(c: Channel) -> Finding | None:
     """Find single samples that stand out, but for torques that the motion follows."""
-    for key, j, x in _channels(log):
-        at = outliers(x)
-        if len(at) and not (key == "tau" and _follows(log.q[:, j], x, at)):
-            yield Finding(key, j, len(at), without(x, at))
+    at = outliers(c.x)
+    if len(at) == 0 or (c.key == "tau" and _follows(c.q, (c.x - without(c.x, at)))):
+        return None
+    return Finding(len(at), without(c.x, at))
 
 
-def _follows(q: FloatArray, tau: FloatArray, at: Places) -> bool:
+def _follows(q: FloatArray, height: FloatArray) -> bool:
     """Return whether the speed of a joint changes where its torque stands out.
 
     With h the height of the torque and e the change of the mean speed from the samples before it
     to those after it, h e is zero on average for a torque that was not there.
 
     Args:
-        q, tau: (N,) position and torque of the joint.
-        at: the samples that stand out.
+        q: (N,) position of the joint.
+        height: (N,) how far its torque stands out.
     """
-    k = np.arange(_AFTER + 1, len(q) - _AFTER - 1)
-    change = np.zeros(len(q))
-    change[k] = (q[k + _AFTER + 1] - q[k + 1]) - (q[k - 1] - q[k - _AFTER - 1])
-    smooth = 2 * _AFTER
-    change[smooth:-smooth] -= (change[2 * smooth :] + change[: -2 * smooth]) / 2
-    height = (tau - without(tau, at))[at]
+    change, reach = np.zeros(len(q)), _AFTER + 1
+    moved = q[_AFTER:] - q[:-_AFTER]
+    change[reach:-reach] = moved[reach + 1 :] - moved[: -reach - 1]
+    change -= (np.roll(change, 2 * _AFTER) + np.roll(change, -2 * _AFTER)) / 2
     size = float(np.linalg.norm(height) * rms(change))
-    return abs(float(height @ change[at])) > _FOLLOWS * size
+    return abs(float(height @ change)) > _FOLLOWS * size
 
 
-def _held(log: Log, _: object) -> Iterator[Finding]:
+def _held(c: Channel) -> Finding | None:
     """Find channels that hold their value between readings."""
-    for key, j, x in _channels(log, moving=True):
-        k = held_for(x)
-        if k > 1:
-            first, _lengths = runs(x)
-            drawn = np.interp(log.t, log.t[first], x[first])
-            yield Finding(key, j, len(x), drawn, {"k": k})
+    k = held_for(c.x) if c.moves else 1
+    if k == 1:
+        return None
+    first, _ = runs(c.x)
+    return Finding(len(c.x), np.interp(c.log.t, c.log.t[first], c.x[first]), {"k": k})
 
 
-def _coarse(log: Log, _: object) -> Iterator[Finding]:
-    """Find channels with a coarse resolution, relative to their motion."""
-    for key, j, x in _channels(log, moving=True):
-        size = float(np.std(x))
-        least = _COARSE[key] * size
-        # The resolution is at most the smallest step.
-        if any(1.5 * least_step(part) <= least for part in (x[:_LOOKED_AT], x)):
-            continue
-        step = resolution(x)
-        if step > least:
-            yield Finding(key, j, len(x), None, {"step": step, "percent": 100 * step / size})
-
-
-def _jitter(log: Log, _: object) -> Iterator[Finding]:
-    """Find stamps that jitter: positions are smoother along a uniform clock."""
-    step = np.diff(log.t)
-    usual = float(np.median(step))
+def _jitter(c: Channel) -> Finding | None:
+    """Find stamps that jitter: the motion is smoother along a uniform clock."""
+    t, q = c.x, c.log.q
+    step = np.diff(t)
+    usual = np.median(step)
     if np.abs(step - usual).max() <= STEP_TOLERANCE * usual:
-        return
-    rows_lost = np.cumsum(np.maximum(np.round(step / usual), 1.0))
-    counts = np.arange(len(log.t), dtype=float), np.concatenate([[0.0], rows_lost])
-    clocks = [_line(count, log.t) for count in counts]
-    clock = min(clocks, key=lambda x: float(np.median(np.abs(x - log.t))))
-    if np.diff(clock).min() > 0 and _roughness(log.q, clock) < _CLOCK * _roughness(log.q, log.t):
-        numbers = {"ms": 1e3 * float(np.std(clock - log.t))}
-        yield Finding("t", None, len(clock), clock, numbers)
+        return None
+    clock = uniform_clock(t)
+    if np.diff(clock).min() <= 0 or roughness(q, clock) >= _CLOCK * roughness(q, t):
+        return None
+    return Finding(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
 
 
-def _line(index: FloatArray, t: FloatArray) -> FloatArray:
-    """Return the times of the uniform clock nearest to the stamps (least absolute errors)."""
-    weight = np.ones(len(t))
-    clock = t
-    for _ in range(8):  # reweighting removes the influence of late stamps
-        slope, start = np.polyfit(index, t, 1, w=np.sqrt(weight))
-        clock = start + slope * index
-        weight = 1 / np.maximum(np.abs(t - clock), 1e-3 * slope)
-    return clock
+def _with_values(log: Any, c: Channel, x: FloatArray) -> Any:
+    return with_column(log, c.key, c.joint or 0, x)
 
 
-def _roughness(q: FloatArray, t: FloatArray) -> float:
-    """Return the usual change of the speed from step to step, a geometric mean over the joints."""
-    change = np.diff(q, axis=0)
-    moving = np.abs(change) >= np.maximum(np.median(np.abs(change), axis=0), 1e-300)
-    rough = np.abs(np.diff(change / np.diff(t)[:, None], axis=0))
-    both = moving[1:] & moving[:-1]
-    sizes = [np.median(x[at]) for x, at in zip(rough.T, both.T, strict=True) if at.any()]
-    sizes = [size for size in sizes if size > 0]
-    return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
-
-
-def _with_clock(log: Log, found: Finding) -> Log:
-    return replace(log, t=read_only(found.data))
-
-
-#: Rules for logs as recorded: each finder takes the log and the types of its joints.
+#: Rules for logs as recorded; they know the types of the joints.
 RECORDED = (
-    Rule("missing", _missing, "empty cells", "interpolated"),
+    Rule("missing", ("q", "qd", "tau"), _missing, "empty cells", "interpolated"),
     Rule(
-        "stalled", _stalled, "rows that repeat the row before while the robot moves, up to "
-        "{longest} s", f"interpolated up to {_BRIEF} in a row, masked beyond", _without_rows,
+        "stalled", ("all",), _stalled,
+        "rows that repeat the row before while the robot moves, up to {longest} s",
+        f"interpolated up to {_BRIEF} in a row, masked beyond",
+        lambda log, _, at: rows(log, at),
     ),
-    Rule("wrapped", _wrapped, "jumps of 2 pi", "unwrapped", _with_values),
+    Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", _with_values),
     Rule(
-        "unsigned", _unsigned, "negative values are stored {span} too high, as unsigned integers",
-        "subtracted", _with_values,
+        "unsigned", ("tau",), _unsigned,
+        "negative values are stored {span} too high, as unsigned integers", "subtracted",
+        _with_values,
     ),
-    Rule("jumps", _outliers, "outliers", "replaced by interpolation", _with_values),
-    Rule("held", _held, "new values only every {k} samples", "interpolated", _with_values),
-    Rule("coarse", _coarse, "comes in steps of {step}, {percent} % of its spread"),
     Rule(
-        "jitter", _jitter, "time stamps jitter by {ms} ms", "replaced by a uniform clock",
-        _with_clock,
+        "jumps", ("q", "qd", "tau"), _outliers, "outliers", "replaced by interpolation",
+        _with_values,
+    ),
+    Rule(
+        "held", ("q", "qd", "tau"), _held, "new values only every {k} samples", "interpolated",
+        _with_values,
+    ),
+    Rule(
+        "jitter", ("t",), _jitter, "time stamps jitter by {ms} ms", "replaced by a uniform clock",
+        lambda log, _, t: replace(log, t=read_only(t)),
     ),
 )  # fmt: skip
 
@@ -319,67 +225,74 @@ RECORDED = (
 # Samples with uniform steps.
 
 
-def _gap(samples: Samples, log: Log, torques: bool) -> Iterator[Finding]:
+def _gap(c: Channel) -> Finding | None:
     """Find values that are missing for too long to be interpolated."""
-    for key, j, lost in _lost(log):
-        long = long_runs(lost)
-        if long.any() and (key == "tau") == torques:
-            yield Finding(key, j, int(long.sum()), on_grid(long, log.t, samples.t))
+    return _masked(c, long_runs(_lost(c, c.about)))
 
 
-def _saturated(samples: Samples, log: Log) -> Iterator[Finding]:
+def _masked(c: Channel, at: Bools, **numbers: float) -> Finding | None:
+    """Return the finding of a mask (N,) at the times of the log as recorded; None if it is empty.
+
+    The numbers are both those of the message and measured.
+    """
+    if not at.any():
+        return None
+    values = {name: (x, 0.0) for name, x in numbers.items()}
+    return Finding(int(at.sum()), on_grid(at, c.about.t, c.log.t), numbers, values)
+
+
+def _saturated(c: Channel) -> Finding | None:
     """Find clipped torques."""
-    for key, j, x in _channels(log):
-        at = clipped(x) if key == "tau" else np.zeros(0, dtype=bool)
-        if at.any():
-            limit = float(np.abs(x[at]).max())
-            where = on_grid(at, log.t, samples.t)
-            values = {"limit": (limit, 0.0)}
-            yield Finding(key, j, int(at.sum()), where, {"limit": limit}, values)
+    x = np.ascontiguousarray(c.about.tau[:, c.joint])
+    at = clipped(x)
+    return _masked(c, at, limit=float(np.abs(x[at]).max(initial=0.0)))
 
 
-def _stuck(samples: Samples, log: Log, key: str) -> Iterator[Finding]:
-    """Find a channel that keeps a value much longer than usual while the robot moves."""
-    for channel, j, x in _channels(log, moving=True):
-        if channel != key:
-            continue
-        at = _constant(x, key, _moving(samples, log, key, j))
-        if key == "tau":
-            at &= ~clipped(x)
-        if at.any() and at.mean() <= _DEAD:  # a mask does not repair a channel without a signal
-            yield Finding(key, j, int(at.sum()), on_grid(at, log.t, samples.t))
+def _stuck(c: Channel) -> Finding | None:
+    """Find a channel that keeps a value while the robot moves, for a part of the log."""
+    if c.key == "qd" and c.about.qd is None:
+        return None
+    x = np.ascontiguousarray(getattr(c.about, c.key)[:, c.joint])
+    at = _constant(c, x, c.about)
+    if c.key == "tau":
+        at &= ~clipped(x)
+    # A mask does not repair a channel without a signal.
+    return None if at.mean() > _DEAD else _masked(c, at)
 
 
-def _constant(x: FloatArray, key: str, moving: Bools) -> Bools:
+def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     """Return where a channel keeps a value much longer than usual while the robot moves, (N,).
 
-    A position or a speed that is stuck steps when it ends; a robot at rest does not.
+    A position is compared with the measured speed, a speed with the position, a torque with all
+    positions. A position or a speed that is stuck steps when it goes on, if it ever does.
+
+    Args:
+        c: the channel of samples.
+        x: (N,) its values in the log.
+        log: the log as recorded, or the samples.
     """
     out = np.zeros(len(x), dtype=bool)
     first, lengths = runs(x)
     varied = lengths[lengths > 1]
     usual = np.percentile(varied, 90) if len(varied) > 10 else 1.0
     long = lengths >= max(_STUCK, _LONGER * usual)
-    if not long.any():
+    if not long.any() or not c.moves:
         return out
+    joint = [c.joint or 0]
+    if c.key != "q":
+        q = c.log.q if c.key == "tau" else c.log.q[:, joint]
+        moving = on_grid(_fast(np.gradient(q, c.log.step, axis=0)), c.log.t, log.t)
+    elif c.log.velocity_derived or log.qd is None:
+        moving = np.ones(len(x), dtype=bool)
+    else:
+        moving = _fast(log.qd[:, joint])
     size = np.abs(np.diff(x, prepend=x[0], append=x[-1]))  # before and after each sample
-    least = -1.0 if key == "tau" else _LEAVES * usual_step(x)
+    least = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
     for start, end in zip(first[long], (first + lengths)[long], strict=True):
-        if moving[start:end].mean() >= 0.5 and max(size[start], size[end]) > least:
+        steps_on = max(size[start], size[end]) > least or end - start > _DEAD * len(x)
+        if steps_on and moving[start:end].mean() >= 0.5:
             out[start:end] = True
     return out
-
-
-def _moving(samples: Samples, log: Log, key: str, j: int) -> Bools:
-    """Return where the robot moves, by other channels than one of joint j, at the log's times.
-
-    A position is compared with the speed, a speed with the position, a torque with all positions.
-    """
-    if key == "q":
-        return np.ones(len(log.t), dtype=bool) if log.qd is None else _fast(log.qd[:, [j]])
-    joints = [j] if key == "qd" else range(log.q.shape[1])
-    fast = _fast(np.gradient(samples.q[:, joints], samples.step, axis=0))
-    return on_grid(fast, samples.t, log.t)
 
 
 def _fast(speeds: FloatArray) -> Bools:
@@ -387,109 +300,95 @@ def _fast(speeds: FloatArray) -> Bools:
     return np.asarray((np.abs(speeds) > _MOVES * rms(speeds)).any(axis=1))
 
 
-def _mask(samples: Samples, found: Finding) -> Samples:
-    """Mask what was found, for its joint if it is a torque, and for all joints otherwise."""
-    n = samples.q.shape[1]
-    joints = [found.joint or 0] if found.channel == "tau" else range(n)
-    return masked(samples, found.data, joints)
+def _joints(log: Any, c: Channel) -> Sequence[int]:
+    """Return the joints whose equations a channel spoils: its own by a torque, otherwise all."""
+    return [c.joint or 0] if c.key == "tau" else range(log.q.shape[1])
 
 
-def _bridge(samples: Samples, found: Finding) -> Samples:
-    return bridged(samples, found.data, [found.joint or 0])
+def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
+    return masked(samples, at, _joints(samples, c))
 
 
-def _slope(samples: Samples, found: Finding) -> Samples:
-    return sloped(samples, found.data, found.joint or 0)
-
-
-#: Rules for samples with uniform steps: each finder takes them and the log as recorded.
-GAPS = tuple(
-    Rule("gap", partial(_gap, torques=torques), "empty cells in a row", done, _mask)
-    for torques, done in ((False, "masked, for all joints"), (True, "masked"))
+#: Rules for samples with uniform steps; they know the log as recorded.
+GAPS = (
+    Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "masked, for all joints", _mask),
+    Rule("gap", ("tau",), _gap, "empty cells in a row", "masked", _mask),
 )
 SAMPLED = (
-    Rule("saturated", _saturated, "clipped at {limit}", "masked", _mask),
-    Rule("stuck", partial(_stuck, key="q"), "stuck", "masked, for all joints", _bridge),
-    Rule("stuck", partial(_stuck, key="qd"), "stuck", "replaced by dq/dt", _slope),
-    Rule("stuck", partial(_stuck, key="tau"), "stuck", "masked", _mask),
-)
+    Rule("saturated", ("tau",), _saturated, "clipped at {limit}", "masked", _mask),
+    Rule(
+        "stuck", ("q",), _stuck, "stuck", "masked, for all joints",
+        lambda samples, c, at: bridged(samples, at, [c.joint or 0]),
+    ),
+    Rule(
+        "stuck", ("qd",), _stuck, "stuck", "replaced by dq/dt",
+        lambda samples, c, at: sloped(samples, at, c.joint or 0),
+    ),
+    Rule("stuck", ("tau",), _stuck, "stuck", "masked", _mask),
+)  # fmt: skip
 
 
 # What needs a new record.
 
 
-def unmended_faults(
-    samples: Samples, sigma: Sequence[int], passive: Sequence[int] = ()
-) -> Iterator[Fault]:
+def unmended_faults(samples: Samples, passive: Sequence[int] = ()) -> Iterator[Fault]:
     """Find faults that need a new record: channels without a signal, and positions that step.
 
     The undo of each takes a log in the band of a run.
 
     Args:
         samples: a log with uniform steps.
-        sigma: types of the joints.
         passive: places of the joints that no motor drives: they have no torque.
     """
     for rule in LASTING:
-        found = list(rule.find(samples, sigma, passive))
-        if found:
+        if found := rule.found(samples, passive):
             undo = partial(_undo, name=samples.name, rule=rule, found=found)
-            yield replace(rule.fault(samples.name, found, samples.q.shape[1]), undo=undo)
+            yield replace(rule.fault(found), undo=undo)
 
 
-def _undo(log: FilteredLog, name: str, rule: Rule, found: Sequence[Finding]) -> FilteredLog:
+def _undo(log: FilteredLog, name: str, rule: Rule, found: Found) -> FilteredLog:
     """Return the log with this name without what was found in it."""
     return rule.undone(log, found) if log.name == name else log
 
 
-def _dead(
-    samples: Samples, sigma: Sequence[int], passive: Sequence[int], key: str
-) -> Iterator[Finding]:
-    """Find a position or a torque that keeps one value for most of a log while its joint moves."""
-    known = key == "tau" or not samples.velocity_derived  # how the joint moves
-    for j in moving_joints([samples.qd], sigma) if known else ():
-        if key == "tau" and j in passive:
-            continue
-        first, lengths = runs(np.ascontiguousarray(getattr(samples, key)[:, j]))
-        k = int(np.argmax(lengths))
-        at = slice(int(first[k]), int(first[k] + lengths[k]))
-        there = _fast(samples.qd[:, [j]])[at]
-        if lengths[k] > _DEAD * len(samples.t) and there.mean() >= 0.5:
-            times = {"since": samples.t[at][0], "until": samples.t[at][-1]}
-            yield Finding(key, j, int(lengths[k]), at, times)
+def _dead(c: Channel) -> Finding | None:
+    """Find a channel that keeps one value for most of a log while the robot moves."""
+    unknown = c.log.velocity_derived if c.key == "q" else c.joint in c.about
+    at = np.flatnonzero(_constant(c, c.x, c.log))
+    if unknown or len(at) <= _DEAD * len(c.x):
+        return None
+    times = {"since": c.log.t[at[0]], "until": c.log.t[at[-1]]}
+    return Finding(len(at), slice(at[0], at[-1] + 1), times)
 
 
-def _steps(samples: Samples, *_: object) -> Iterator[Finding]:
+def _steps(c: Channel) -> Finding | None:
     """Find positions that jump from one sample to the next."""
-    for key, j, x in _channels(samples, moving=True):
-        at = steps(x) if key == "q" else np.zeros(0, dtype=np.int64)
-        if len(at):
-            k = int(at[0])
-            yield Finding(key, j, len(at), at, {"size": x[k + 1] - x[k], "at": samples.t[k]})
-
-
-def _leave_out(log: FilteredLog, found: Finding) -> FilteredLog:
-    joints = [found.joint or 0] if found.channel == "tau" else range(log.q.shape[1])
-    return left_out(log, log.name, found.data, joints)
-
-
-def _move_back(log: FilteredLog, found: Finding) -> FilteredLog:
-    return moved_back(log, log.name, found.joint or 0, found.data)
+    at = steps(c.x) if c.moves else np.zeros(0, dtype=np.int64)
+    if len(at) == 0:
+        return None
+    k = int(at[0])
+    return Finding(len(at), at, {"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
 
 
 _CONSTANT = (
-    "{channels} of {log} is constant from t = {since} s to {until} s while the joint moves: check "
+    "{channels} of {log} is constant from t = {since} s to {until} s while the robot moves: check "
     "the sensor"
 )
-#: Rules for what needs a new record: each finder takes samples, types of joints, passive joints.
+#: Rules for what needs a new record; they know the passive joints.
 LASTING = (
-    Rule("stuck", partial(_dead, key="q"), _CONSTANT, undo=_leave_out),
     Rule(
-        "stuck", partial(_dead, key="tau"),
-        f"{_CONSTANT}; if no motor drives the joint, {WITHOUT_MOTOR}", undo=_leave_out,
+        "stuck", ("q",), _dead, _CONSTANT,
+        undo=lambda log, c, at: left_out(log, log.name, at, _joints(log, c)),
     ),
     Rule(
-        "step", _steps, "{channels} of {log} jumps by {size} from one sample to the next at "
-        "t = {at} s: leave that time out, or check the sensor", undo=_move_back,
+        "stuck", ("tau",), _dead,
+        f"{_CONSTANT}; if no motor drives the joint, {WITHOUT_MOTOR}",
+        undo=lambda log, c, at: left_out(log, log.name, at, _joints(log, c)),
+    ),
+    Rule(
+        "step", ("q",), _steps,
+        "{channels} of {log} jumps by {size} from one sample to the next at t = {at} s: leave "
+        "that time out, or check the sensor",
+        undo=lambda log, c, at: moved_back(log, log.name, c.joint or 0, at),
     ),
 )  # fmt: skip

@@ -158,8 +158,7 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
         least: smallest torque that matters, as a part of a joint's torque.
     """
     robot = run.evaluator.model.robot
-    about = robot.sigma, robot.passive
-    every = [f for log in run.logs for f in unmended_faults(log.samples, *about)]
+    every = [f for log in run.logs for f in unmended_faults(log.samples, robot.passive)]
     broken = tuple(Reason("broken_channel", text=f.fault) for f in every)
     # Where parameters are not told apart, any cause could be one of them.
     if broken or robot.loaded or proportional_joints(run.train):

@@ -151,7 +151,7 @@ FAULTS = {
         verdict=BAD, effects=(("time_delay", ()),), left=0.03,
     ),
     "speed turned": Row(
-        over("qd", lambda x: -x, 2), (("qd2", "unrelated"),), verdict=BAD, effects=((SPEED, (2,)),)
+        over("qd", lambda x: -x, 2), (("qd2", "speed"),), verdict=BAD, effects=((SPEED, (2,)),)
     ),
     "speed in rpm": Row(
         over("qd", lambda x: x * 30 / np.pi, 2), (("qd2", "speed"),), {"GV": (8.549, 0.01)},
@@ -166,11 +166,11 @@ FAULTS = {
         verdict=BAD, effects=((SPEED, ()),),
     ),
     "speeds exchanged": Row(
-        exchanged("qd"), (("qd1, qd2", "unrelated"),), verdict=BAD,
+        exchanged("qd"), (("qd1, qd2", "speed"),), verdict=BAD,
         effects=((SPEED, (1, 2)),),
     ),
     "speeds of zeros": Row(
-        over("qd", lambda x: 0 * x), (("qd", "unrelated"),)
+        over("qd", lambda x: 0 * x), (("qd", "speed"),)
     ),
     "stamps of a host": Row(jittered, (("t", "jitter"),)),
     "rows repeated": Row(repeated, (("all", "stalled"),)),
