@@ -173,7 +173,8 @@ class _Judge:
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
         if loud and undone not in self._moved:
             self._moved[undone] = [*motion_trials(problem, loud)]
-        moved = self._moved.get(undone, ())
+        # What is accepted may have explained what a change of the motion would.
+        moved = self._moved[undone] if loud else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def refined(
