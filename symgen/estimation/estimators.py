@@ -73,18 +73,14 @@ class Wls:
 
     minimise sum over logs of ||y_l - W_l X||^2 / sigma_l^2 (Gautier 1997, "Dynamic identification
     of robots with power model"). The equations of each joint count as a log.
-
-    Attributes:
-        prior: what is known beforehand, see `Prior`; None for nothing.
     """
 
-    prior: Prior | None = None
     name: ClassVar[str] = "wls"
     excludes: ClassVar[str] = NOISE_BIAS
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of [W y], log by log, on whose factors the weights are iterated."""
-        return weighted_least_squares(system) if self.prior is None else self.prior.solve(system)
+        return weighted_least_squares(system)
 
 
 @dataclass(frozen=True)

@@ -150,14 +150,13 @@ class Method:
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
         """Return the method for a name or an estimator object."""
-        if isinstance(method, (Wls, Ols)) and method in (Wls(), Ols()):
+        if isinstance(method, (Wls, Ols)):
             method = method.name
         if isinstance(method, str):
             return cls(method, forgetting)
-        prior = method.prior if isinstance(method, Wls) else None
         if isinstance(method, Prior):
-            prior = method
-        return cls("wls" if prior else method.name, forgetting, prior, method)
+            return cls(Wls.name, forgetting, method, method)
+        return cls(method.name, forgetting, None, method)
 
     def __post_init__(self) -> None:
         if self.given is None and self.name not in ALL_METHODS:
