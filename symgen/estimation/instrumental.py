@@ -40,7 +40,7 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
-from symgen.policy import KNOWN
+from symgen.policy import BEYOND, KNOWN
 
 #: Columns whose part that the instruments leave is smaller than this share are not suspect.
 _SUSPECT = 1e-7
@@ -48,8 +48,8 @@ _SUSPECT = 1e-7
 LEVEL = 0.01
 #: Correlation of a direction of W with the instruments under which they are called weak.
 _WEAK = 0.3
-#: A bias that intervals do not hold: in std, and as a share of the parameter.
-_BEYOND, _MATERIAL = 3.0, 0.05
+#: Share of a parameter from which a bias matters.
+_MATERIAL = 0.05
 _UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
 
 
@@ -241,7 +241,7 @@ def bias_of_least_squares(
     certain = any(test.p_value < LEVEL for test in other.endogeneity)
     ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
     worst = int(np.argmax(ratio))
-    if not certain or ratio[worst] <= _BEYOND:
+    if not certain or ratio[worst] <= BEYOND:
         return compared, ""
     return compared, (
         f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "

@@ -26,7 +26,7 @@ from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
-from symgen.identification.settle import Settled
+from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
 from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
@@ -77,7 +77,8 @@ def prediction_use(
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
-        reasons += _like_no_robot(settled, accept)
+        if settled.physical.reason is not None and settled.physical.held_out is not None:
+            reasons += like_no_robot(*settled.physical.held_out, accept)
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
@@ -174,24 +175,6 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
         f"{robot.listed(places)} together in one training log; symgen excite plans such a motion"
     )
     return [Reason("not_excited", _numbers(robot, places), held.relative, limit, text)]
-
-
-def _like_no_robot(settled: Settled, accept: float) -> list[Reason]:
-    """Return a reason if no possible robot moves like the logs, while impossible parameters do.
-
-    Torques or positions of the wrong sign and reversed time fit as well with negative masses or
-    friction that drives.
-    """
-    if settled.physical.reason is None or settled.physical.held_out is None:
-        return []
-    free, bounded = settled.physical.held_out
-    if bounded <= max(accept, VARIES * free):
-        return []
-    text = (
-        f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
-        "check the signs of torques and positions, and that time increases"
-    )
-    return [Reason("no_robot", value=bounded, limit=max(accept, VARIES * free), text=text)]
 
 
 def _mostly_noise(noise: Residual) -> list[Reason]:

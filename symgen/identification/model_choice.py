@@ -56,7 +56,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
-from symgen.policy import KNOWN, LEAST
+from symgen.policy import KNOWN
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -146,7 +146,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
 
 
-def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float = LEAST) -> Run:
+def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -> Run:
     """Ask what may be missing or wrong, and shift torques that are late.
 
     Where these are late by more than a kept row, no model has told the band: it is chosen again.

@@ -40,6 +40,7 @@ from symgen.identification.possible import (
 )
 from symgen.identification.pseudo_inertia import (
     BASIS,
+    LENGTH,
     about_centre,
     least_eigenvalues,
     triangle_vector,
@@ -275,7 +276,6 @@ _VARIABLES = len(_LOWER) + len(_DIAGONAL)
 
 #: kg: no robot moves like less than a few coins at every joint, nor like more than a lorry.
 LIGHTEST, HEAVIEST = 0.02, 5000.0
-_BODY = 0.1  # m of a last link beyond its frame
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
@@ -304,7 +304,7 @@ def _reach(robot: Robot) -> FloatArray:
     """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
     lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
     out = [
-        _BODY + sum(x for number, x in lengths.items() if number > joint.number)
+        LENGTH + sum(x for number, x in lengths.items() if number > joint.number)
         if joint.sigma == REVOLUTE
         else 1.0
         for joint in robot.movable

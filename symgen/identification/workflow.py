@@ -133,7 +133,7 @@ def identify(
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
-    run = ask_search(opened, run, cutoff)
+    run = ask_search(opened, run, cutoff, least)
     chosen = choose_model(run, models, by, shares, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)
