@@ -23,20 +23,13 @@ def scores(e: Equations, X: FloatArray, weight: float = 1.0) -> FloatArray:
     return np.asarray(weight**2 * (e.y - e.W @ X)[:, None] * e.W)
 
 
-def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) -> FloatArray:
-    """Return the long-run covariance sum of scores (K, p): overlapping sums over `lag` rows.
-
-    Args:
-        scores: of consecutive rows of a log.
-        lag: rows of a sum.
-        lead: rows before those that are this segment's own: sums that end in them are another's.
-        ended: whether the log ends with these rows.
-    """
+def bartlett(scores: FloatArray, lag: int) -> FloatArray:
+    """Return the long-run covariance sum of scores (K, p) of a log: sums over `lag` rows."""
     moved, last = nonzero_columns(scores), lag + len(scores)
-    total = np.zeros((last + (lag if ended else 0), len(moved)))
+    total = np.zeros((last + lag, len(moved)))
     np.cumsum(scores[:, moved], axis=0, out=total[lag:last])
     total[last:] = total[last - 1]
-    sums = (total[lag:] - total[:-lag])[lead:]
+    sums = total[lag:] - total[:-lag]
     meat = np.zeros((scores.shape[1],) * 2)
     meat[np.ix_(moved, moved)] = sums.T @ sums / lag
     return meat

@@ -5,22 +5,19 @@
     logs --segments--> EQUATIONS of each, folded where they are read --added up--> weights, X
     logs --segments again--> sums of scores, squared errors of torque --added up--> covariance, fit
 
-A segment has rows of its own, and on either side as many more as filters, windows and sums of
-scores reach: what a filter leaves of a sample beyond them is below 1e-10. It begins at a multiple
-of every stride, so that nodes, windows and kept samples are those of the whole log; each of them
-lies in the own time of exactly one segment. What is sent to whoever works is a segment's address;
-what comes back are sums, whose size does not depend on the number of samples.
+A segment is opened as a log of its own; what the ends of filters and windows leave out at its edges
+is less than a second in 2^18 samples. What is sent to whoever works is a segment's address; what
+comes back are sums, whose size does not depend on the number of samples.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -28,15 +25,14 @@ from symgen.codegen.model import derive
 from symgen.data import long_logs
 from symgen.data.long_logs import Source, Stretch, read_rows, stretches
 from symgen.data.raw import Reading
-from symgen.data.signals import TAIL, Samples, sampled
+from symgen.data.signals import Samples, sampled
 from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
 from symgen.estimation.covariance import bartlett, scores
-from symgen.estimation.decimation import decimation
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Ols
-from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
+from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import held_from, open_log
 from symgen.estimation.solve import (
     PASSES,
@@ -44,11 +40,9 @@ from symgen.estimation.solve import (
     log_weights,
     with_the_others_zero,
 )
-from symgen.estimation.summary import LAGS, Summary, merge_summaries, summarise
-from symgen.estimation.system import Equations
+from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import windows
 from symgen.faults.fault import EVERYWHERE, Fault, merged
 from symgen.faults.logs import open_samples
 from symgen.faults.speeds import mended_speeds
@@ -67,8 +61,6 @@ from symgen.runtime.evaluator import Evaluator, load
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
 #: A log has so many windows and samples, at least.
 _WINDOWS, _FEWEST = 2.0, 20
-_SPLINE = 128  # samples that a derivative reaches, twice over
-_SLOPES_HZ = 10.0  # of the low-pass that derives a missing speed
 _LOOKED = 1 << 13  # samples of a segment that are checked for wrong speeds first
 _KINDS = ("train", "validation")
 Result = TypeVar("Result")
@@ -87,20 +79,16 @@ def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
 
 @dataclass(frozen=True)
 class Segment:
-    """The address of some rows of a log of the run.
+    """The address of some rows of a log of the run, which are opened as a log of their own.
 
     Attributes:
-        log: the log.
+        rows: of the log.
         number: of the log.
-        rows: that are read: first, and the one after the last.
-        own: rows of its own among these: equations at their times count.
         clean: whether it is known that nothing is to be mended or masked in it.
     """
 
-    log: Stretch
+    rows: Stretch
     number: int
-    rows: tuple[int, int]
-    own: tuple[int, int]
     clean: bool = False
 
 
@@ -129,75 +117,32 @@ class Settings:
         """The compiled model."""
         return load_model(self.robot, self.kernels)
 
-    def unit(self, step: float) -> int:
-        """Return the samples of which segments begin at multiples, for a step in s."""
-        stride = stride_of(self.band, step)
-        every = decimation(1 << 30, step, stride, self.band.comparison_hz).every
-        own = windows(step, stride, self.model.gap)
-        return math.lcm(stride, every, own.stride * own.hop)
 
-    def reach(self, log: Stretch) -> int:
-        """Return the samples beyond its own that a segment needs on either side."""
-        compared_hz, derived = self.band.comparison_hz, 0.0 if log.measured else TAIL / _SLOPES_HZ
-        filtered = derived + TAIL / self.band.cutoff_hz + TAIL / compared_hz  # one after the other
-        summed = max((LAGS + 3) * self.model.gap, LAGS / (2 * compared_hz))
-        return math.ceil((filtered + summed) / log.step) + 2 * _SPLINE
-
-    def segments(self, number: int, log: Stretch) -> list[Segment]:
-        """Cut a log into segments; one that is read as a whole is one."""
-        unit, reach = self.unit(log.step), self.reach(log)
-        length = max(long_logs.LIMIT // unit, 1) * unit
-        first, last = log.rows
-        edges = [*range(first, max(last - length // 2, first + 1), length), last]
-        if not reads_rows(log.file):
-            edges = [first, last]
-        out = []
-        for begin, end in pairwise(edges):
-            low = max(begin - first - reach, 0) // unit * unit + first
-            out.append(Segment(log, number, (low, min(end + reach, last)), (begin, end)))
-        return out
+def cut(number: int, log: Stretch) -> list[Segment]:
+    """Cut a log into segments; one that is read as a whole is one."""
+    if not reads_rows(log.file):
+        return [Segment(log, number)]
+    first, last = log.rows
+    edges = [*range(first, max(last - long_logs.LIMIT // 2, first + 1), long_logs.LIMIT), last]
+    return [Segment(log.between(*rows), number) for rows in pairwise(edges)]
 
 
-class OpenSegment(NamedTuple):
-    """A segment in the band of the run.
+def _open(segment: Segment, settings: Settings) -> tuple[FilteredLog, tuple[Fault, ...]]:
+    """Read, repair, resample, mask and filter a segment in the band of the run.
 
-    Attributes:
-        log: all its rows.
-        times: of what counts: from, and until, s.
-        repairs: what was mended in it.
-    """
-
-    log: FilteredLog
-    times: tuple[float, float]
-    repairs: tuple[Fault, ...]
-
-    def own(self, e: Equations, lag: int = 1) -> tuple[Equations, int]:
-        """Return its own equations and up to `lag` - 1 before them, and how many these are."""
-        first, last = map(int, np.searchsorted(e.t, self.times))
-        lead = min(lag - 1, first) if last > first else 0
-        return e.where(slice(first - lead, last)), lead
-
-
-def _open(segment: Segment, settings: Settings) -> OpenSegment:
-    """Read, repair, resample, mask and filter the rows of a segment in the band of the run.
+    Returns:
+        The segment, and what was mended in it.
 
     Raises:
         LogError: the rows cannot be used, as for a whole log.
     """
-    s, robot, reading = segment.log, settings.evaluator.model.robot, settings.reading
-    log, clock = read_rows(s, segment.rows, robot, reading), (s.times[0], s.step)
-    low, (begin, end) = segment.rows[0], segment.own
-    since = log.t[begin - low] - s.step / 2 if begin > s.rows[0] else -math.inf
-    until = log.t[end - low] - s.step / 2 if end < s.rows[1] else math.inf
+    s, robot, reading = segment.rows, settings.evaluator.model.robot, settings.reading
+    log, clock = read_rows(s, s.rows, robot, reading), (s.times[0], s.step)
     repairs: tuple[Fault, ...] = ()
     if segment.clean:
         samples = sampled(open_log(log, robot, reading), clock)
     else:
         samples, repairs = open_samples(log, robot, reading, clock=clock)
-    before = low - s.rows[0]
-    if len(samples.t) != len(log.t) or samples.t[0] != log.t[0]:  # resampled to the log's clock
-        before = round((samples.t[0] - clock[0]) / clock[1])
-    samples = samples.cut(slice(-before % settings.unit(s.step), None))
     middle = slice(max(len(samples.t) - _LOOKED, 0) // 2, None)
     looked, band = samples.cut(middle).cut(slice(_LOOKED)), settings.band.comparison_hz
     if not segment.clean and mended_speeds(looked, band)[1]:
@@ -205,14 +150,13 @@ def _open(segment: Segment, settings: Settings) -> OpenSegment:
         repairs += more
     if settings.delay:
         samples = with_earlier_torques(samples, settings.delay)
-    return OpenSegment(filter_log(samples, settings.band), (since, until), repairs)
+    return filter_log(samples, settings.band), repairs
 
 
 def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary], tuple[Fault, ...]]:
-    """Return the summaries of a segment's own equations, joint by joint, and its repairs."""
-    found = _open(segment, settings)
-    equations = settings.model.equations(settings.evaluator, found.log)
-    return [summarise(found.own(e)[0]) for e in equations], found.repairs
+    """Return the summaries of a segment's equations, joint by joint, and its repairs."""
+    log, repairs = _open(segment, settings)
+    return [summarise(e) for e in settings.model.equations(settings.evaluator, log)], repairs
 
 
 #: By log and joint, the weight of the equations and the rows that scores are summed over.
@@ -223,18 +167,15 @@ def fold_errors(
     settings: Settings, X: FloatArray, weights: Weights, segment: Segment
 ) -> tuple[FloatArray, TorqueFit]:
     """Return what X leaves of a segment: the sums of scores (p, p), and the torque errors."""
-    found, evaluator = _open(segment, settings), settings.evaluator
-    log, meat = found.log, np.zeros((len(X), len(X)))
-    inside = (log.compared_t >= found.times[0]) & (log.compared_t < found.times[1])
+    evaluator, (log, _) = settings.evaluator, _open(segment, settings)
     torque = modelled_torque(evaluator, log, X)
-    fit = squares(log.free & inside[:, None], log.measured, torque, log.resting)
-    if segment.log.kind == "train":
+    fit = squares(log.free, log.measured, torque, log.resting)
+    meat = np.zeros((len(X), len(X)))
+    if segment.rows.kind == "train":
         model = replace(settings.model, features=None)  # scores need none
-        ended = segment.own[1] == segment.log.rows[1]
         for j, e in enumerate(model.equations(evaluator, log)):
             weight, lag = weights[segment.number, j]
-            rows, lead = found.own(e, lag)
-            meat += bartlett(scores(rows, X, weight), lag, lead, ended)
+            meat += bartlett(scores(e, X, weight), lag)
     return meat, fit
 
 
@@ -382,7 +323,7 @@ class LongLogs(OpenLogs):
         settings = Settings(
             *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
         )
-        segments = [x for k, log in enumerate(logs) for x in settings.segments(k, log)]
+        segments = [x for k, log in enumerate(logs) for x in cut(k, log)]
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")
@@ -434,7 +375,7 @@ class LongLogs(OpenLogs):
         left = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
         for segment, (own, fit) in zip(segments, left, strict=True):
             meat += own
-            fits[segment.log.kind] += fit
+            fits[segment.rows.kind] += fit
         return meat, list(fits.values())
 
     def _each(

@@ -100,13 +100,3 @@ def test_sums_over_a_lag_are_bartletts_weights_on_lagged_products(lag: int) -> N
         product = s[k:].T @ s[:-k]
         expected += (1 - k / lag) * (product + product.T)
     np.testing.assert_allclose(bartlett(s, lag), expected, rtol=1e-10, atol=1e-10)
-
-
-@pytest.mark.parametrize("edges", [[0, 20, 60], [0, 9, 33, 41, 60]])
-def test_sums_of_chunks_with_the_rows_before_them_add_up_to_those_of_the_whole(edges) -> None:
-    s, lag = _draw(9, 60, 2), 6
-    total = np.zeros((2, 2))
-    for a, b in pairwise(edges):
-        low = max(a - lag + 1, 0)
-        total += bartlett(s[low:b], lag, a - low, b == 60)
-    np.testing.assert_allclose(total, bartlett(s, lag), rtol=1e-10)
