@@ -13,7 +13,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Steps, Values
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from symgen.codegen.kernels import LINK, Kernel
+from symgen.codegen.kernel import LINK, Kernel
 from symgen.codegen.model import Model
 from symgen.symbolic.tape import Numbers, Values
 

@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
 from symgen.files import rendered
 

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.verification import SEED, physical_parameters
 from symgen.files import rendered

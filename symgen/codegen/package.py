@@ -19,11 +19,11 @@ from symgen.codegen import example
 from symgen.codegen.backends import Backend, Package, mex
 from symgen.codegen.c_printer import DTYPES, Printer, literal
 from symgen.codegen.casadi_source import casadi_source
-from symgen.codegen.kernels import ENERGY, LINK, SCALARS, Kernel
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
+from symgen.codegen.kernels import ENERGY, KERNELS
 from symgen.codegen.latex import latex_document
 from symgen.codegen.model import Model, uncollected
 from symgen.codegen.panels import panel, panelled
-from symgen.codegen.recipes import FRICTION, RECIPES
 from symgen.codegen.values import Values, values_header
 from symgen.codegen.verification import (
     DIGITS,
@@ -117,8 +117,9 @@ def generate(
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
     known = [k.name for k in model.kernels]
     for name in known if names is None else names:
-        if name in FRICTION and name not in known and model.base.linear == model.base.inertial:
-            others = ", ".join(other for other in RECIPES if other not in FRICTION)
+        some = name in KERNELS and KERNELS[name].exists is not None
+        if some and name not in known and model.base.linear == model.base.inertial:
+            others = ", ".join(other for other, d in KERNELS.items() if d.exists is None)
             raise PackageError(
                 f"kernel {name!r}: {model.robot.name} has no friction and no effects; "
                 f"accepted: all, or some of {others}"

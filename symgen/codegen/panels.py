@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.symbolic.tape import Steps, Values
 
 #: Largest number of output entries of a sample, and of its steps: larger panels need much stack,

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from symgen import names
-from symgen.codegen.kernels import LINK, Kernel, regrouped
-from symgen.codegen.model import Model
+from symgen.codegen.kernel import LINK, Kernel
+from symgen.codegen.model import Model, regrouping
 from symgen.codegen.panels import LARGEST
 from symgen.robot.types import Robot
 from symgen.symbolic.spatial import UPPER
@@ -130,7 +130,8 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
     values = [
         standard[p.name] * (1 + error if p.joint % 2 else 1 - error) for p in model.base.standard
     ]
-    return regrouped(model.base, values, model.robot.values())
+    X: list[float] = (regrouping(model) @ values).tolist()
+    return X
 
 
 def _solid(draw: random.Random) -> dict[str, float]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from symgen.codegen.casadi_model import casadi_function
 from symgen.codegen.derivations import Derivations
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
 from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
@@ -41,6 +41,7 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import kernel_flags
+from symgen.runtime.kernel_methods import KernelMethods
 from symgen.views import Viewable
 
 if TYPE_CHECKING:
@@ -49,9 +50,6 @@ if TYPE_CHECKING:
 _BLOCK = 512  # samples that CasADi maps over in one call
 #: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
 MANY = 2**17
-
-_Array = Callable[..., FloatArray]
-_Arrays = Callable[..., tuple[FloatArray, ...]]
 
 
 class KernelFunction(ABC):
@@ -104,7 +102,7 @@ class KernelFunction(ABC):
         """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
 
 
-class Evaluator(Viewable):
+class Evaluator(Viewable, KernelMethods):
     """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
 
     Every method takes one sample, arrays (n,), or N samples, (N, n), and X (p,), which all samples
@@ -149,88 +147,12 @@ class Evaluator(Viewable):
                 f"kernel {name!r} is not in this model; accepted: {', '.join(self._functions)}"
             ) from None
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> KernelFunction:
-            if name in type(self).__annotations__:
-                return self[name]
-            raise AttributeError(f"an evaluator has no attribute {name!r}")
-
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """Columns (p - p_inertial,) of the power of friction, W; empty without friction."""
         if not self.has("friction_power"):
             arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
         return np.asarray(self["friction_power"](q, qd))
-
-    energy_regressor: _Array
-    """Of (q, qd, g): h = DE + DU (p_inertial,): total energy is h . X[:p_inertial], J, up to a
-    constant."""
-    power_regressor: _Array
-    """Of (q, qd, qdd, g): Columns (p,) of power, W: qd' tau = out . X, the rate of energy plus
-    friction."""
-    momentum_regressor: _Arrays
-    """Of (q, qd, g): dT/dqd and dL/dq, (n, p_inertial) each: d/dt(dT/dqd) = tau - friction +
-    dL/dq."""
-    torque_regressor: _Array
-    """Of (q, qd, qdd, g): Columns (n, p) of torque, friction included: tau = out X."""
-    friction_torque: _Array
-    """Of (q, qd): Columns (n, p - p_inertial) of friction torque: out X[p_inertial:]."""
-    inverse_dynamics: _Array
-    """Of (q, qd, qdd, X, g): tau = M qdd + C qd + g + friction, (n,), N m or N."""
-    mass_matrix: _Array
-    """Of (q, X): M(q), (n, n), kg m2 (kg where prismatic)."""
-    gravity_torque: _Array
-    """Of (q, X, g): The torque (n,) that holds the arm at rest, without friction."""
-    coriolis: _Array
-    """Of (q, qd, X): C(q, qd), (n, n): C qd are the Coriolis torques, and dM/dt - 2 C is
-    skew-symmetric."""
-    bias_torque: _Array
-    """Of (q, qd, X, g): h = C qd + g + friction, (n,)."""
-    forward_dynamics: _Array
-    """Of (q, qd, tau, X, g): Accelerations (n,) under torques; a ParameterError where M is not
-    positive definite."""
-    energy: _Arrays
-    """Of (q, qd, X, g): Kinetic and potential energy, (1,) each, J; the latter up to a constant."""
-    frames: _Array
-    """Of (q): Transforms 0T_j (links, 4, 4), fixed links included."""
-    jacobian: _Array
-    """Of (q): Jacobian (6, n) of the last frame that moves, in frame 0: velocity, then turning."""
-    slotine_li_regressor: _Array
-    """Of (q, qd, qdr, qddr, g): Columns (n, p) of M qddr + C(q, qd) qdr + g + friction(qd)."""
-    slotine_li_torque: _Array
-    """Of (q, qd, qdr, qddr, X, g): M qddr + C(q, qd) qdr + g + friction(qd), (n,), C of
-    Christoffel's symbols."""
-    generalized_momentum: _Arrays
-    """Of (q, qd, X, g): p = M qd and rate = C' qd - g, (n,) each: dp/dt = tau - friction + rate."""
-    friction: _Array
-    """Of (qd, X): Torque (n,) of the friction that joints and couplings declare; effects are not in
-    it."""
-    effects: _Array
-    """Of (q, qd, qdd, X, g): Torque (n,) of the declared effects, of which a robot has at least
-    one."""
-    inverse_dynamics_derivatives: _Arrays
-    """Of (q, qd, qdd, X, g): dtau/dq and dtau/dqd, (n, n) each; dtau/dqdd is `mass_matrix`."""
-    forward_dynamics_derivatives: _Arrays
-    """Of (q, qd, tau, X, g): dqdd/dq, dqdd/dqd and dqdd/dtau, (n, n) each."""
-    solve_mass_matrix: _Array
-    """Of (q, b, X): x (n,) of M(q) x = b; a ParameterError where M is not positive definite."""
-    mass_matrix_factor: _Arrays
-    """Of (q, X): L (n, n) and the diagonal D (n,) of M = L D L'."""
-    link_jacobian: _Array
-    """Of (q, link, point): Jacobian (6, n), in frame 0, of a point (3,) in the frame of a link, by
-    its number."""
-    link_drift: _Array
-    """Of (q, qd, link, point): dJ/dt qd (6,) of such a point: its acceleration without qdd."""
-    base_parameters: _Array
-    """Of (standard): X (p,) from the standard parameters, in the order of `model.base.standard`."""
-    add_body: _Array
-    """Of (X, link, mass, com, inertia): X (p,) with a body fixed on a link; inertia XX XY XZ YY YZ
-    ZZ about com (3,)."""
-    standard_energy_regressor: _Arrays
-    """Of (q, qd, g): DE and DU of every standard parameter."""
-    standard_torque_regressor: _Array
-    """Of (q, qd, qdd, g): Columns of torque in every standard parameter, friction included."""
 
 
 def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:

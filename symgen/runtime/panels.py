@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.package import library
 from symgen.errors import ParameterError

@@ -40,10 +40,10 @@ from rich.console import Console
 from rich.table import Table
 
 import symgen
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.kernels import ALL
 from symgen.codegen.model import Model
 from symgen.codegen.package import library
-from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
 
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")

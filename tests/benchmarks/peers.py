@@ -22,8 +22,8 @@ import symgen
 from symgen import names
 from symgen.cache import cache_folder
 from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel, regrouped
-from symgen.codegen.model import Model
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.model import Model, regrouping
 from symgen.robot.types import LENGTHS
 from symgen.runtime.build import Compiler
 
@@ -152,7 +152,7 @@ def base_of(model: Model, arm: Any) -> np.ndarray:
         m, mx, my, mz, xx, xy, yy, xz, yz, zz = arm.inertias[j].toDynamicParameters()
         values = (xx, xy, xz, yy, yz, zz, mx, my, mz, m)
         standard |= {f"{w}{j}": float(v) for w, v in zip(names.LINK, values, strict=True)}
-    return np.array(regrouped(model.base, list(standard.values()), model.robot.values()))
+    return regrouping(model) @ list(standard.values())
 
 
 CASADI_LOOP = """

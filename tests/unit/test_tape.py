@@ -20,7 +20,7 @@ from support import robot_of
 import symgen
 from symgen.codegen.c_printer import Printer
 from symgen.codegen.casadi_model import arithmetic
-from symgen.codegen.kernels import Kernel, Output
+from symgen.codegen.kernel import Kernel, Output
 from symgen.errors import SymgenError
 from symgen.symbolic.energy import energy_tape
 from symgen.symbolic.friction import power_tape, torque_tape

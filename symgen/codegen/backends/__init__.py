@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
 from symgen.codegen.values import Values
 
