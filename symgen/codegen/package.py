@@ -222,7 +222,7 @@ class _Writer:
         if self.target != "casadi":
             files |= {path: content.encode() for path, content in self.c_files(verified).items()}
         if self.target in ("casadi", "all"):
-            source = casadi_source(self.name, self.model, self.kernels)
+            source = casadi_source(self.name, robot, self.kernels)
             files[f"{self.name}_casadi.py"] = source.encode()
             if self.controlled:
                 program = example.optimal_control(self.name, self.model)

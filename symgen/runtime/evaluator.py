@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.casadi_source import casadi_functions
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
@@ -182,7 +182,8 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
             if backend == "c":
                 raise
             _say_once(f"{error}; CasADi evaluates the model instead, which is slower")
-    return Evaluator(model, [_CasadiKernel(k, model) for k in model.kernels], None)
+    built = casadi_functions(model.robot.name, model.robot, model.kernels)
+    return Evaluator(model, [_CasadiKernel(k, built[k.name]()) for k in model.kernels], None)
 
 
 @cache
@@ -278,9 +279,9 @@ class _CKernel(KernelFunction):
 
 
 class _CasadiKernel(KernelFunction):
-    def __init__(self, kernel: Kernel, model: Model) -> None:
+    def __init__(self, kernel: Kernel, function: Any) -> None:
         self.kernel = kernel
-        self._function = casadi_function(model, kernel, flat=True)
+        self._function = function
         self._maps: dict[int, Any] = {}
 
     def _bound(
@@ -299,10 +300,17 @@ class _CasadiKernel(KernelFunction):
                     for a, array in zip(self.kernel.inputs, inputs, strict=True)
                 ]
                 for out, block in zip(outputs, self._maps[size].call(part), strict=True):
-                    out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
+                    out[at : at + size] = _samples(np.array(block), out[at : at + size].shape)
             if not self.kernel.guards or all(np.isfinite(o).all() for o in outputs):
                 return 0
             known = all(np.isfinite(a).all() for a in inputs)
             return NOT_POSITIVE_DEFINITE if known else NOT_FINITE
 
         return call
+
+
+def _samples(block: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """Return the matrices of samples, which stand side by side in a block, as (N, ...)."""
+    rows, columns = block.shape
+    matrices = block.reshape(rows, shape[0], columns // shape[0])
+    return matrices.swapaxes(0, 1).reshape(shape)
