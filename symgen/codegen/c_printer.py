@@ -176,7 +176,7 @@ class Printer:
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
-                if result != 0 and self.expression(result) != place:  # not unchanged entries
+                if result != 0 and self.word.get(result) != place:  # not unchanged entries
                     (symbol,) = result.free_symbols & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.casadi_source import casadi_functions
+from symgen.codegen.backends import c
+from symgen.codegen.backends.casadi import casadi_functions
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
@@ -192,7 +192,7 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    sources = Derivations.of(model.robot).sources(model.kernels, lambda: library(model))
+    sources = Derivations.of(model.robot).sources(model.kernels, lambda: c.functions(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
     for header, declared in _IDENTIFIERS.items():

@@ -15,9 +15,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from symgen.codegen.backends import c
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
-from symgen.codegen.package import library
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
 from symgen.runtime.calls import Bound, FloatArray, buffers, checked, result
@@ -49,7 +49,7 @@ class Panels:
             f"int {name}_rows(int stream, size_t N, const size_t *strides, {listed});\n"
             f"int {name}_panels(int stream, size_t N, const size_t *strides, {listed});\n"
         )
-        sources = library(model, (kernel.name,), panels=True)
+        sources = c.functions(model, (kernel.name,), panels=True)
         module = build_module(sources, declarations, compiler, panel_flags(compiler))
         self.kernel = kernel
         self.width = int(getattr(module.lib, f"{name}_width")())

@@ -21,7 +21,7 @@ import numpy as np
 import symgen
 from symgen import names
 from symgen.cache import cache_folder
-from symgen.codegen.casadi_source import casadi_functions
+from symgen.codegen.backends.casadi import casadi_functions
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, regrouping
 from symgen.robot.types import LENGTHS

@@ -17,8 +17,8 @@ from oracles.random_arms import random_arms
 from support import robot_of
 
 import symgen
+from symgen.codegen.backends.casadi import casadi_functions
 from symgen.codegen.c_printer import Printer
-from symgen.codegen.casadi_source import casadi_functions
 from symgen.codegen.kernel import Kernel, Output
 from symgen.errors import SymgenError
 from symgen.symbolic.energy import energy_tape

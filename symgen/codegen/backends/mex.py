@@ -8,7 +8,7 @@ from symgen.codegen.backends import Package
 from symgen.codegen.kernel import Kernel
 from symgen.files import rendered
 
-NEEDS: frozenset[str] = frozenset()
+BUILDS_ON: tuple[str, ...] = ("c",)
 
 
 def files(package: Package) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Print kernels as NAME_casadi.py: straight-line CasADi code, the same bytes every time."""
+"""CasADi: NAME_casadi.py, straight-line code of every kernel, the same bytes every time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any
 
 import sympy as sp
 
+from symgen.codegen import example
+from symgen.codegen.backends import Package
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.files import rendered
@@ -18,6 +20,15 @@ from symgen.robot.types import Robot
 _WIDTH = 96
 #: What the text calls itself: no step may hide it.
 _TAKEN = frozenset({"ca", *keyword.kwlist})
+
+
+BUILDS_ON: tuple[str, ...] = ()
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return NAME_casadi.py, and the optimal control if its kernels are written."""
+    source = casadi_source(package.name, package.model.robot, package.kernels)
+    return {f"{package.name}_casadi.py": source, **example.optimal_control(package)}
 
 
 def casadi_source(name: str, robot: Robot, kernels: Sequence[Kernel]) -> str:
