@@ -114,15 +114,11 @@ class Evaluator(Viewable, KernelMethods):
     Attributes:
         model: the derived model.
         backend: "c" or "casadi".
-        library: the cffi module, None for CasADi.
     """
 
-    def __init__(
-        self, model: Model, functions: Sequence[KernelFunction], library: ModuleType | None
-    ) -> None:
+    def __init__(self, model: Model, functions: Sequence[KernelFunction], backend: str) -> None:
         self.model = model
-        self.library = library
-        self.backend = "casadi" if library is None else "c"
+        self.backend = backend
         self._functions = {f.kernel.name: f for f in functions}
 
     def __repr__(self) -> str:
@@ -183,7 +179,7 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
                 raise
             _say_once(f"{error}; CasADi evaluates the model instead, which is slower")
     built = casadi_functions(model.robot.name, model.robot, model.kernels)
-    return Evaluator(model, [_CasadiKernel(k, built[k.name]()) for k in model.kernels], None)
+    return Evaluator(model, [_CasadiKernel(k, built[k.name]()) for k in model.kernels], "casadi")
 
 
 @cache
@@ -195,44 +191,9 @@ def _compiled(model: Model, compiler: Compiler) -> Evaluator:
     sources = Derivations.of(model.robot).sources(model.kernels, lambda: c.functions(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
-    for header, declared in _IDENTIFIERS.items():
-        # Where gravity is an input the identifier takes g: it is for C alone.
-        if f"{name}_{header}" in sources and not model.robot.gravity_input:
-            declarations += declared.replace("NAME", name)
     module = build_module(sources, declarations, compiler, kernel_flags(compiler))
     functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
-    return Evaluator(model, functions, module)
-
-
-#: What Python sees of the identifiers, by header.
-_IDENTIFIERS = {
-    "identifier.h": """
-size_t NAME_identifier_size(size_t window);
-int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
-int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
-                         double dt);
-int NAME_identifier_status(const void *state);
-void NAME_identifier_restart(void *state);
-int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
-                        const double *tau);
-int NAME_identifier_read(const void *state, double *X, double *std);
-int NAME_identifier_rest(void *state, const double *noise);
-int NAME_identifier_excited(const void *state, double *out);
-typedef struct NAME_least_squares {
-    double R[...]; double z[...]; double forgetting; double rss; double count; ...;
-} NAME_least_squares;
-const NAME_least_squares *NAME_identifier_state(const void *state);
-int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
-int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
-void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
-int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
-""",
-    "identifier_momentum.h": """
-size_t NAME_identifier_momentum_size(size_t window);
-int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
-                                  double forgetting);
-""",
-}
+    return Evaluator(model, functions, "c")
 
 
 class _CKernel(KernelFunction):

@@ -53,35 +53,45 @@ def files(package: Package) -> dict[str, str]:
 
 
 def functions(
-    model: Model, kernels: Sequence[str] | None = None, *, panels: bool = False
+    model: Model,
+    kernels: Sequence[str] | None = None,
+    *,
+    panels: bool = False,
+    runtime: bool = False,
 ) -> dict[str, bytes]:
-    """Return the C sources and headers of a model in double, for an evaluator.
+    """Return the C sources and headers of a model in double, for Python.
 
-    Without panels, batches are loops of single calls, which compile faster.
+    Args:
+        model: the derived model.
+        kernels: their names; all by default.
+        panels: whether batches work on panels; otherwise they are loops of single calls, which
+            compile faster.
+        runtime: whether to add the identifiers.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
     package = Package(model.robot.name, model, "double", chosen)
-    written = library(package, panels=panels)
+    written = library(package, panels=panels, runtime=runtime)
     return {path: content.encode() for path, content in written.items()}
 
 
-def library(package: Package, *, panels: bool = True) -> dict[str, str]:
-    """Return the sources and headers of the functions."""
+def library(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
+    """Return the sources and headers of the functions, and of the runtime if wanted."""
     name, robot = package.name, package.model.robot
     kernels = [_described(package, k, panels and panelled(k)) for k in package.kernels]
     out = {f"{name}.h": _header(package, kernels)}
     for k in kernels:
         out[f"{name}_{k['name']}.c"] = package.render("c/kernel.c", k=k)
-    runtime = [f"{stem}{suffix}" for stem in package.runtime for suffix in (".h", ".c")]
+    parts = package.runtime if runtime else ()
+    plain = [f"{stem}{suffix}" for stem in parts for suffix in (".h", ".c")]
     if any(k["needs_sincos"] for k in kernels):
-        runtime.append(_SINCOS)
+        plain.append(_SINCOS)
     on_panels = [k for k in kernels if k["panel"]]
     if on_panels:
-        runtime.append(_LANES)
+        plain.append(_LANES)
         out[f"{name}_panels.h"] = package.render("c/panels.h", kernels=on_panels)
     for k in on_panels:
         out[f"{name}_{k['name']}_panels.c"] = package.render("c/panels.c", k=k)
-    for path in runtime:
+    for path in plain:
         source = runtime_source(path, robot.gravity_input, package.dtype)
         out[f"{name}_{path}"] = source.replace("NAME", name)
     return out
