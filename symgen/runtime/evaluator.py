@@ -242,26 +242,27 @@ class _CKernel(KernelFunction):
 class _CasadiKernel(KernelFunction):
     def __init__(self, kernel: Kernel, function: Any) -> None:
         self.kernel = kernel
-        self._function = function
-        self._maps: dict[int, Any] = {}
+        self._map = cache(function.map)  # at most _BLOCK of them, small ones
 
     def _bound(
         self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
     ) -> Callable[[], int | None]:
+        N = 1 if count is None else count
+        rows = []
+        for a, array in zip(self.kernel.inputs, inputs, strict=True):
+            rows.append(array.reshape(1 if a.shared else N, array.shape[-1]))
+        shapes = [(N, *o.shape) for o in self.kernel.outputs]
+        filled = [out.reshape(shape) for out, shape in zip(outputs, shapes, strict=True)]
+
         def call() -> int:
-            if count is None:
-                for out, value in zip(outputs, self._function.call(list(inputs)), strict=True):
-                    out[...] = np.array(value).reshape(out.shape)
-            for at in range(0, count or 0, _BLOCK):
-                size = min(_BLOCK, count - at if count else 0)
-                if size not in self._maps:  # at most _BLOCK of them, small ones
-                    self._maps[size] = self._function.map(size)
-                part = [
-                    np.repeat(array[:, None], size, axis=1) if a.shared else array[at : at + size].T
-                    for a, array in zip(self.kernel.inputs, inputs, strict=True)
-                ]
-                for out, block in zip(outputs, self._maps[size].call(part), strict=True):
-                    out[at : at + size] = _samples(np.array(block), out[at : at + size].shape)
+            for at in range(0, N, _BLOCK):
+                size = min(_BLOCK, N - at)
+                part = []
+                for a, row in zip(self.kernel.inputs, rows, strict=True):
+                    block = np.repeat(row, size, axis=0) if a.shared else row[at : at + size]
+                    part.append(block.T)
+                for out, matrices in zip(filled, self._map(size).call(part), strict=True):
+                    out[at : at + size] = _samples(np.array(matrices), (size, *out.shape[1:]))
             if not self.kernel.guards or all(np.isfinite(o).all() for o in outputs):
                 return 0
             known = all(np.isfinite(a).all() for a in inputs)

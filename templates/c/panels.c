@@ -7,7 +7,7 @@
 {% endmacro %}
 {% macro lanes() %}
 {{ strides() }}{% for a in inputs %}
-    {{ k.dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
+    {{ dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
     lanes lanes_{{ a.name }}[BLOCKS({{ a.size }}u)];
 {% endfor %}
     if (N == 0u) {
@@ -53,7 +53,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
 {{ lanes() }}{% for o in outputs %}
     lanes lanes_{{ o.name }}[BLOCKS({{ o.size }}u)];
 {% endfor %}
-    {{ k.dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
+    {{ dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
 {% for o in outputs %}
     memset(lanes_{{ o.name }}, 0, sizeof lanes_{{ o.name }});
 {% endfor %}
