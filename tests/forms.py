@@ -55,7 +55,7 @@ def page() -> str:
     groups = list(dict.fromkeys(d.group for d in DEFINITIONS))
     for d in sorted(DEFINITIONS, key=lambda d: groups.index(d.group)):
         inputs = ", ".join(a.name for a in d.inputs if a is not G)
-        outputs = ", ".join(f"{a.name} {a.text}" for a in d.outputs)
+        outputs = ", ".join(a.text for a in d.outputs)
         meaning = d.doc.format(linear="p", standard="standard_names in manifest.json")
         rows.append(f"| {d.group} | `{d.name}({inputs})` | {outputs} | {meaning} |")
     return before + BEGIN + "\n".join(rows) + "\n" + END + after

@@ -13,9 +13,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from symgen.codegen.definition import Subject
 from symgen.codegen.derivations import Derivations
 from symgen.codegen.kernel import Kernel
-from symgen.codegen.kernels import ALL, ENERGY, KERNELS, Subject
+from symgen.codegen.kernels import ALL, ENERGY, KERNELS
 from symgen.errors import ParameterError
 from symgen.robot.effect import require_constants
 from symgen.robot.toml_io import read_robot
