@@ -9,7 +9,8 @@ import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
-from symgen.codegen.kernels import DEFINITIONS, G
+from symgen.codegen.definition import GRAVITY
+from symgen.codegen.kernels import DEFINITIONS
 
 PROJECT = Path(__file__).parents[1]
 STUB = PROJECT / "symgen/runtime/kernel_methods.pyi"
@@ -35,8 +36,8 @@ def stub() -> str:
 def methods() -> Iterator[str]:
     """Yield the declaration of each method."""
     for d in DEFINITIONS:
-        arguments = ["self", *(f"{a.name}: ArrayLike" for a in d.inputs if a is not G)]
-        arguments += ["g: ArrayLike = ..."] if G in d.inputs else []
+        arguments = ["self", *(f"{a.name}: ArrayLike" for a in d.inputs if a.name != GRAVITY)]
+        arguments += ["g: ArrayLike = ..."] if any(a.name == GRAVITY for a in d.inputs) else []
         result = "FloatArray" if len(d.outputs) == 1 else "tuple[FloatArray, ...]"
         line = f"    def {d.name}({', '.join(arguments)}) -> {result}:"
         if len(line) > 100:
@@ -54,7 +55,7 @@ def page() -> str:
     rows = ["| group | function | outputs | meaning |", "|---|---|---|---|"]
     groups = list(dict.fromkeys(d.group for d in DEFINITIONS))
     for d in sorted(DEFINITIONS, key=lambda d: groups.index(d.group)):
-        inputs = ", ".join(a.name for a in d.inputs if a is not G)
+        inputs = ", ".join(a.name for a in d.inputs if a.name != GRAVITY)
         outputs = ", ".join(a.text for a in d.outputs)
         meaning = d.doc.format(linear="p", standard="standard_names in manifest.json")
         rows.append(f"| {d.group} | `{d.name}({inputs})` | {outputs} | {meaning} |")

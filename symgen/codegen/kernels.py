@@ -48,6 +48,11 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
     return [(name, place - first) for name, place in _linear(s) if place >= first]
 
 
+def _rubs(s: Subject) -> bool:
+    """Whether a robot has friction or effects with columns."""
+    return bool(_rubbing(s))
+
+
 def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
     """Return the standard parameters with a column, or the inertial ones."""
     kept = [p.name for p in s.base.standard if (p.inertial if inertial else not p.load)]
@@ -62,26 +67,26 @@ _S = Size("s", lambda s: len(s.base.standard))
 _LINEAR = Columns("p", _linear)
 _INERTIAL = Columns("p_inertial", _inertial)
 _RUBBING = Columns("p - p_inertial", _rubbing)
-_STANDARD = Columns("s", partial(_standard, inertial=False))
+_ALL_STANDARD = Columns("s", partial(_standard, inertial=False))
 _STANDARD_INERTIAL = Columns("s_inertial", partial(_standard, inertial=True))
 
-Q = Array("q", (_N,))
-QD = Array("qd", (_N,))
-QDD = Array("qdd", (_N,))
-TAU = Array("tau", (_N,))
-QDR = Array("qdr", (_N,))
-QDDR = Array("qddr", (_N,))
-B = Array("b", (_N,))
-X = Array("X", (_P,))
-X_INERTIAL = Array("X", (_P_INERTIAL,))
-STANDARD = Array("standard", (_S,))
-LINK = Array("link", ())
-POINT = Array("point", (3,))
-MASS = Array("mass", ())
-COM = Array("com", (3,))
-INERTIA = Array("inertia", (6,))
+_Q = Array("q", (_N,))
+_QD = Array("qd", (_N,))
+_QDD = Array("qdd", (_N,))
+_TAU = Array("tau", (_N,))
+_QDR = Array("qdr", (_N,))
+_QDDR = Array("qddr", (_N,))
+_B = Array("b", (_N,))
+_X = Array("X", (_P,))
+_X_INERTIAL = Array("X", (_P_INERTIAL,))
+_STANDARD = Array("standard", (_S,))
+_LINK = Array("link", ())
+_POINT = Array("point", (3,))
+_MASS = Array("mass", ())
+_COM = Array("com", (3,))
+_INERTIA = Array("inertia", (6,))
 #: Gravity, of kernels that depend on it.
-G = Array(GRAVITY, (3,))
+_G = Array(GRAVITY, (3,))
 
 
 DEFINITIONS = (
@@ -89,7 +94,7 @@ DEFINITIONS = (
         "regressors",
         "energy_regressor",
         "columns DE + DU of kinetic plus potential energy: E + U = out . X",
-        (Q, QD, G),
+        (_Q, _QD, _G),
         (Array("out", (_INERTIAL,)),),
         of_robot(energy.energy_tape),
     ),
@@ -97,25 +102,25 @@ DEFINITIONS = (
         "regressors",
         "friction_power",
         "columns of the power that friction takes: P = out . X[p_inertial..{linear})",
-        (Q, QD),
+        (_Q, _QD),
         (Array("out", (_RUBBING,)),),
         of_robot(friction.power_tape),
-        exists=lambda s: bool(_rubbing(s)),
+        exists=_rubs,
     ),
     Definition(
         "regressors",
         "friction_torque",
         "columns of friction torque: out X[p_inertial..{linear})",
-        (Q, QD),
+        (_Q, _QD),
         (Array("out", (_N, _RUBBING)),),
         of_robot(friction.torque_tape),
-        exists=lambda s: bool(_rubbing(s)),
+        exists=_rubs,
     ),
     Definition(
         "regressors",
         "power_regressor",
         "columns of power: qd' tau = out . X, the rate of energy plus friction",
-        (Q, QD, QDD, G),
+        (_Q, _QD, _QDD, _G),
         (Array("out", (_LINEAR,)),),
         of_robot(regressor.power_tape),
     ),
@@ -123,7 +128,7 @@ DEFINITIONS = (
         "regressors",
         "momentum_regressor",
         "columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq",
-        (Q, QD, G),
+        (_Q, _QD, _G),
         (Array("p_out", (_N, _INERTIAL)), Array("dl_out", (_N, _INERTIAL))),
         of_robot(regressor.momentum_tape),
     ),
@@ -131,7 +136,7 @@ DEFINITIONS = (
         "regressors",
         "torque_regressor",
         "columns of torque: tau = out X, friction included",
-        (Q, QD, QDD, G),
+        (_Q, _QD, _QDD, _G),
         (Array("out", (_N, _LINEAR)),),
         of_robot(regressor.torque_tape),
     ),
@@ -139,15 +144,15 @@ DEFINITIONS = (
         "dynamics",
         "inverse_dynamics",
         "torque of a motion: tau = M qdd + C qd + g + friction",
-        (Q, QD, QDD, X, G),
-        (TAU,),
+        (_Q, _QD, _QDD, _X, _G),
+        (_TAU,),
         of_plant(dynamics.inverse_dynamics),
     ),
     Definition(
         "dynamics",
         "mass_matrix",
         "mass matrix M(q)",
-        (Q, X_INERTIAL),
+        (_Q, _X_INERTIAL),
         (Array("M", (_N, _N)),),
         of_plant(dynamics.mass_matrix, inertial=True),
     ),
@@ -155,15 +160,15 @@ DEFINITIONS = (
         "dynamics",
         "gravity_torque",
         "torque that holds the arm at rest, without friction",
-        (Q, X_INERTIAL, G),
-        (TAU,),
+        (_Q, _X_INERTIAL, _G),
+        (_TAU,),
         of_plant(dynamics.gravity_torque, inertial=True),
     ),
     Definition(
         "dynamics",
         "coriolis",
         "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric",
-        (Q, QD, X_INERTIAL),
+        (_Q, _QD, _X_INERTIAL),
         (Array("C", (_N, _N)),),
         of_plant(dynamics.coriolis, inertial=True),
     ),
@@ -171,7 +176,7 @@ DEFINITIONS = (
         "dynamics",
         "bias_torque",
         "h = C qd + g + friction",
-        (Q, QD, X, G),
+        (_Q, _QD, _X, _G),
         (Array("h", (_N,)),),
         of_plant(partial(dynamics.inverse_dynamics, accelerating=False)),
     ),
@@ -179,15 +184,15 @@ DEFINITIONS = (
         "dynamics",
         "forward_dynamics",
         "accelerations under torques tau; not 0 where M is not positive definite",
-        (Q, QD, TAU, X, G),
-        (QDD,),
+        (_Q, _QD, _TAU, _X, _G),
+        (_QDD,),
         of_plant(forward.forward_dynamics),
     ),
     Definition(
         "dynamics",
         "energy",
         "kinetic energy T and potential energy U, U up to a constant",
-        (Q, QD, X_INERTIAL, G),
+        (_Q, _QD, _X_INERTIAL, _G),
         (Array("T_out", (1,)), Array("U_out", (1,))),
         of_plant(dynamics.energies, inertial=True),
     ),
@@ -195,7 +200,7 @@ DEFINITIONS = (
         "kinematics",
         "frames",
         "homogeneous transforms 0T_j of all links, fixed ones included",
-        (Q,),
+        (_Q,),
         (Array("T_out", (_LINKS, 4, 4)),),
         of_robot(placement.frames_tape),
     ),
@@ -203,7 +208,7 @@ DEFINITIONS = (
         "kinematics",
         "jacobian",
         "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning",
-        (Q,),
+        (_Q,),
         (Array("J_out", (6, _N)),),
         of_robot(placement.jacobian_tape),
     ),
@@ -211,7 +216,7 @@ DEFINITIONS = (
         "control",
         "slotine_li_regressor",
         "columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols",
-        (Q, QD, QDR, QDDR, G),
+        (_Q, _QD, _QDR, _QDDR, _G),
         (Array("out", (_N, _LINEAR)),),
         of_robot(regressor.slotine_li_tape),
     ),
@@ -219,15 +224,15 @@ DEFINITIONS = (
         "control",
         "slotine_li_torque",
         "M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols",
-        (Q, QD, QDR, QDDR, X, G),
-        (TAU,),
+        (_Q, _QD, _QDR, _QDDR, _X, _G),
+        (_TAU,),
         of_plant(passive.slotine_li_torque),
     ),
     Definition(
         "control",
         "generalized_momentum",
         "p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate",
-        (Q, QD, X_INERTIAL, G),
+        (_Q, _QD, _X_INERTIAL, _G),
         (Array("p_out", (_N,)), Array("rate_out", (_N,))),
         of_plant(passive.generalized_momentum, inertial=True),
     ),
@@ -235,16 +240,16 @@ DEFINITIONS = (
         "dynamics",
         "friction",
         "torque of the friction that joints and couplings declare; effects are not in it",
-        (QD, X),
-        (TAU,),
+        (_QD, _X),
+        (_TAU,),
         of_plant(dynamics.joint_friction),
     ),
     Definition(
         "dynamics",
         "effects",
         "torque of the declared effects; with friction and the rigid body it is inverse_dynamics",
-        (Q, QD, QDD, X, G),
-        (TAU,),
+        (_Q, _QD, _QDD, _X, _G),
+        (_TAU,),
         of_plant(dynamics.effect_torques),
         exists=lambda s: bool(s.robot.effects),
     ),
@@ -252,7 +257,7 @@ DEFINITIONS = (
         "derivatives",
         "inverse_dynamics_derivatives",
         "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
-        (Q, QD, QDD, X, G),
+        (_Q, _QD, _QDD, _X, _G),
         (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N))),
         of_plant(derivatives.inverse_dynamics_derivatives),
     ),
@@ -260,7 +265,7 @@ DEFINITIONS = (
         "derivatives",
         "forward_dynamics_derivatives",
         "dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0",
-        (Q, QD, TAU, X, G),
+        (_Q, _QD, _TAU, _X, _G),
         (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N)), Array("dtau_out", (_N, _N))),
         of_plant(derivatives.forward_dynamics_derivatives),
     ),
@@ -268,7 +273,7 @@ DEFINITIONS = (
         "mass matrix",
         "solve_mass_matrix",
         "x of M(q) x = b",
-        (Q, B, X_INERTIAL),
+        (_Q, _B, _X_INERTIAL),
         (Array("x", (_N,)),),
         of_plant(forward.solve_mass_matrix, inertial=True),
     ),
@@ -277,7 +282,7 @@ DEFINITIONS = (
         "mass_matrix_factor",
         "M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with "
         "L from its last row",
-        (Q, X_INERTIAL),
+        (_Q, _X_INERTIAL),
         (Array("L_out", (_N, _N)), Array("D_out", (_N,))),
         of_plant(forward.mass_matrix_factor, inertial=True),
     ),
@@ -285,7 +290,7 @@ DEFINITIONS = (
         "kinematics",
         "link_jacobian",
         "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
-        (Q, LINK, POINT),
+        (_Q, _LINK, _POINT),
         (Array("J", (6, _N)),),
         of_robot(placement.link_jacobian_tape),
     ),
@@ -293,7 +298,7 @@ DEFINITIONS = (
         "kinematics",
         "link_drift",
         "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
-        (Q, QD, LINK, POINT),
+        (_Q, _QD, _LINK, _POINT),
         (Array("a", (6,)),),
         of_robot(placement.link_drift_tape),
     ),
@@ -301,8 +306,8 @@ DEFINITIONS = (
         "at run time",
         "base_parameters",
         "X from the standard parameters, in this order: {standard}",
-        (STANDARD,),
-        (X,),
+        (_STANDARD,),
+        (_X,),
         of_base(regrouping.base_parameters_tape),
         batch=False,
     ),
@@ -311,8 +316,8 @@ DEFINITIONS = (
         "add_body",
         "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
         "inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off",
-        (X, LINK, MASS, COM, INERTIA),
-        (X,),
+        (_X, _LINK, _MASS, _COM, _INERTIA),
+        (_X,),
         of_base(regrouping.add_body_tape),
         batch=False,
     ),
@@ -320,7 +325,7 @@ DEFINITIONS = (
         "with `--standard`",
         "standard_energy_regressor",
         "columns DE and DU of kinetic and of potential energy in every standard parameter",
-        (Q, QD, G),
+        (_Q, _QD, _G),
         (
             Array("kinetic_out", (_STANDARD_INERTIAL,)),
             Array("potential_out", (_STANDARD_INERTIAL,)),
@@ -332,8 +337,8 @@ DEFINITIONS = (
         "with `--standard`",
         "standard_torque_regressor",
         "columns of torque in every standard parameter, friction included",
-        (Q, QD, QDD, G),
-        (Array("out", (_N, _STANDARD)),),
+        (_Q, _QD, _QDD, _G),
+        (Array("out", (_N, _ALL_STANDARD)),),
         of_robot(regressor.torque_tape),
         standard=True,
     ),

@@ -160,8 +160,7 @@ def _manifest(
         "digits": DIGITS,
         "seed": SEED,
         "tolerance": TOLERANCE[package.dtype],
-        "points": {name: entry["points"] for name, entry in package.verified.items()},
-        "expected": {name: entry["expected"] for name, entry in package.verified.items()},
+        **package.verified,
     }
     return {
         "schema": SCHEMA,

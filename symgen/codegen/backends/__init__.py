@@ -44,7 +44,7 @@ class Package:
 
     @cached_property
     def verified(self) -> Mapping[str, Any]:
-        """Check values of every kernel, as `verification` returns them."""
+        """Check values, as `verification` returns them."""
         return verification(self.model, self.kernels)
 
     @cached_property

@@ -27,6 +27,12 @@ _SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
 #: Limits of [limits] that C has as constants.
 _LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
 
+#: Of a floating type: its bytes and bits, and the endings of vector instructions and of libm.
+_REALS: dict[str, dict[str, Any]] = {
+    "double": {"bytes": 8, "bits": 64, "ps": "pd", "f": "", "sqrt": "sqrt"},
+    "float": {"bytes": 4, "bits": 32, "ps": "ps", "f": "f", "sqrt": "sqrtf"},
+}
+
 _wrapped = partial(textwrap.wrap, break_long_words=False, break_on_hyphens=False)
 
 
@@ -40,7 +46,7 @@ def files(package: Package) -> dict[str, str]:
     headers = [path for path in out if path.endswith(".h") and path not in private]
     controller = example.controller(package)
     verified = package.verified
-    checked = [checked_kernel(name, k, verified[k.name], package.dtype) for k in package.kernels]
+    checked = [checked_kernel(name, k, verified, package.dtype) for k in package.kernels]
     tolerance = repr(TOLERANCE[package.dtype])
     out[f"{name}_check.c"] = package.render(
         "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
@@ -105,14 +111,14 @@ def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str
         gravity_input: whether its functions take g as the last input.
         dtype: double or float.
     """
-    declared, given = (", const NAME_real *g", ", g") if gravity_input else ("", "")
-    names = ("bytes", "bits", "ps", "f", "sqrt")
-    values = (4, 32, "ps", "f", "sqrtf") if dtype == "float" else (8, 64, "pd", "", "sqrt")
-    kind = dict(zip(names, values, strict=True))
     return rendered(
         f"c/runtime/{path}",
-        gravity_input=gravity_input, dtype=dtype, G=declared, g=given, **kind,
-    )  # fmt: skip
+        gravity_input=gravity_input,
+        dtype=dtype,
+        G=", const NAME_real *g" if gravity_input else "",
+        g=", g" if gravity_input else "",
+        **_REALS[dtype],
+    )
 
 
 def _header(package: Package, kernels: Sequence[Any]) -> str:
