@@ -82,7 +82,8 @@ def checked_kernel(
                     "real": "size_t" if a.link else f"{prefix}_real",
                     "points": len(points),
                     "size": len(points[0]),
-                    "rows": [", ".join(f"{v!r}{suffix}" for v in values) for values in points],
+                    "rows": points,
+                    "suffix": suffix,
                 }
             )
     sizes = [o.size for o in kernel.outputs]

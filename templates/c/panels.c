@@ -37,7 +37,17 @@ ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 {% for line in k.panel.body %}
     {{ line }}
 {% endfor %}
-    return {{ k.panel.status }};
+{% if k.guards %}
+{% set zero = "0.0" if dtype == "double" else "0.0f" %}
+    const mask singular = {% for g in k.panel.guards %}(mask)({{ g }} <= {{ zero }}){{ ";" if loop.last else " | " }}{% endfor %}
+
+    const mask odd = {% for g in k.panel.guards %}(~(mask)({{ g }} > {{ zero }}) & ~(mask)({{ g }} <= {{ zero }})) | {% endfor %}
+{% for r in k.panel.results %}(~(mask)({{ r }} - {{ r }} == {{ zero }})){{ ";" if loop.last else " | " }}{% endfor %}
+
+    const int status = (lanes_any(singular) ? (int){{ name }}_NOT_POSITIVE_DEFINITE : 0)
+        | (lanes_any(odd & ~singular) ? (int){{ name }}_NOT_FINITE : 0);
+{% endif %}
+    return {{ "status" if k.guards else "0" }};
 }
 
 /* Compiled once for rows and panels. */
