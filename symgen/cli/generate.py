@@ -55,8 +55,8 @@ def generate(
     built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.
     """
     import symgen
+    from symgen.codegen.kernels import ALL, KERNELS
     from symgen.codegen.package import default_prefix
-    from symgen.codegen.recipes import ALL, STANDARD
     from symgen.files import RECORD, check_replaceable
     from symgen.identification.parameters import read_values
 
@@ -65,7 +65,8 @@ def generate(
     if check is None:
         check_replaceable(folder, "manifest.json")
     asked = () if kernels == "all" else listed(kernels)
-    chosen = tuple(dict.fromkeys([*(asked or ALL), *(STANDARD if standard else ())]))
+    about = [name for name, d in KERNELS.items() if standard and d.standard]
+    chosen = tuple(dict.fromkeys([*(asked or ALL), *about]))
     named = chosen if asked else None  # "all" means the kernels that the robot has
     say(f"deriving {source.name}")
     with meter("deriving") as advance:

@@ -16,8 +16,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import model_digest
-from symgen.codegen.values import Values
+from symgen.codegen.values import Values, model_digest
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
