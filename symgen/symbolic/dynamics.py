@@ -133,13 +133,15 @@ def loads(p: Plant, rigid: ByJoint) -> ByJoint:
 def with_load(p: Plant, load: ByJoint) -> ByJoint:
     """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
     none = dict.fromkeys(load, sp.S.Zero)
-    columns = load_columns(p, load)
+    columns = weighted_effects(p, load)
     return combined([(sp.S.One, none), *columns, (sp.S.One, friction_torques(p))])
 
 
-def load_columns(p: Plant, load: ByJoint) -> list[tuple[sp.Expr, ByJoint]]:
-    """Return the coefficients of effects of the load, and their columns by joint."""
-    columns = effect_columns(p.robot, p.tape, load)
+def weighted_effects(
+    p: Plant, load: ByJoint | None, by: sp.Symbol | None = None
+) -> list[tuple[sp.Expr, ByJoint]]:
+    """Return coefficients of effects with their columns by joint; see `effect_columns`."""
+    columns = effect_columns(p.robot, p.tape, load, by)
     return [(p.value(name), column) for name, column in columns.items()]
 
 
@@ -170,10 +172,10 @@ def joint_friction(p: Plant) -> ByJoint:
 def effect_torques(p: Plant) -> ByJoint:
     """Return the torque of the declared effects, by joint; those of the load at this motion."""
     none = dict.fromkeys(p.numbers, sp.S.Zero)
-    columns = [(p.value(n), column) for n, column in effect_columns(p.robot, p.tape).items()]
+    columns = weighted_effects(p, None)
     if p.robot.loaded:
         load = loads(p, rigid_torques(p, by_joint(p.robot, variables(p.robot).qdd)))
-        columns += load_columns(p, load)
+        columns += weighted_effects(p, load)
     torque = combined([(sp.S.One, none), *columns])
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
 

@@ -13,9 +13,9 @@ from symgen.symbolic.dynamics import (
     Plant,
     friction_torques,
     inverse_dynamics,
-    load_columns,
     mass_matrix,
     rigid_torques,
+    weighted_effects,
 )
 from symgen.symbolic.kinematics import by_joint, variables
 
@@ -38,7 +38,7 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
     slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
     for sign in (sp.S.One, sp.S.NegativeOne):
-        columns = load_columns(p, dict.fromkeys(order, sign))
+        columns = weighted_effects(p, dict.fromkeys(order, sign))
         slope = combined((sign * coefficient, column) for coefficient, column in columns)
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []

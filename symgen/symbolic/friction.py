@@ -13,7 +13,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot.types import Coupling, Robot
-from symgen.symbolic.constraints import ByJoint
+from symgen.symbolic.constraints import ByJoint, Rows
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.kinematics import arrays, builder, by_joint, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
@@ -52,7 +52,7 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
     outputs = []
     for p, drive in _drives(robot, tape):
         v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
-        power = sp.Abs(v) if sharp else v * _force(p, drive, tape)
+        power = sp.Abs(v) if sharp else v * _force(p, drive, tape)[0]
         outputs.append(tape.name(f"D{p.name}", power))
     speed = by_joint(robot, variables(robot).qd)
     for name, column in effect_columns(robot, tape).items():
@@ -73,12 +73,28 @@ def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJ
     """Return, for every friction parameter, its torque on each joint that it acts on."""
     out = []
     for p, drive in _drives(robot, tape):
-        force = _force(p, drive, tape)
+        force, _ = _force(p, drive, tape)
         named = {j: tape.name(f"D{p.name}_{j}", c * force) for j, c in drive.share.items()}
         out.append((p, named))
     effects = effect_columns(robot, tape)
     known = {p.name: p for p in standard_parameters(robot)}
     return out + [(known[name], column) for name, column in effects.items()]
+
+
+def torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows]]:
+    """Return, for friction parameters, d(torque on j)/dqd_k by j and k, if it is not zero."""
+    out = []
+    for p, drive in _drives(robot, tape):
+        _, slope = _force(p, drive, tape)
+        if slope == 0:
+            continue
+        slope = tape.name(f"z{p.name}", slope)
+        rows: Rows = {j: {} for j in drive.share}
+        for j, a in drive.share.items():
+            for k, b in drive.share.items():
+                rows[j][k] = tape.name(f"z{p.name}_{j}_{k}", a * b * slope)
+        out.append((p, rows))
+    return out
 
 
 def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
@@ -103,14 +119,18 @@ def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
     return out
 
 
-def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
-    """Return 1, v, or sign(v); a declared width gives tanh(v/width) instead of sign(v)."""
+def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:
+    """Return the force 1, v or sign(v), and its slope over v.
+
+    A declared width gives tanh(v/width) instead of sign(v). sign(v) has the slope 0.
+    """
     if p.prefix == "OF":
-        return sp.S.One
+        return sp.S.One, sp.S.Zero
     if p.prefix in ("FV", "FVM"):
-        return drive.speed
+        return drive.speed, sp.S.One
     if not drive.width:
-        return tape.name(f"s{p.name}", sp.sign(drive.speed))
+        return tape.name(f"s{p.name}", sp.sign(drive.speed)), sp.S.Zero
     inverse = tape.constant(f"k{p.name}", 1 / sp.Rational(repr(drive.width)))
     scaled = tape.name(f"x{p.name}", drive.speed * inverse)
-    return tape.name(f"s{p.name}", sp.tanh(scaled))
+    smooth = tape.name(f"s{p.name}", sp.tanh(scaled))
+    return smooth, inverse * (1 - smooth * smooth)
