@@ -36,8 +36,9 @@ from symgen.errors import PackageError
 from symgen.files import json_text, rendered, write_folder
 from symgen.robot.expressions import six_digits, text
 from symgen.robot.identifiers import c_comment, c_identifiers, is_robot_name
+from symgen.robot.tables import Frame
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Frame, Robot, joint_variable
+from symgen.robot.types import Robot, joint_variable
 from symgen.symbolic.base_parameters import bound
 from symgen.symbolic.tape import real_symbol
 

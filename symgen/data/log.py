@@ -43,7 +43,7 @@ from symgen.names import PRISMATIC
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from symgen.robot.types import Drive
+    from symgen.robot.tables import Drive
 
 #: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10

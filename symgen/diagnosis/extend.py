@@ -20,7 +20,8 @@ from symgen.robot.effect import (
     variables,
 )
 from symgen.robot.expressions import exact
-from symgen.robot.types import Coupling, Joint, Robot
+from symgen.robot.tables import Coupling
+from symgen.robot.types import Joint, Robot
 
 #: Effects with a key of their own in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
@@ -60,7 +61,7 @@ def extended(
         return _replaced(robot, replace(robot.joint(numbers[0]), rotor_inertia=True))
     if definition.native == "coupling":
         ratio = _rounded(constants["ratio"])
-        coupling = Coupling(numbers[0], numbers[1], sp.nsimplify(ratio))
+        coupling = Coupling((numbers[0], numbers[1]), sp.nsimplify(ratio))
         return replace(robot, couplings=(*robot.couplings, coupling))
     if definition.native == "payload":
         return replace(robot, payload=numbers[0])

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError
 from symgen.experiment.trajectory import Basis, Trajectory, fine
-from symgen.robot.types import Limits, Robot
+from symgen.robot.tables import Limits
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Step in s at which limits are checked.

@@ -462,7 +462,7 @@ def from_table(
         RobotError: the message names the key.
     """
     known = definitions()
-    if table.torque is None:
+    if not table.torque:
         chosen = known.get(table.name)
         if chosen is None or not chosen.declarable:
             where = "" if chosen is None else f" ({_declared_by(chosen)})"

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen import names
-from symgen.robot.types import Coupling, Robot
+from symgen.robot.tables import Coupling
+from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint, Rows
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.kinematics import arrays, builder, by_joint, variables

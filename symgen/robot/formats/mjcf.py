@@ -38,7 +38,8 @@ from symgen.robot.formats.urdf import (
 )
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
 from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import WITHOUT_MOTOR, Coupling, Robot
+from symgen.robot.tables import Coupling
+from symgen.robot.types import WITHOUT_MOTOR, Robot
 
 _ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
@@ -385,7 +386,7 @@ class _Tree:
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
         return tuple(
-            Coupling(chain.number[one], chain.number[two], _exact(tendon.ratio))
+            Coupling((chain.number[one], chain.number[two]), _exact(tendon.ratio))
             for (one, two), tendon in self.tendons.items()
         )
 

@@ -22,8 +22,8 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
-from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics
+from symgen.robot import expressions
+from symgen.robot.body import Array, Body, Dynamics, JointDynamics
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
@@ -322,7 +322,7 @@ def _require_finite(body: Body) -> None:
         )
 
 
-def moved(body: Body, pose: dh.Array) -> Body:
+def moved(body: Body, pose: Array) -> Body:
     """Return a body in another frame; `pose` is its frame there."""
     R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
     inertia = np.asarray(body.inertia, dtype=float)
