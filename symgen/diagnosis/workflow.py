@@ -59,6 +59,7 @@ from symgen.hypotheses.confirm import (
     restricted,
 )
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.hypotheses.problem import Problem, make_problem, model_of
 from symgen.hypotheses.registry import Found, make_registry
 from symgen.hypotheses.search import search
@@ -343,11 +344,11 @@ def _verdict(c: _Concluded, broken: Sequence[Fault], least: float) -> str:
 
 def _closed(c: _Concluded, side: str) -> float:
     """Return the share of the gap that the adopted effects of one side close."""
-    rows = definitions()
+    known = priors()
     shares = [
         e.gap_reduction
         for e in c.effects
-        if e.adopted and (rows[e.name].side if e.name in rows else "physics") == side
+        if e.adopted and (known[e.name].side if e.name in known else PHYSICS) == side
     ]
     return float(np.sum(shares))
 

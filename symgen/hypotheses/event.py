@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
+from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
@@ -112,7 +113,7 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     fell = np.maximum(was - fit.left, 0.0)[joints]
     part = fell / size[joints] ** 2
     gain = float(np.sum(part) / max(float(np.sum((was / size**2)[joints])), _TINY))
-    odds = evidence + math.log(definitions()[NAME].odds)
+    odds = evidence + math.log(priors()[NAME].odds)
     torque, worth = (float(np.sqrt(x.max())) for x in (fell, part))
     return Contact(span, odds, worth, gain, torque)
 

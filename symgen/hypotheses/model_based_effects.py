@@ -28,6 +28,7 @@ from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.changes import Change, geared_by
 from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
+from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
@@ -258,7 +259,7 @@ def _of_links(
         uses_model=True,
         analytic=True,
         coefficients=coefficients,
-        scales=tuple(definition.expected * size for size in sizes),
+        scales=tuple(priors()[name].expected * size for size in sizes),
     )
 
 

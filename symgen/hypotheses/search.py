@@ -29,6 +29,7 @@ from symgen.hypotheses.effects import (
     odds_together,
 )
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
+from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Changed, Found, Key, Registry, rebuilt
@@ -311,19 +312,20 @@ class _Judge:
 
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
         """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
-        size = candidate.definition.size * stage.problem.base.size
+        size = prior_of(candidate.definition).size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.candidate.name for s in stage.effects}
         # An effect that one joint has is likelier on another.
-        prior = math.log(candidate.definition.odds) * (0.5 if candidate.name in known else 1.0)
+        expected = prior_of(candidate.definition)
+        prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
             scales = np.array(candidate.scales)
             part = np.abs(fit.coefficients[: len(scales)]) / scales
         else:
-            part = fit.torque / (candidate.definition.size * base)
+            part = fit.torque / (expected.size * base)
         prior -= price_of_size(float(np.max(part)))
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)

@@ -16,6 +16,7 @@ import numpy as np
 from symgen.errors import IdentificationError
 from symgen.hypotheses.changes import Change, Torque, late, motion_changes, slow, torque_changes
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
 from symgen.hypotheses.score import TEMPERATURE, Fit
@@ -97,7 +98,7 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Chang
     k = int(np.argmax(odds))
     change = grid[k]
     # One wrong sign is as improbable as another.
-    prior = math.log(change.definition.odds) * max(1, len(change.joints))
+    prior = math.log(prior_of(change.definition).odds) * max(1, len(change.joints))
     whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
     fell = alone.left - fits[k].left
     worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / size))

@@ -13,7 +13,7 @@ import re
 import string
 import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -29,11 +29,8 @@ Named = tuple[tuple[str, sp.Expr], ...]
 #: Variables of the joint on which a library torque may depend, and the time from the start of the
 #: log; the last three are for effects of kind log: torque and friction of the model.
 OWN = ("q", "qd", "qdd", "taur", "tau", "friction", "t")
-#: Number of ranges of an effect -> number of values that a search tries for each constant.
-COUNTS = {1: 20, 2: 12}
-#: Prior odds of an effect that a robot file proposes.
-_ASKED = 0.5
-_BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrically
+#: Largest number of constants of an effect that a diagnosis searches.
+MAX_RANGES = 2
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
@@ -71,14 +68,6 @@ class Definition:
     separate: str = ""
     formula: str = ""
     own: bool = False
-    # prior odds that a joint has it, and its expected share of the joint's torque
-    odds: float = 0.02
-    size: float = 0.3
-    expected: float = 0.0  # expected size of a coefficient; 0 if `size` says it
-    begins: float = 0.0  # prior odds that it begins within a log
-    presumes: str = ""  # friction word that the joint must already have
-    side: str = "physics"  # what is wrong: physics, recorder or file
-    advice: str = ""
 
     @property
     def declarable(self) -> bool:
@@ -191,23 +180,25 @@ def _free(name: str, used: Collection[str]) -> str:
 
 
 @cache
+def effect_tables() -> Mapping[str, Mapping[str, Any]]:
+    """Return the tables of effects.toml by name."""
+    return tomllib.loads((resources.files("symgen.robot") / "effects.toml").read_text("utf-8"))
+
+
+@cache
 def definitions() -> Mapping[str, Definition]:
     """Return the library of effects by name."""
-    text = (resources.files("symgen.robot") / "effects.toml").read_text("utf-8")
+    known = {f.name for f in fields(Definition)}
     out = {}
-    for name, table in tomllib.loads(text).items():
-        scale = table.pop("scale", {})
-        searches = {
-            key: Search(
-                float(low),
-                float(high),
-                int(count),
-                scale.get(key, ""),
-                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear"),
-            )
-            for key, (low, high, count) in table.pop("nonlinear", {}).items()
-        }
-        out[name] = Definition(name=name, nonlinear=searches, **table)
+    for name, table in effect_tables().items():
+        scale = table.get("scale", {})
+        searches = {}
+        for key, (low, high, count) in table.get("nonlinear", {}).items():
+            unit = scale.get(key, "")
+            by_ratio = low > 0 and unit not in ("turn", "gear")
+            searches[key] = Search(float(low), float(high), int(count), unit, by_ratio)
+        kept = {key: value for key, value in table.items() if key in known}
+        out[name] = Definition(**{**kept, "name": name, "nonlinear": searches})
     return out
 
 
@@ -228,42 +219,22 @@ class Sought:
         """Its name and the number of its joint, which are unique."""
         return self.effect.name, self.effect.joints[0]
 
-    def definition(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> Definition:
-        """Return its library definition, or build one for an own effect.
+    @property
+    def torque(self) -> str:
+        """The torque as a text; constants without a range have their values."""
+        searched = {name for name, *_ in self.ranges}
+        fixed = {sp.Symbol(n, real=True): v for n, v in self.effect.constants if n not in searched}
+        ((_, torque),) = self.effect.torque
+        return expressions.text(torque.subs(fixed))
+
+    def ends(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, tuple[float, float]]:
+        """Return the ends of each range.
 
         Args:
             lengths: values of the named lengths that the ranges may contain.
         """
-        if not self.effect.own:
-            return definitions()[self.effect.name]
-        searches = self.searches(lengths)
-        fixed = {sp.Symbol(n, real=True): v for n, v in self.effect.constants if n not in searches}
-        ((_, torque),) = self.effect.torque
-        return Definition(
-            name=self.effect.name,
-            kind=self.effect.kind,
-            pattern="all",
-            says="an effect of the robot file",
-            torque=expressions.text(torque.subs(fixed)),
-            linear=dict(self.effect.linear),
-            nonlinear=searches,
-            own=True,
-            odds=_ASKED,
-            size=1.0,
-        )
-
-    def searches(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, Search]:
-        """Return the search of each constant that has a range.
-
-        Args:
-            lengths: as for `definition`.
-        """
-        out = {}
-        for name, *ends in self.ranges:
-            low, high = (float(end.subs(lengths)) for end in ends)
-            by_ratio = low > 0 and high > _BY_RATIO * low
-            out[name] = Search(low, high, COUNTS[len(self.ranges)], by_ratio=by_ratio)
-        return out
+        pairs = ((name, low.subs(lengths), high.subs(lengths)) for name, low, high in self.ranges)
+        return {name: (float(low), float(high)) for name, low, high in pairs}
 
 
 def require_constants(sought: Sequence[Sought]) -> None:

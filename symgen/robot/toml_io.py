@@ -18,7 +18,7 @@ from symgen.errors import RobotError, SymgenWarning, located, told_by
 from symgen.files import load_toml
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
-from symgen.robot.effect import COUNTS, Effect, Sought, from_table
+from symgen.robot.effect import MAX_RANGES, Effect, Sought, from_table
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import (
@@ -418,9 +418,9 @@ def _effect(
                 raise RobotError(
                     f"the range [{ends}] is empty; accepted: [low, high], low below high"
                 )
-        if len(ranges) > max(COUNTS):
+        if len(ranges) > MAX_RANGES:
             raise RobotError(
-                f"{len(ranges)} ranges; accepted: at most {max(COUNTS)}, and numbers for the others"
+                f"{len(ranges)} ranges; accepted: at most {MAX_RANGES}, and numbers for the others"
             )
     values = [x if isinstance(x, tuple) else (x,) for x in table.nonlinear.values()]
     lowest, *_ = [  # the torque must be valid at every corner of the ranges
