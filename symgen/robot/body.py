@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -66,8 +66,34 @@ class Body:
 
     joint: int
     mass: float
-    com: FloatArray
-    inertia: FloatArray
+    com: Array
+    inertia: Array
+
+    def moved(self, placed: Array) -> Body:
+        """Return the body in another frame, in which its own frame is `placed`, (4, 4)."""
+        R = placed[:3, :3]
+        return replace(self, com=R @ self.com + placed[:3, 3], inertia=R @ self.inertia @ R.T)
+
+    @property
+    def standard(self) -> list[Any]:
+        """XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame."""
+        J = self.inertia + steiner(self.mass, self.com)
+        return [*J[np.triu_indices(3)], *(self.mass * self.com), self.mass]
+
+
+def steiner(mass: Any, at: Array) -> Array:
+    """Return M (c'c 1 - c c'), the inertia of a point mass at c (Huygens and Steiner)."""
+    return np.asarray(mass * (at @ at * np.eye(3, dtype=at.dtype) - np.outer(at, at)))
+
+
+def joined(bodies: Sequence[Body]) -> Body:
+    """Return bodies in one frame as one body."""
+    if len(bodies) == 1:
+        return bodies[0]
+    mass = sum(b.mass for b in bodies)
+    com = np.sum([b.mass * b.com for b in bodies], axis=0) / (mass or 1.0)
+    inertia = np.sum([b.inertia + steiner(b.mass, b.com - com) for b in bodies], axis=0)
+    return Body(bodies[0].joint, mass, com, inertia)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError, first_of, located
 from symgen.robot import dh, exact_numbers
-from symgen.robot.body import Array, inverse, pose, screw, turn
+from symgen.robot.body import Array, Body, inverse, pose, screw, turn
 from symgen.robot.dh import Line
 from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
@@ -336,13 +336,12 @@ class Chain:
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
-        placed = inverse(self.frame[joint]) @ own
         xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
-        (mass,), R, c = _many((inertial.mass,)), placed[:3, :3], placed[:3, 3]
-        steiner = c @ c * np.eye(3, dtype=object) - np.outer(c, c)
-        about = (R @ tensor @ R.T + mass * steiner)[np.triu_indices(3)]
-        return [exact_numbers.number(v) for v in (*about, *(mass * c), mass)]
+        (mass,) = _many((inertial.mass,))
+        body = Body(self.number[joint], mass, _many(ORIGIN), tensor)
+        moved = body.moved(inverse(self.frame[joint]) @ own)
+        return [exact_numbers.number(v) for v in moved.standard]
 
 
 def _many(values: Sequence[sp.Rational]) -> Array:
