@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import Frame, Way
-from symgen.symbolic.motion import Motion
+from symgen.symbolic.kinematics import Way
+from symgen.symbolic.motion import LinkState
 from symgen.symbolic.spatial import (
     UPPER,
     ZERO,
@@ -60,7 +60,7 @@ def products(w: Vector, j: int, tape: TapeBuilder) -> Matrix:
     return symmetric({(a, b): tape.entry(w[a] * w[b], "P", j, a, b) for a, b in UPPER})
 
 
-def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
+def unit_wrench(prefix: str, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
     """Return (f, n) of a link whose one parameter `prefix` is 1."""
     p, dw, a = products(motion.w, j, tape), motion.dw, motion.a
     if prefix == names.MASS:
@@ -194,12 +194,12 @@ class Inertia:
         lin = plus(scaled(self.M, V), cross(w, self.m))
         return lin, plus(times(self.J, w), cross(self.m, V))
 
-    def rate(self, frame: Frame, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
+    def rate(self, frame: LinkState, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
         """Return dJ/dt in the fixed frame that coincides with the link frame now, with l for m.
 
         R = [w] J - J [w] + 2 (m . V) - V m^T - m V^T
         """
-        w, V, J, m = frame.w, frame.V, self.J, self.m
+        (w, V), J, m = frame.twist, self.J, self.m
         R = {}
         for a in range(3):
             b, c = around(a)
@@ -212,7 +212,7 @@ class Inertia:
             R[a, b] = tape.entry(value, "R", j, a, b)
         return Inertia(symmetric(R), lin, sp.S.Zero)
 
-    def wrench(self, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
+    def wrench(self, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
         """Return the wrench (f, n) of the body's motion.
 
         It is the sum of unit wrenches times parameters. This shares products of w and dw, and
@@ -237,7 +237,7 @@ class Inertia:
         return named(f, f"F{j}_", tape), named(n, f"N{j}_", tape)
 
     def virtual_wrench(
-        self, motion: Motion, tag: str, tape: TapeBuilder, name: Callable[[Vector, str], Vector]
+        self, motion: LinkState, tag: str, tape: TapeBuilder, name: Callable[[Vector, str], Vector]
     ) -> Screw:
         """Return (f, n) of the body under a reference motion, with Christoffel's symbols.
 

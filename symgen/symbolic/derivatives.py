@@ -40,8 +40,8 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.forward import driving, factored, solved
 from symgen.symbolic.friction import torque_slopes
-from symgen.symbolic.kinematics import Frame, by_joint, frames, variables
-from symgen.symbolic.motion import Motion, motions
+from symgen.symbolic.kinematics import by_joint, variables
+from symgen.symbolic.motion import LinkState, accelerations, velocities
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -156,8 +156,8 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd of links, over all joints that move."""
     tape = p.tape
-    moving, rates = frames(p.way, ZERO, tape), spread(p.robot, qdd, tape)
-    motion = motions(p.way, p.gravity, rates, tape)
+    moving, rates = velocities(p.way, ZERO, tape), spread(p.robot, qdd, tape)
+    motion = accelerations(p.way, p.gravity, rates, tape)
     force = handed_down(p, wrenches(p, rates), "")
     momentum = p.momenta(moving)
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
@@ -192,7 +192,7 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     return by_q, by_qd
 
 
-def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> Screws:
+def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)

@@ -23,7 +23,6 @@ from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, fold
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import (
-    Frame,
     Way,
     arrays,
     builder,
@@ -33,7 +32,7 @@ from symgen.symbolic.kinematics import (
     steps,
     variables,
 )
-from symgen.symbolic.motion import Letters, handed_back, motions, references
+from symgen.symbolic.motion import Letters, LinkState, accelerations, handed_back, references
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
@@ -75,7 +74,7 @@ class Plant:
             for j in self.robot.joints
         }
 
-    def momenta(self, moving: Mapping[int, Frame]) -> Wrenches:
+    def momenta(self, moving: Mapping[int, LinkState]) -> Wrenches:
         """Return the momentum (l, k) of every link, by joint number."""
         out = {}
         for j, body in self.bodies.items():
@@ -187,7 +186,7 @@ def gravity_torque(p: Plant) -> ByJoint:
 
 def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
     """Return the wrench that accelerates each link, at accelerations of all joints that move."""
-    motion = motions(p.way, p.gravity, qdd, p.tape)
+    motion = accelerations(p.way, p.gravity, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
 
@@ -253,7 +252,7 @@ def mass_matrix(p: Plant) -> Rows:
 def coriolis(p: Plant) -> Rows:
     """Return C by rows and columns of joint numbers: C qd are the torques, M' - 2 C is skew."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
-    real = motions(p.way, ZERO, {}, p.tape)
+    real = accelerations(p.way, ZERO, {}, p.tape)
     after = {s.joint.number: path(p.robot, s.joint.number) for s in p.way}
     for j in rows:
         moved = tuple(s for s in p.way if j in after[s.joint.number])

@@ -22,17 +22,8 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import drive_speed
-from symgen.symbolic.kinematics import (
-    Frame,
-    Way,
-    arrays,
-    builder,
-    by_joint,
-    frames,
-    gravity,
-    steps,
-    variables,
-)
+from symgen.symbolic.kinematics import Way, arrays, builder, by_joint, gravity, steps, variables
+from symgen.symbolic.motion import LinkState, velocities
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
@@ -47,7 +38,7 @@ def energy_tape(robot: Robot) -> Tape:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     tape = builder(robot)
-    links = frames(steps(robot, tape), gravity(robot, tape), tape)
+    links = velocities(steps(robot, tape), gravity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
     return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
@@ -79,15 +70,15 @@ def separate_columns(
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
     """Return the columns of kinetic energy of some parameters, and those of potential energy."""
-    moving = frames(way, ZERO, tape)
-    resting = frames(tuple(step.still() for step in way), base_gravity, tape)
+    moving = velocities(way, ZERO, tape)
+    resting = velocities(tuple(step.still() for step in way), base_gravity, tape)
     return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
 
 
 def _columns(
     robot: Robot,
     parameters: Sequence[Parameter],
-    states: Sequence[tuple[str, Mapping[int, Frame]]],
+    states: Sequence[tuple[str, Mapping[int, LinkState]]],
     tape: TapeBuilder,
 ) -> list[list[sp.Expr]]:
     """Return a row for every parameter: its energy in each state; rotors move in the first."""
@@ -152,9 +143,9 @@ def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     return tape.name(f"D{name}", half * v)
 
 
-def _link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
+def _link_column(prefix: str, frame: LinkState, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return the column DE + DU of one parameter of a link."""
-    w, V, g = frame.w, frame.V, frame.g
+    (w, V), g = frame.twist, frame.g
     if prefix in names.INERTIA:
         a, b = UPPER[names.INERTIA.index(prefix)]
         return _half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])

@@ -21,8 +21,8 @@ from symgen.symbolic.dynamics import (
     to_joints,
     with_rotors,
 )
-from symgen.symbolic.kinematics import by_joint, frames, variables
-from symgen.symbolic.motion import motions, references
+from symgen.symbolic.kinematics import by_joint, variables
+from symgen.symbolic.motion import accelerations, references, velocities
 from symgen.symbolic.spatial import ZERO, acting, axis, moved
 
 
@@ -31,7 +31,7 @@ def slotine_li_torque(p: Plant) -> ByJoint:
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (by_joint(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
-    real = motions(p.way, ZERO, {}, tape)
+    real = accelerations(p.way, ZERO, {}, tape)
     found = references(p.way, real, p.gravity, speed, acceleration, tape)
     wrench = {
         j: body.virtual_wrench(found[j], f"{j}", tape, p.namer(f"{j}"))
@@ -44,7 +44,7 @@ def slotine_li_torque(p: Plant) -> ByJoint:
 def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
     tape, qd = p.tape, by_joint(p.robot, variables(p.robot).qd)
-    moving = frames(p.way, ZERO, tape)
+    moving = velocities(p.way, ZERO, tape)
     total = handed_down(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
     for joint in p.robot.moving:

@@ -25,18 +25,15 @@ from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
 from symgen.symbolic.constraints import ByJoint, folded, spread
 from symgen.symbolic.energy import inertial_parameters
-from symgen.symbolic.kinematics import (
-    Frame,
-    Way,
-    arrays,
-    builder,
-    by_joint,
-    frames,
-    gravity,
-    steps,
-    variables,
+from symgen.symbolic.kinematics import Way, arrays, builder, by_joint, gravity, steps, variables
+from symgen.symbolic.motion import (
+    LinkState,
+    accelerations,
+    handed_on,
+    references,
+    screws,
+    velocities,
 )
-from symgen.symbolic.motion import Motion, handed_on, motions, references, screws
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.spatial import Screw, Vector, acting, axis, cross, dot, moved, named, unit
 from symgen.symbolic.tape import Tape, TapeBuilder
@@ -87,7 +84,7 @@ class _Scene:
         return self.tape.tape(arrays(self.robot, *inputs), rows)
 
 
-def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
+def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, LinkState]]:
     tape = builder(robot)
     way = steps(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
@@ -95,7 +92,7 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Moti
     base = gravity(robot, tape)
     screw, parameters = screws(way, tape), inertial_parameters(robot)
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
-    return scene, frames(way, base, tape), motions(way, base, qdd, tape)
+    return scene, velocities(way, base, tape), accelerations(way, base, qdd, tape)
 
 
 def torque_tape(robot: Robot) -> Tape:
@@ -155,7 +152,7 @@ def momentum_tape(robot: Robot) -> Tape:
     return scene.close(("q", "qd"), momentum, slope)
 
 
-def _weight(p: Parameter, here: Frame, screw: Screw) -> sp.Expr:
+def _weight(p: Parameter, here: LinkState, screw: Screw) -> sp.Expr:
     """Return the part of dL/dq_j that gravity adds, for one unit parameter."""
     e, v = screw
     if p.prefix in names.MOMENT:
