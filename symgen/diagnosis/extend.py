@@ -13,11 +13,11 @@ from symgen.errors import ParameterError
 from symgen.robot.effect import (
     Definition,
     Effect,
-    Search,
+    SearchRange,
     definitions,
     of_file,
     of_library,
-    variables,
+    torque_variables,
 )
 from symgen.robot.expressions import exact
 from symgen.robot.tables import Coupling
@@ -115,7 +115,7 @@ def with_effect(robot: Robot, text: str) -> Robot:
     return found
 
 
-def _middle(robot: Robot, position: int, search: Search) -> float:
+def _middle(robot: Robot, position: int, search: SearchRange) -> float:
     """Return the middle of a range, in the units of a joint."""
     value = (search.low * search.high) ** 0.5 if search.by_ratio else (search.low + search.high) / 2
     limits = robot.limits
@@ -160,7 +160,7 @@ def _own(
         definition.torque,
         definition.linear,
         constants,
-        variables(number, [j.number for j in robot.movable]),
+        torque_variables(number, [j.number for j in robot.movable]),
         dict(robot.geometry),
     )
 

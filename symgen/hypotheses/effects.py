@@ -24,7 +24,7 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
 from symgen.hypotheses.rows import in_band
 from symgen.hypotheses.score import Columns
-from symgen.robot.effect import OWN, Definition, Search, definitions
+from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
@@ -274,7 +274,7 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
             native="",
             torque="",
             formula=f"{definition.formula or definition.torque}, in {log.name} from t = start on",
-            nonlinear={START: Search(first, first + length, count, "duration")},
+            nonlinear={START: SearchRange(first, first + length, count, "duration")},
             sign="any",
         )
         for part in range(count):
@@ -349,7 +349,7 @@ def _tape(name: str) -> Tape:
 
 
 def grid(
-    robot: Robot, searches: Mapping[str, Search], logs: Logs, position: int
+    robot: Robot, searches: Mapping[str, SearchRange], logs: Logs, position: int
 ) -> Iterator[dict[str, float]]:
     """Yield the values of constants that are tried, in the units of the joint.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any
 
-from symgen.robot.effect import Definition, Search, Sought, definitions, effect_tables
+from symgen.robot.effect import Definition, SearchRange, Sought, definitions, effect_tables
 
 #: Constant of an effect that begins within a log: the time, s.
 START = "start"
@@ -18,7 +18,7 @@ _BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrica
 
 
 @dataclass(frozen=True)
-class Prior:
+class EffectPrior:
     """What effects.toml says of an effect for a search.
 
     Attributes:
@@ -41,20 +41,20 @@ class Prior:
 
 
 #: An effect that a robot file proposes.
-_PROPOSED = Prior(odds=0.5, size=1.0)
+_PROPOSED = EffectPrior(odds=0.5, size=1.0)
 
 
 @cache
-def priors() -> Mapping[str, Prior]:
+def priors() -> Mapping[str, EffectPrior]:
     """Return the priors of the effects of the library by name."""
-    keys = {f.name for f in fields(Prior)}
+    keys = {f.name for f in fields(EffectPrior)}
     return {
-        name: Prior(**{key: value for key, value in table.items() if key in keys})
+        name: EffectPrior(**{key: value for key, value in table.items() if key in keys})
         for name, table in effect_tables().items()
     }
 
 
-def prior_of(definition: Definition) -> Prior:
+def prior_of(definition: Definition) -> EffectPrior:
     """Return the prior of an effect, also of one that begins within a log."""
     prior = priors().get(definition.name, _PROPOSED)
     if START in definition.nonlinear:
@@ -62,7 +62,7 @@ def prior_of(definition: Definition) -> Prior:
     return prior
 
 
-def sought_searches(sought: Sought, lengths: Mapping[Any, Any]) -> dict[str, Search]:
+def sought_searches(sought: Sought, lengths: Mapping[Any, Any]) -> dict[str, SearchRange]:
     """Return the search of each constant that has a range in the robot file.
 
     Args:
@@ -72,7 +72,7 @@ def sought_searches(sought: Sought, lengths: Mapping[Any, Any]) -> dict[str, Sea
     out = {}
     for name, (low, high) in sought.ends(lengths).items():
         by_ratio = low > 0 and high > _BY_RATIO * low
-        out[name] = Search(low, high, _COUNTS[len(sought.ranges)], by_ratio=by_ratio)
+        out[name] = SearchRange(low, high, _COUNTS[len(sought.ranges)], by_ratio=by_ratio)
     return out
 
 

@@ -22,7 +22,7 @@ from symgen.hypotheses.effects import Candidate, Constants, Torques
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.rows import Rows
 from symgen.hypotheses.score import Columns
-from symgen.robot.effect import definitions, unit
+from symgen.robot.effect import definitions, effect_unit
 from symgen.robot.types import Robot
 
 NAME = "unnamed"
@@ -103,11 +103,11 @@ def expression(robot: Robot, position: int, number: int, term: Term) -> Candidat
     for factor in term:
         joint = robot.movable[factor.joint]
         texts.append(factor.function.format(f"{factor.letter}{joint.number}"))
-        kind = unit("position" if factor.letter == "q" else "speed", joint.sigma)
+        kind = effect_unit("position" if factor.letter == "q" else "speed", joint.sigma)
         dimension += [kind] * _FUNCTIONS[factor.function].degree
     joint = robot.movable[position]
     coefficient = f"U{number}J{joint.number}"
-    force = unit("torque", joint.sigma)
+    force = effect_unit("torque", joint.sigma)
     per = f"({' '.join(dimension)})" if len(dimension) > 1 else "".join(dimension)
     definition = replace(
         definitions()[NAME],

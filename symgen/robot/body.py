@@ -86,7 +86,7 @@ def steiner(mass: Any, at: Array) -> Array:
     return np.asarray(mass * (at @ at * np.eye(3, dtype=at.dtype) - np.outer(at, at)))
 
 
-def joined(bodies: Sequence[Body]) -> Body:
+def merge_bodies(bodies: Sequence[Body]) -> Body:
     """Return bodies in one frame as one body."""
     if len(bodies) == 1:
         return bodies[0]

@@ -36,7 +36,7 @@ _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchRange:
     """The values of a constant that a search tries: from low to high, in multiples of `scale`."""
 
     low: float
@@ -60,7 +60,7 @@ class Definition:
     says: str
     torque: str = ""
     linear: Mapping[str, str] = field(default_factory=dict)
-    nonlinear: Mapping[str, Search] = field(default_factory=dict)
+    nonlinear: Mapping[str, SearchRange] = field(default_factory=dict)
     native: str = ""
     offset: bool = False
     sign: str = "any"
@@ -78,8 +78,8 @@ class Definition:
         """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": unit("speed", sigma), "duration": "s"}
-        units |= dict.fromkeys(("play", "range", "place"), unit("position", sigma))
+        units = {"speed": effect_unit("speed", sigma), "duration": "s"}
+        units |= dict.fromkeys(("play", "range", "place"), effect_unit("position", sigma))
         units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
 
@@ -90,7 +90,7 @@ class Definition:
     def coefficients(self, joint: int | str, sigma: int) -> tuple[tuple[str, str], ...]:
         """Return the full name and the unit of each coefficient on a joint of this type."""
         return tuple(
-            (self.named(name, joint), written if self.own else unit(written, sigma))
+            (self.named(name, joint), written if self.own else effect_unit(written, sigma))
             for name, written in self.linear.items()
         )
 
@@ -196,7 +196,7 @@ def definitions() -> Mapping[str, Definition]:
         for key, (low, high, count) in table.get("nonlinear", {}).items():
             unit = scale.get(key, "")
             by_ratio = low > 0 and unit not in ("turn", "gear")
-            searches[key] = Search(float(low), float(high), int(count), unit, by_ratio)
+            searches[key] = SearchRange(float(low), float(high), int(count), unit, by_ratio)
         kept = {key: value for key, value in table.items() if key in known}
         out[name] = Definition(**{**kept, "name": name, "nonlinear": searches})
     return out
@@ -252,7 +252,7 @@ def require_constants(sought: Sequence[Sought]) -> None:
         )
 
 
-def unit(written: str, sigma: int) -> str:
+def effect_unit(written: str, sigma: int) -> str:
     """Return the unit for a unit word of effects.toml on a joint of this type."""
     words = {
         "torque": _TORQUE[sigma],
@@ -450,11 +450,11 @@ def from_table(
     if len(table.joints) != 1:
         raise RobotError("key 'joints': an effect with a torque acts on one joint")
     j = table.joints[0]
-    known_names = variables(j, movable)
+    known_names = torque_variables(j, movable)
     return [of_file(table.name, j, table.torque, table.linear, constants, known_names, geometry)]
 
 
-def variables(joint: int, movable: Iterable[int]) -> list[str]:
+def torque_variables(joint: int, movable: Iterable[int]) -> list[str]:
     """Return the variables that the torque of an own effect may contain.
 
     Args:

@@ -112,7 +112,7 @@ class TableReader:
             require_keys(value, value, place)
             return {key: self.value(parts[1], x, f"{place}, {key!r}") for key, x in value.items()}
         if hint is float:
-            return number(value, place)
+            return finite_number(value, place)
         if hint is sp.Expr:
             with located(place):
                 return self.expression(value, self.geometry)
@@ -160,7 +160,7 @@ class TableReader:
             RobotError: it is no expression, or has no finite real value.
         """
         if not isinstance(value, str):
-            number(value, "", " or an expression in quotes")
+            finite_number(value, "", " or an expression in quotes")
         written = repr(shortened(str(value)))
         try:
             expr = (
@@ -215,7 +215,7 @@ class TableReader:
         return exact
 
 
-def number(value: Any, place: str, more: str = "") -> float:
+def finite_number(value: Any, place: str, more: str = "") -> float:
     """Return a number of a file.
 
     Raises:

@@ -55,7 +55,7 @@ ANGLE = "angle"
 BESIDE = "beside"
 
 
-def one_of(*words: str) -> Check:
+def word_check(*words: str) -> Check:
     """Return the condition that a value is one of some words."""
     return Check(" or ".join(map(repr, words)), words.__contains__)
 
@@ -107,7 +107,7 @@ class Head:
 
 
 @dataclass(frozen=True)
-class Payload:
+class PayloadTable:
     """[payload]: a load on the link of a joint."""
 
     joint: int
@@ -261,8 +261,8 @@ class Drive:
     torque_constant: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
     gain: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
     gain_std: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
-    position_side: Annotated[str, one_of("motor", "joint")] = "motor"
-    torque_side: Annotated[str, one_of("motor", "joint")] = "motor"
+    position_side: Annotated[str, word_check("motor", "joint")] = "motor"
+    torque_side: Annotated[str, word_check("motor", "joint")] = "motor"
 
     @property
     def gain_uncertainty_percent(self) -> float | None:
@@ -285,7 +285,7 @@ class Servo:
 
     kp: Annotated[tuple[Gain, ...], PER_JOINT]
     kd: Annotated[tuple[Gain, ...], PER_JOINT]
-    scale: Annotated[str, one_of("known", "unknown")] = "known"
+    scale: Annotated[str, word_check("known", "unknown")] = "known"
 
 
 _ENDS = Check("a number, or [low, high] to be searched by `symgen diagnose`", lambda x: len(x) == 2)

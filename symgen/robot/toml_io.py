@@ -39,7 +39,7 @@ from symgen.robot.tables import (
     Limits,
     LogColumns,
     Loop,
-    Payload,
+    PayloadTable,
     Servo,
 )
 from symgen.robot.types import (
@@ -149,7 +149,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     sigma = {joint.number: joint.sigma for joint in joints if joint.movable}
     reader.n = len(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
-    payload = _once(data, "payload", Payload, reader)
+    payload = _once(data, "payload", PayloadTable, reader)
     if payload is not None and not 1 <= payload.joint <= len(joints):
         raise RobotError(f"payload, key 'joint': there is no joint {payload.joint}")
     log = _once(data, "log", LogColumns, reader)

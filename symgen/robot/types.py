@@ -36,7 +36,7 @@ from symgen.robot.tables import (
     Servo,
     Title,
     Width,
-    one_of,
+    word_check,
 )
 
 _VARIABLE = re.compile(r"q\d+")
@@ -110,7 +110,7 @@ class Joint(Typed):
     name: Title = ""
     actuated: bool = True
     follows: sp.Expr | None = None
-    friction: tuple[Annotated[str, one_of(*names.FRICTION)], ...] = ("coulomb", "viscous")
+    friction: tuple[Annotated[str, word_check(*names.FRICTION)], ...] = ("coulomb", "viscous")
     coulomb_width: Width = 0.0
     rotor_inertia: bool = True
 

@@ -40,12 +40,12 @@ from symgen.symbolic.spatial import (
     cross,
     dot,
     matrix,
+    matvec,
     named,
     plus,
     replaced,
     scaled,
     symmetric,
-    times,
     transposed,
     turned,
     vector,
@@ -164,8 +164,8 @@ class Inertia:
             J' = R J R^T + 2 (p . h) - p h^T - h p^T
         """
         rows = transposed(tuple(axes))
-        half_turned = [named(times(self.J, row), f"u{i}_", tape) for i, row in enumerate(rows)]
-        m = named(times(rows, self.m), "r", tape)
+        half_turned = [named(matvec(self.J, row), f"u{i}_", tape) for i, row in enumerate(rows)]
+        m = named(matvec(rows, self.m), "r", tape)
         moment = named(plus(m, scaled(self.M, origin)), "m", tape)
         both = named(scaled(_HALF, plus(m, moment)), "h", tape)
         shift = {(i, k): tape.entry(origin[i] * both[k], "o", "", i, k)
@@ -192,7 +192,7 @@ class Inertia:
         """Return (l, k) of the body's motion."""
         w, V = twist
         lin = plus(scaled(self.M, V), cross(w, self.m))
-        return lin, plus(times(self.J, w), cross(self.m, V))
+        return lin, plus(matvec(self.J, w), cross(self.m, V))
 
     def rate(self, frame: LinkState, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
         """Return dJ/dt in the fixed frame that coincides with the link frame now, with l for m.
@@ -253,8 +253,8 @@ class Inertia:
         w, dw, a = motion.w, motion.dw, motion.a
         wm = name(cross(motion.turning, self.m), "h")
         f = plus(cross(dw, self.m), cross(w, wm), scaled(self.M, a))
-        k = name(times(self.less_half_trace(tag, tape), w), "k")
-        n = plus(cross(self.m, a), times(self.J, dw), cross(motion.turning, k))
+        k = name(matvec(self.less_half_trace(tag, tape), w), "k")
+        n = plus(cross(self.m, a), matvec(self.J, dw), cross(motion.turning, k))
         return name(f, "F"), name(n, "N")
 
 

@@ -38,9 +38,9 @@ from symgen.symbolic.dynamics import (
     weighted_effects,
     wrenches,
 )
-from symgen.symbolic.forward import driving, factored, solved
-from symgen.symbolic.friction import torque_slopes
-from symgen.symbolic.kinematics import by_joint, variables
+from symgen.symbolic.forward import driving, factor_solution, factored
+from symgen.symbolic.friction import friction_torque_slopes
+from symgen.symbolic.kinematics import joint_map, variables
 from symgen.symbolic.motion import LinkState, accelerations, velocities
 from symgen.symbolic.spatial import (
     ZERO,
@@ -49,10 +49,10 @@ from symgen.symbolic.spatial import (
     acting,
     axis,
     cross,
+    matvec,
     named,
     plus,
     scaled,
-    times,
 )
 from symgen.symbolic.tape import TapeBuilder, real_symbol
 
@@ -79,7 +79,7 @@ class _TorqueSlopes:
 
 def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd, by rows and columns of movable joints."""
-    found = _slopes(p, by_joint(p.robot, variables(p.robot).qdd))
+    found = _slopes(p, joint_map(p.robot, variables(p.robot).qdd))
     return found.by_q, found.by_qd
 
 
@@ -105,7 +105,7 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     tape, order = p.tape, p.numbers
     right, positive = driving(p)
     factor = factored(p, mass_matrix(p))
-    qdd = solved(p, factor, right, "o")
+    qdd = factor_solution(p, factor, right, "o")
     slopes = _slopes(p, qdd)
     share = {}
     for j, gain in slopes.gain.items():
@@ -115,12 +115,12 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     by_qd: Rows = {j: {} for j in order}
     for k in order:
         unit = dict.fromkeys(order, sp.S.Zero) | {k: sp.S.One}
-        for j, value in solved(p, factor, unit, f"i{k}_").items():
+        for j, value in factor_solution(p, factor, unit, f"i{k}_").items():
             if value != 0:
                 inverse[j][k] = tape.name(f"I{j}_{k}", value * share[k])
         for rows, found, letter in ((slopes.by_q, by_q, "u"), (slopes.by_qd, by_qd, "v")):
             right = {j: share[j] * rows[j].get(k, sp.S.Zero) for j in order}
-            for j, value in solved(p, factor, right, f"{letter}{k}_").items():
+            for j, value in factor_solution(p, factor, right, f"{letter}{k}_").items():
                 found[j][k] = -value
     return by_q, by_qd, inverse, [*positive, *factor.pivots]
 
@@ -145,7 +145,7 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
         for j, value in combined(columns).items():
             out[j][k] = out[j].get(k, sp.S.Zero) + value
     if by == "qd":
-        for parameter, slopes in torque_slopes(p.robot, tape):
+        for parameter, slopes in friction_torque_slopes(p.robot, tape):
             for j, row in slopes.items():
                 for k, value in row.items():
                     added = p.value(parameter.name) * value
@@ -232,8 +232,8 @@ def felt(
     (e, v), (turn, _) = screws.own, screws.twice
     (lin, ang), (f, n) = momentum, force
     second, first = body.momentum(screws.second), body.momentum(screws.twice)
-    spin = times(rate.J, e)
-    half = named(scaled(_HALF, plus(times(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
+    spin = matvec(rate.J, e)
+    half = named(scaled(_HALF, plus(matvec(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
     double = sp.Integer(2)
     found = {
         "p": (

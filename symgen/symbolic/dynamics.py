@@ -19,18 +19,18 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, composites
-from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, folded, spread
+from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread, to_variables
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import (
     Way,
     arrays,
     builder,
-    by_joint,
     gravity,
+    joint_map,
     path,
-    steps,
     variables,
+    way_of,
 )
 from symgen.symbolic.motion import Letters, LinkState, accelerations, handed_back, references
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
@@ -103,7 +103,7 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
     X = tuple(real_symbol(f"X_{p.name}") for p in base.parameters)
     tape = builder(robot, X)
-    return Plant(robot, base, tape, steps(robot, tape), gravity(robot, tape), X)
+    return Plant(robot, base, tape, way_of(robot, tape), gravity(robot, tape), X)
 
 
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
@@ -111,7 +111,7 @@ def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
 
     Effects of the load depend on the rigid-body torque at this motion, rotors included.
     """
-    qdd = by_joint(p.robot, variables(p.robot).qdd) if accelerating else {}
+    qdd = joint_map(p.robot, variables(p.robot).qdd) if accelerating else {}
     return in_all(p, rigid_torques(p, qdd))
 
 
@@ -158,7 +158,7 @@ def with_rotors(p: Plant, torque: ByJoint, rate: ByJoint) -> ByJoint:
 
 def friction_torques(p: Plant, *, effects: bool = True) -> ByJoint:
     """Return the torque of friction, and of effects with columns if wanted, by joint."""
-    columns = friction.torque_columns(p.robot, p.tape)
+    columns = friction.friction_torque_columns(p.robot, p.tape)
     return combined((p.value(of.name), c) for of, c in columns if effects or of.prefix)
 
 
@@ -173,7 +173,7 @@ def effect_torques(p: Plant) -> ByJoint:
     none = dict.fromkeys(p.numbers, sp.S.Zero)
     columns = weighted_effects(p, None)
     if p.robot.loaded:
-        load = loads(p, rigid_torques(p, by_joint(p.robot, variables(p.robot).qdd)))
+        load = loads(p, rigid_torques(p, joint_map(p.robot, variables(p.robot).qdd)))
         columns += weighted_effects(p, load)
     torque = combined([(sp.S.One, none), *columns])
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
@@ -191,7 +191,7 @@ def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
 
 
 def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
-    return folded(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
+    return to_variables(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
 
 
 def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:

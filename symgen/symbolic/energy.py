@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import drive_speed
-from symgen.symbolic.kinematics import Way, arrays, builder, by_joint, gravity, steps, variables
+from symgen.symbolic.kinematics import Way, arrays, builder, gravity, joint_map, variables, way_of
 from symgen.symbolic.motion import LinkState, velocities
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
@@ -38,7 +38,7 @@ def energy_tape(robot: Robot) -> Tape:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     tape = builder(robot)
-    links = velocities(steps(robot, tape), gravity(robot, tape), tape)
+    links = velocities(way_of(robot, tape), gravity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
     return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
@@ -50,7 +50,7 @@ def separate_tape(robot: Robot) -> Tape:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
     tape = builder(robot)
-    way, base = steps(robot, tape), gravity(robot, tape)
+    way, base = way_of(robot, tape), gravity(robot, tape)
     columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
     return tape.tape(
         arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
@@ -82,7 +82,7 @@ def _columns(
     tape: TapeBuilder,
 ) -> list[list[sp.Expr]]:
     """Return a row for every parameter: its energy in each state; rotors move in the first."""
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     rows = []
     for p in parameters:

@@ -16,7 +16,7 @@ from symgen.robot.tables import Coupling
 from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint, Rows
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import arrays, builder, by_joint, variables
+from symgen.symbolic.kinematics import arrays, builder, joint_map, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -55,7 +55,7 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
         v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
         power = sp.Abs(v) if sharp else v * _force(p, drive, tape)[0]
         outputs.append(tape.name(f"D{p.name}", power))
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -65,12 +65,12 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
 def torque_tape(robot: Robot) -> Tape:
     """Derive the columns of torque of every friction parameter: n rows, row-major."""
     tape = builder(robot)
-    columns = [column for _, column in torque_columns(robot, tape)]
+    columns = [column for _, column in friction_torque_columns(robot, tape)]
     outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
     return tape.tape(arrays(robot, "q", "qd"), outputs)
 
 
-def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
+def friction_torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
     """Return, for every friction parameter, its torque on each joint that it acts on."""
     out = []
     for p, drive in _drives(robot, tape):
@@ -82,7 +82,7 @@ def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJ
     return out + [(known[name], column) for name, column in effects.items()]
 
 
-def torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows]]:
+def friction_torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows]]:
     """Return, for friction parameters, d(torque on j)/dqd_k by j and k, if it is not zero."""
     out = []
     for p, drive in _drives(robot, tape):
@@ -99,7 +99,7 @@ def torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows
 
 
 def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     coupled = {
         c.second: _Drive(
             drive_speed(c, speed, tape),

@@ -102,7 +102,7 @@ def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
     return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
 
 
-def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
+def joint_map(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
     """Return values of the movable joints by the number of the joint."""
     return dict(zip(robot.numbers, values, strict=True))
 
@@ -121,10 +121,10 @@ def carriers(robot: Robot) -> set[int]:
     return {number for joint in robot.moving for number in path(robot, joint.number)}
 
 
-def steps(robot: Robot, tape: TapeBuilder) -> Way:
+def way_of(robot: Robot, tape: TapeBuilder) -> Way:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
     variable = variables(robot)
-    q, qd = by_joint(robot, variable.q), by_joint(robot, variable.qd)
+    q, qd = joint_map(robot, variable.q), joint_map(robot, variable.qd)
     out = []
     for joint in robot.joints:
         j = joint.number

@@ -255,8 +255,8 @@ class Chain:
         """Return the frame of a link, constant in that of the joint that moves it."""
         carrier = self.carrier[link]
         placed = inverse(self.frame[carrier]) @ self.link[link]
-        x, y, z = map(exact_numbers.number, placed[:3, 3])
-        roll, pitch, yaw = map(exact_numbers.number, dh.turned_by(placed[:3, :3]))
+        x, y, z = map(exact_numbers.to_double, placed[:3, 3])
+        roll, pitch, yaw = map(exact_numbers.to_double, dh.turned_by(placed[:3, :3]))
         return Frame(link, self.number.get(carrier, 0), (x, y, z), (roll, pitch, yaw))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
@@ -341,7 +341,7 @@ class Chain:
         (mass,) = _many((inertial.mass,))
         body = Body(self.number[joint], mass, _many(ORIGIN), tensor)
         moved = body.moved(inverse(self.frame[joint]) @ own)
-        return [exact_numbers.number(v) for v in moved.standard]
+        return [exact_numbers.to_double(v) for v in moved.standard]
 
 
 def _many(values: Sequence[sp.Rational]) -> Array:

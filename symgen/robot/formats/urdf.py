@@ -23,7 +23,7 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
 from symgen.robot import expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics, joined
+from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
@@ -291,7 +291,7 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
         parts.setdefault(link, []).append(body.moved(chain.pose(name).astype(float)))
-    return {link: _without_rounding(joined(own)) for link, own in parts.items()}
+    return {link: _without_rounding(merge_bodies(own)) for link, own in parts.items()}
 
 
 def joint_name(chain: Chain, number: int) -> str:
