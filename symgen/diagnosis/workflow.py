@@ -26,7 +26,7 @@ from symgen.diagnosis.extended import (
     Extended,
     extend_model,
     found_effects,
-    numbers,
+    joint_numbers,
     robot_parameters,
 )
 from symgen.diagnosis.gap import Gaps, measure_gap, places
@@ -47,7 +47,7 @@ from symgen.estimation.logs import (
 )
 from symgen.faults.fault import MASKED, Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
-from symgen.faults.mended import MendedChannel, largest, mended_channels
+from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.confirm import (
     REPEATED,
@@ -307,7 +307,7 @@ def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: fl
     d = definitions()[name]
     return FoundEffect(
         name=name,
-        joints=numbers(robot, joints),
+        joints=joint_numbers(robot, joints),
         parameters=tuple(values.values()),
         expression=d.formula,
         p_value=0.0,
@@ -363,11 +363,11 @@ def _conclude(
     patterns = {name: d.pattern for name, d in definitions().items()}
     where = () if verdict == "consistent" else places(found, adopted, patterns, c.gaps)
     rejected = tuple(
-        Rejected(s.candidate.name, numbers(robot, s.candidate.joints), s.fault)
+        Rejected(s.candidate.name, joint_numbers(robot, s.candidate.joints), s.fault)
         for s in found.rejected[:_LISTED]
     )
     doubts = tuple(
-        Rejected(s.candidate.name, numbers(robot, s.candidate.joints), w.reason)
+        Rejected(s.candidate.name, joint_numbers(robot, s.candidate.joints), w.reason)
         for w in c.weighed
         if not w.adopted and isinstance(s := w.item, Score)
     )
@@ -393,7 +393,7 @@ def _conclude(
         declared=robot,
         values=tuple(map(float, found.declared.X)),
         repairs=opened.repairs,
-        mended=largest(opened.changed),
+        mended=largest_repairs(opened.changed),
         moving=c.gaps.moving,
         band=band,
     )

@@ -70,7 +70,7 @@ def mended_channels(
                     yield MendedChannel(before.name, channel, says, unit, *drawn)
 
 
-def largest(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
+def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
     """Return the few channels with the largest changes, one for each channel and log."""
     best: dict[tuple[str, str], MendedChannel] = {}
     for c in sorted(channels, key=lambda c: -c.size):

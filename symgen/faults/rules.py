@@ -14,7 +14,7 @@ _ALIKE = 0.2  # largest difference of values that joints share, relative to thei
 
 
 @dataclass(frozen=True, eq=False)
-class Finding:
+class Symptom:
     """What a rule finds in one channel of a log.
 
     Attributes:
@@ -34,7 +34,7 @@ class Finding:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-def _keep(log: Any, _: Finding) -> Any:
+def _keep(log: Any, _: Symptom) -> Any:
     return log
 
 
@@ -51,18 +51,18 @@ class Rule:
     """
 
     kind: str
-    find: Callable[..., Iterator[Finding]]
+    find: Callable[..., Iterator[Symptom]]
     message: str
     done: str = LEFT
-    undo: Callable[[Any, Finding], Any] = _keep
+    undo: Callable[[Any, Symptom], Any] = _keep
 
-    def undone(self, log: Any, found: Sequence[Finding]) -> Any:
+    def undone(self, log: Any, found: Sequence[Symptom]) -> Any:
         """Return a log without what was found."""
         for finding in found:
             log = self.undo(log, finding)
         return log
 
-    def fault(self, log: str, found: Sequence[Finding], n: int) -> Fault:
+    def fault(self, log: str, found: Sequence[Symptom], n: int) -> Fault:
         """Return one fault for everything that was found in a log of this name, with n joints."""
         joints = [f.joint for f in found if f.joint is not None]
         names = [f.channel if f.joint is None else f"{f.channel}{f.joint + 1}" for f in found]
@@ -81,7 +81,7 @@ class Rule:
         )
 
 
-def _values(found: Sequence[Finding], every: bool) -> Iterator[tuple[str, float, float]]:
+def _values(found: Sequence[Symptom], every: bool) -> Iterator[tuple[str, float, float]]:
     """Yield the measured quantities of some joints, or of every joint.
 
     The name of a quantity ends with the number of its joint, if there are several joints. A value

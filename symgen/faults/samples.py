@@ -37,8 +37,8 @@ from symgen.faults.channels import (
     without,
 )
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Finding, Rule, apply
-from symgen.faults.undo import bridged, left_out, masked, moved_back, sloped, with_column
+from symgen.faults.rules import Rule, Symptom, apply
+from symgen.faults.undo import bridged, left_out, mask_samples, moved_back, sloped, with_column
 from symgen.robot.types import WITHOUT_MOTOR
 
 #: Step of a position after rows that are held, over the steps before and after; number of rows
@@ -84,7 +84,7 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
     after = np.clip(np.searchsorted(log.t, samples.t), 1, len(log.t) - 1)
     inside = (samples.t > log.t[after - 1]) & (samples.t < log.t[after])
     at = inside & (steps[after - 1] > _BRIEF + 1)
-    return masked(samples, at, range(samples.q.shape[1]))
+    return mask_samples(samples, at, range(samples.q.shape[1]))
 
 
 def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
@@ -133,15 +133,15 @@ def _lost(log: Log) -> Iterator[tuple[str, int, Bools]]:
                 yield key, j, log.missing[:, j, k]
 
 
-def _missing(log: Log, _: object) -> Iterator[Finding]:
+def _missing(log: Log, _: object) -> Iterator[Symptom]:
     """Find values that were missing for a short time and interpolated while reading."""
     for key, j, lost in _lost(log):
         short = int((lost & ~long_runs(lost)).sum())
         if short:
-            yield Finding(key, j, short)
+            yield Symptom(key, j, short)
 
 
-def _stalled(log: Log, _: object) -> Iterator[Finding]:
+def _stalled(log: Log, _: object) -> Iterator[Symptom]:
     """Find rows that repeat the row before in all channels while the robot moves.
 
     A robot at rest, or slower than the last digit of its positions, repeats rows as well. After a
@@ -173,41 +173,41 @@ def _stalled(log: Log, _: object) -> Iterator[Finding]:
         at[start + 1 : end + 1] = True
     if at.sum() > _CHANCE:
         longest = float(np.diff(log.t[held[stalls]]).max())
-        yield Finding("all", None, int(at.sum()), ~at, {"longest": longest})
+        yield Symptom("all", None, int(at.sum()), ~at, {"longest": longest})
 
 
-def _without_rows(log: Log, found: Finding) -> Log:
+def _without_rows(log: Log, found: Symptom) -> Log:
     return rows(log, found.data)
 
 
-def _wrapped(log: Log, sigma: Sequence[int]) -> Iterator[Finding]:
+def _wrapped(log: Log, sigma: Sequence[int]) -> Iterator[Symptom]:
     """Find angles that jump by a turn between samples of a slow motion."""
     for key, j, x in _channels(log):
         whole = unwrapped(x, 2 * np.pi) if key == "q" and sigma[j] != names.PRISMATIC else None
         if whole is not None:
-            yield Finding(key, j, int(np.sum(np.abs(np.diff(whole - x)) > np.pi)), whole)
+            yield Symptom(key, j, int(np.sum(np.abs(np.diff(whole - x)) > np.pi)), whole)
 
 
-def _unsigned(log: Log, _: object) -> Iterator[Finding]:
+def _unsigned(log: Log, _: object) -> Iterator[Symptom]:
     """Find torques whose negative counts were stored as unsigned integers."""
     for key, j, x in _channels(log):
         counts = signed(x) if key == "tau" else None
         if counts is not None:
             wrong = int(np.sum(np.abs(counts - x) > least_step(x) / 2))
-            yield Finding(key, j, wrong, counts, {"span": np.abs(counts - x).max()})
+            yield Symptom(key, j, wrong, counts, {"span": np.abs(counts - x).max()})
 
 
-def _with_values(log: Log, found: Finding) -> Log:
+def _with_values(log: Log, found: Symptom) -> Log:
     assert found.joint is not None
     return with_column(log, found.channel, found.joint, found.data)
 
 
-def _outliers(log: Log, _: object) -> Iterator[Finding]:
+def _outliers(log: Log, _: object) -> Iterator[Symptom]:
     """Find single samples that stand out, but for torques that the motion follows."""
     for key, j, x in _channels(log):
         at = outliers(x)
         if len(at) and not (key == "tau" and _follows(log.q[:, j], x, at)):
-            yield Finding(key, j, len(at), without(x, at))
+            yield Symptom(key, j, len(at), without(x, at))
 
 
 def _follows(q: FloatArray, tau: FloatArray, at: Places) -> bool:
@@ -230,17 +230,17 @@ def _follows(q: FloatArray, tau: FloatArray, at: Places) -> bool:
     return abs(float(height @ change[at])) > _FOLLOWS * size
 
 
-def _held(log: Log, _: object) -> Iterator[Finding]:
+def _held(log: Log, _: object) -> Iterator[Symptom]:
     """Find channels that hold their value between readings."""
     for key, j, x in _channels(log, moving=True):
         k = held_for(x)
         if k > 1:
             first, _lengths = runs(x)
             drawn = np.interp(log.t, log.t[first], x[first])
-            yield Finding(key, j, len(x), drawn, {"k": k})
+            yield Symptom(key, j, len(x), drawn, {"k": k})
 
 
-def _coarse(log: Log, _: object) -> Iterator[Finding]:
+def _coarse(log: Log, _: object) -> Iterator[Symptom]:
     """Find channels with a coarse resolution, relative to their motion."""
     for key, j, x in _channels(log, moving=True):
         size = float(np.std(x))
@@ -250,10 +250,10 @@ def _coarse(log: Log, _: object) -> Iterator[Finding]:
             continue
         step = resolution(x)
         if step > least:
-            yield Finding(key, j, len(x), None, {"step": step, "percent": 100 * step / size})
+            yield Symptom(key, j, len(x), None, {"step": step, "percent": 100 * step / size})
 
 
-def _jitter(log: Log, _: object) -> Iterator[Finding]:
+def _jitter(log: Log, _: object) -> Iterator[Symptom]:
     """Find stamps that jitter: positions are smoother along a uniform clock."""
     step = np.diff(log.t)
     usual = float(np.median(step))
@@ -265,7 +265,7 @@ def _jitter(log: Log, _: object) -> Iterator[Finding]:
     clock = min(clocks, key=lambda x: float(np.median(np.abs(x - log.t))))
     if np.diff(clock).min() > 0 and _roughness(log.q, clock) < _CLOCK * _roughness(log.q, log.t):
         numbers = {"ms": 1e3 * float(np.std(clock - log.t))}
-        yield Finding("t", None, len(clock), clock, numbers)
+        yield Symptom("t", None, len(clock), clock, numbers)
 
 
 def _line(index: FloatArray, t: FloatArray) -> FloatArray:
@@ -290,7 +290,7 @@ def _roughness(q: FloatArray, t: FloatArray) -> float:
     return float(np.exp(np.mean(np.log(sizes)))) if sizes else 0.0
 
 
-def _with_clock(log: Log, found: Finding) -> Log:
+def _with_clock(log: Log, found: Symptom) -> Log:
     return replace(log, t=read_only(found.data))
 
 
@@ -319,15 +319,15 @@ RECORDED = (
 # Samples with uniform steps.
 
 
-def _gap(samples: Samples, log: Log, torques: bool) -> Iterator[Finding]:
+def _gap(samples: Samples, log: Log, torques: bool) -> Iterator[Symptom]:
     """Find values that are missing for too long to be interpolated."""
     for key, j, lost in _lost(log):
         long = long_runs(lost)
         if long.any() and (key == "tau") == torques:
-            yield Finding(key, j, int(long.sum()), on_grid(long, log.t, samples.t))
+            yield Symptom(key, j, int(long.sum()), on_grid(long, log.t, samples.t))
 
 
-def _saturated(samples: Samples, log: Log) -> Iterator[Finding]:
+def _saturated(samples: Samples, log: Log) -> Iterator[Symptom]:
     """Find clipped torques."""
     for key, j, x in _channels(log):
         at = clipped(x) if key == "tau" else np.zeros(0, dtype=bool)
@@ -335,10 +335,10 @@ def _saturated(samples: Samples, log: Log) -> Iterator[Finding]:
             limit = float(np.abs(x[at]).max())
             where = on_grid(at, log.t, samples.t)
             values = {"limit": (limit, 0.0)}
-            yield Finding(key, j, int(at.sum()), where, {"limit": limit}, values)
+            yield Symptom(key, j, int(at.sum()), where, {"limit": limit}, values)
 
 
-def _stuck(samples: Samples, log: Log, key: str) -> Iterator[Finding]:
+def _stuck(samples: Samples, log: Log, key: str) -> Iterator[Symptom]:
     """Find a channel that keeps a value much longer than usual while the robot moves."""
     for channel, j, x in _channels(log, moving=True):
         if channel != key:
@@ -347,7 +347,7 @@ def _stuck(samples: Samples, log: Log, key: str) -> Iterator[Finding]:
         if key == "tau":
             at &= ~clipped(x)
         if at.any() and at.mean() <= _DEAD:  # a mask does not repair a channel without a signal
-            yield Finding(key, j, int(at.sum()), on_grid(at, log.t, samples.t))
+            yield Symptom(key, j, int(at.sum()), on_grid(at, log.t, samples.t))
 
 
 def _constant(x: FloatArray, key: str, moving: Bools) -> Bools:
@@ -387,18 +387,18 @@ def _fast(speeds: FloatArray) -> Bools:
     return np.asarray((np.abs(speeds) > _MOVES * rms(speeds)).any(axis=1))
 
 
-def _mask(samples: Samples, found: Finding) -> Samples:
+def _mask(samples: Samples, found: Symptom) -> Samples:
     """Mask what was found, for its joint if it is a torque, and for all joints otherwise."""
     n = samples.q.shape[1]
     joints = [found.joint or 0] if found.channel == "tau" else range(n)
-    return masked(samples, found.data, joints)
+    return mask_samples(samples, found.data, joints)
 
 
-def _bridge(samples: Samples, found: Finding) -> Samples:
+def _bridge(samples: Samples, found: Symptom) -> Samples:
     return bridged(samples, found.data, [found.joint or 0])
 
 
-def _slope(samples: Samples, found: Finding) -> Samples:
+def _slope(samples: Samples, found: Symptom) -> Samples:
     return sloped(samples, found.data, found.joint or 0)
 
 
@@ -437,14 +437,14 @@ def unmended_faults(
             yield replace(rule.fault(samples.name, found, samples.q.shape[1]), undo=undo)
 
 
-def _undo(log: FilteredLog, name: str, rule: Rule, found: Sequence[Finding]) -> FilteredLog:
+def _undo(log: FilteredLog, name: str, rule: Rule, found: Sequence[Symptom]) -> FilteredLog:
     """Return the log with this name without what was found in it."""
     return rule.undone(log, found) if log.name == name else log
 
 
 def _dead(
     samples: Samples, sigma: Sequence[int], passive: Sequence[int], key: str
-) -> Iterator[Finding]:
+) -> Iterator[Symptom]:
     """Find a position or a torque that keeps one value for most of a log while its joint moves."""
     known = key == "tau" or not samples.velocity_derived  # how the joint moves
     for j in moving_joints([samples.qd], sigma) if known else ():
@@ -456,24 +456,24 @@ def _dead(
         there = _fast(samples.qd[:, [j]])[at]
         if lengths[k] > _DEAD * len(samples.t) and there.mean() >= 0.5:
             times = {"since": samples.t[at][0], "until": samples.t[at][-1]}
-            yield Finding(key, j, int(lengths[k]), at, times)
+            yield Symptom(key, j, int(lengths[k]), at, times)
 
 
-def _steps(samples: Samples, *_: object) -> Iterator[Finding]:
+def _steps(samples: Samples, *_: object) -> Iterator[Symptom]:
     """Find positions that jump from one sample to the next."""
     for key, j, x in _channels(samples, moving=True):
         at = steps(x) if key == "q" else np.zeros(0, dtype=np.int64)
         if len(at):
             k = int(at[0])
-            yield Finding(key, j, len(at), at, {"size": x[k + 1] - x[k], "at": samples.t[k]})
+            yield Symptom(key, j, len(at), at, {"size": x[k + 1] - x[k], "at": samples.t[k]})
 
 
-def _leave_out(log: FilteredLog, found: Finding) -> FilteredLog:
+def _leave_out(log: FilteredLog, found: Symptom) -> FilteredLog:
     joints = [found.joint or 0] if found.channel == "tau" else range(log.q.shape[1])
     return left_out(log, log.name, found.data, joints)
 
 
-def _move_back(log: FilteredLog, found: Finding) -> FilteredLog:
+def _move_back(log: FilteredLog, found: Symptom) -> FilteredLog:
     return moved_back(log, log.name, found.joint or 0, found.data)
 
 

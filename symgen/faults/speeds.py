@@ -14,7 +14,7 @@ from symgen.data.signals import Samples, lowpass, lowpass_and_slopes, white_nois
 from symgen.estimation.band import OPEN
 from symgen.faults.channels import moves
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Finding, Rule, apply
+from symgen.faults.rules import Rule, Symptom, apply
 from symgen.faults.undo import shifted, with_column
 from symgen.policy import LEAST
 
@@ -111,13 +111,13 @@ class _Speed:
         """Whether it has an error that matters."""
         return self.unrelated or (self.size > LEAST and self.explained > _EXPLAINED)
 
-    def finding(self, j: int) -> Finding:
+    def finding(self, j: int) -> Symptom:
         """Return what is wrong with the speed of joint j."""
         gain, delay, offset = self.errors
         numbers = {"gain": 1 + gain, "late": 1e3 * delay, "offset": offset}
         pairs = zip(("GV", "LV", "OV"), zip(self.errors, self.std, strict=True), strict=True)
         values = {} if self.unrelated else {name: (float(x), float(s)) for name, (x, s) in pairs}
-        return Finding("qd", j, len(self.v), self.v, numbers, values)
+        return Symptom("qd", j, len(self.v), self.v, numbers, values)
 
 
 def _compared(samples: Samples, comparison_hz: float) -> dict[int, _Speed]:
@@ -179,25 +179,25 @@ def _fit(
     )
 
 
-def _unrelated(_: Samples, speeds: Mapping[int, _Speed]) -> Iterator[Finding]:
+def _unrelated(_: Samples, speeds: Mapping[int, _Speed]) -> Iterator[Symptom]:
     """Find measured speeds that are those of something else."""
     for j, speed in speeds.items():
         if speed.unrelated:
             yield speed.finding(j)
 
 
-def _wrong(_: Samples, speeds: Mapping[int, _Speed]) -> Iterator[Finding]:
+def _wrong(_: Samples, speeds: Mapping[int, _Speed]) -> Iterator[Symptom]:
     """Find measured speeds that are scaled, late or off."""
     for j, speed in speeds.items():
         if speed.wrong and not speed.unrelated:
             yield speed.finding(j)
 
 
-def _replace(samples: Samples, found: Finding) -> Samples:
+def _replace(samples: Samples, found: Symptom) -> Samples:
     return with_column(samples, found.channel, found.joint or 0, found.data)
 
 
-def _silent(samples: Samples, comparison_hz: float) -> Iterator[Finding]:
+def _silent(samples: Samples, comparison_hz: float) -> Iterator[Symptom]:
     """Find torques that are noise throughout while the joint moves, if another torque is not.
 
     The RMS of noise is uncertain by 1 / sqrt(4 B T) in a band B.
@@ -208,7 +208,7 @@ def _silent(samples: Samples, comparison_hz: float) -> Iterator[Finding]:
     drowned = rms(low) <= most * _noise(samples.tau - low, step, band)
     silent = low.any(axis=0) & drowned & ~drowned.all() & ~standing(samples, comparison_hz)
     for j in map(int, np.flatnonzero(silent)):
-        yield Finding("tau", j, len(low), np.zeros(len(low)))
+        yield Symptom("tau", j, len(low), np.zeros(len(low)))
 
 
 #: Rules for speeds: each finder takes samples, and the speeds that are compared with dq/dt.

@@ -227,7 +227,7 @@ def candidates(
         if chosen is None or sought.effect.name in chosen:
             position = numbers.index(sought.effect.joints[0])
             plain = _on_joint(robot, sought_definition(sought, values), position)
-            for constants in grid(robot, sought_searches(sought, values), logs, position):
+            for constants in constant_grid(robot, sought_searches(sought, values), logs, position):
                 yield replace(plain, constants=constants)
 
 
@@ -241,7 +241,7 @@ def _of_library(
     sought = {s.key for s in robot.sought}
     plain = _on_joint(robot, definition, position)
     if (changes or not declared) and (definition.name, joint.number) not in sought:
-        for constants in grid(robot, definition.nonlinear, logs, position):
+        for constants in constant_grid(robot, definition.nonlinear, logs, position):
             yield replace(plain, constants=constants, change=declared)
     yield from begun(plain, logs)
 
@@ -348,7 +348,7 @@ def _tape(name: str) -> Tape:
     return definition_tape(definitions()[name])
 
 
-def grid(
+def constant_grid(
     robot: Robot, searches: Mapping[str, SearchRange], logs: Logs, position: int
 ) -> Iterator[dict[str, float]]:
     """Yield the values of constants that are tried, in the units of the joint.
@@ -393,7 +393,7 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
     for j, k in itertools.combinations(range(robot.n), 2):
         if {robot.movable[j].number, robot.movable[k].number} in known:
             continue
-        for constants in grid(robot, definition.nonlinear, (), j):
+        for constants in constant_grid(robot, definition.nonlinear, (), j):
             yield Candidate(definition, (j, k), partial(_coupled, j, k), 3, constants)
 
 

@@ -24,7 +24,7 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
 from symgen.hypotheses.priors import priors
-from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
+from symgen.hypotheses.score import FREEDOM, TEMPERATURE, PredictiveScore, ScoreFit
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
 
@@ -57,7 +57,7 @@ class Span:
     rows: NDArray[np.bool_]
     price: float
 
-    def fit(self, score: PredictiveScore) -> tuple[float, Fit]:
+    def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
         at = np.array(self.joints)

@@ -27,7 +27,15 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.changes import Change, geared_by
-from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
+from symgen.hypotheses.effects import (
+    Candidate,
+    Constants,
+    Logs,
+    Torque,
+    Torques,
+    begun,
+    constant_grid,
+)
 from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
@@ -357,7 +365,7 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
     definition = definitions()["backlash"]
     for j in range(robot.n):
         plain = Candidate(definition, (j,), partial(_across, j), 1, uses_model=True)
-        for constants in grid(robot, definition.nonlinear, (), j):
+        for constants in constant_grid(robot, definition.nonlinear, (), j):
             yield replace(plain, constants=constants, scales=(constants["width"],))
 
 

@@ -34,7 +34,7 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Changed, Found, Key, Registry, rebuilt
 from symgen.hypotheses.rows import explained
-from symgen.hypotheses.score import Columns, Fit, Folded, price_of_size
+from symgen.hypotheses.score import Columns, Folded, ScoreFit, price_of_size
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
@@ -261,7 +261,7 @@ class _Judge:
 
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None
-    ) -> Iterator[tuple[Candidate, Columns, Fit]]:
+    ) -> Iterator[tuple[Candidate, Columns, ScoreFit]]:
         """Yield the candidates that may be added to a stage, with their columns and scores.
 
         Columns without the model's torque are computed once for a problem.
@@ -315,7 +315,7 @@ class _Judge:
         size = prior_of(candidate.definition).size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
-    def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
+    def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.candidate.name for s in stage.effects}
         # An effect that one joint has is likelier on another.
@@ -342,7 +342,9 @@ class _Judge:
             gain=gain, torque=torque, fault=fault,
         )  # fmt: skip
 
-    def _possible(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Fit:
+    def _possible(
+        self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
+    ) -> ScoreFit:
         """Return the fit in which a coefficient with a physically impossible sign is 0."""
         if candidate.definition.sign != "positive" or candidate.change:
             return fit

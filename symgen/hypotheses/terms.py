@@ -73,7 +73,7 @@ class Factor(NamedTuple):
 Term = tuple[Factor, ...]
 
 
-def library(n: int) -> Iterator[Term]:
+def all_terms(n: int) -> Iterator[Term]:
     """Yield all terms in the positions and speeds of n joints."""
     for letter, functions in (("q", _POSITION), ("qd", _SPEED)):
         for k, function in itertools.product(range(n), functions):
@@ -168,7 +168,7 @@ class Expressions:
 def expressions(baseline: Problem) -> Expressions:
     """Return the terms along the training logs of a declared model."""
     robot = baseline.robot
-    terms = tuple(library(robot.n))
+    terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
     columns = [found[0] for found in baseline.seen(baseline.base).each(candidates)]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

@@ -18,12 +18,12 @@ _KINDS = {
 }
 
 
-def listed() -> list[tuple[str, str, str]]:
+def effect_list() -> list[tuple[str, str, str]]:
     """Return name, kind and meaning of every effect of the library."""
     return [(d.name, d.kind, d.says) for d in definitions().values()]
 
 
-def explained(name: str) -> str:
+def explain_effect(name: str) -> str:
     """Return the description of an effect, as a text of several lines.
 
     Raises:
