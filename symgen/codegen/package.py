@@ -450,9 +450,7 @@ class _Writer:
                 for j in robot.joints
             ],
             effects=[
-                (_markdown(e.name), j, text(torque), e.nonlinear)
-                for e in robot.effects
-                for j, torque in e.torque
+                (_markdown(e.name), e.joint, text(e.torque), e.nonlinear) for e in robot.effects
             ],
             gravity="[" + ", ".join(text(g) for g in robot.gravity) + "]",
             identifier=bool(self.runtime),

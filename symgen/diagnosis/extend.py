@@ -10,15 +10,8 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ParameterError
-from symgen.robot.effect import (
-    Definition,
-    Effect,
-    SearchRange,
-    definitions,
-    of_file,
-    of_library,
-    torque_variables,
-)
+from symgen.robot.declared_effects import of_file, of_library, torque_variables
+from symgen.robot.effect import Definition, Effect, SearchRange, definitions
 from symgen.robot.expressions import exact
 from symgen.robot.tables import Coupling
 from symgen.robot.types import Joint, Robot

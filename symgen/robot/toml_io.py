@@ -18,7 +18,8 @@ from symgen.errors import RobotError, SymgenWarning, located, told_by
 from symgen.files import load_toml
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
-from symgen.robot.effect import MAX_RANGES, Effect, Sought, from_table
+from symgen.robot.declared_effects import from_table
+from symgen.robot.effect import MAX_RANGES, Effect, Sought
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import (

@@ -68,7 +68,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
 
 
 def _effect(effect: Effect, ranges: Mapping[str, Any]) -> dict[str, Any]:
-    torque = expressions.text(effect.torque[0][1]) if effect.own else ""
+    torque = expressions.text(effect.torque) if effect.own else ""
     linear = dict(effect.linear) if effect.own else {}
     constants = {**dict(effect.constants), **ranges}
     return _entries(EffectTable(effect.name, effect.joints, torque, linear, constants))

@@ -57,23 +57,21 @@ def effect_columns(
         by: if given, the result has the derivatives of the columns by this variable instead.
     """
     torques = {real_symbol(f"taur{j}"): torque for j, torque in (load or {}).items()}
-    out = {}
+    loads = {s for torque in torques.values() for s in torque.free_symbols}
+    out: dict[str, ByJoint] = {}
     for effect in robot.effects:
         for name, _ in effect.linear:
             if effect.loads(name) != (load is not None):
                 continue
-            columns = {j: _smooth(c, robot) for j, c in effect.columns(name).items()}
-            label = f"D{name}"
+            column, label = _smooth(effect.column(name), robot), f"D{name}_{effect.joint}"
             if by is not None:
-                columns = {j: slope(c, by) for j, c in columns.items()}
-                label = f"S{by.name}{name}"
-            columns = {j: c.subs(torques) for j, c in columns.items() if c != 0}
-            used = {s for c in columns.values() for s in c.free_symbols}
-            loads = {s for torque in torques.values() for s in torque.free_symbols}
-            variables = {s for s in used if _VARIABLE.fullmatch(s.name)} | (used & loads)
-            out[name] = {
-                j: _lowered(c, f"{label}_{j}", tape, variables) for j, c in columns.items()
-            }
+                column, label = slope(column, by), f"S{by.name}{name}_{effect.joint}"
+            out[name] = {}
+            if column != 0:
+                column = column.subs(torques)
+                used = column.free_symbols
+                variables = {s for s in used if _VARIABLE.fullmatch(s.name)} | (used & loads)
+                out[name][effect.joint] = _lowered(column, label, tape, variables)
     return out
 
 

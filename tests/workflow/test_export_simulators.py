@@ -13,7 +13,8 @@ import sympy as sp
 
 import symgen
 from symgen.identification.parameters import base_values, cad_parameters, read_parameters
-from symgen.robot.effect import definitions, of_library
+from symgen.robot.declared_effects import of_library
+from symgen.robot.effect import definitions
 from symgen.robot.tables import Coupling
 from symgen.robot.toml_io import read_imported
 
