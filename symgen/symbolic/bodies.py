@@ -20,7 +20,7 @@ and a shift of the origin along one axis k by l (Huygens and Steiner) gives
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -38,7 +38,6 @@ from symgen.symbolic.spatial import (
     Vector,
     around,
     cross,
-    dot,
     matrix,
     matvec,
     named,
@@ -46,7 +45,6 @@ from symgen.symbolic.spatial import (
     replaced,
     scaled,
     symmetric,
-    transposed,
     turned,
     vector,
 )
@@ -155,31 +153,6 @@ class Inertia:
         if isinstance(motion, Shift):
             return Inertia(J, replaced(m, {k: tape.entry(m[k] + ml, "m", tag, k)}), self.M)
         return Inertia(J, turned(m, motion.back, f"m{j}_", tape), self.M)
-
-    def placed(self, axes: Sequence[Vector], origin: Vector, tape: TapeBuilder) -> Inertia:
-        """Return the body in the frame in which its own frame has these axes and this origin.
-
-        With the rotation R, the origin p, m' = R m + M p and h = (R m + m') / 2,
-
-            J' = R J R^T + 2 (p . h) - p h^T - h p^T
-        """
-        rows = transposed(tuple(axes))
-        half_turned = [named(matvec(self.J, row), f"u{i}_", tape) for i, row in enumerate(rows)]
-        m = named(matvec(rows, self.m), "r", tape)
-        moment = named(plus(m, scaled(self.M, origin)), "m", tape)
-        both = named(scaled(_HALF, plus(m, moment)), "h", tape)
-        shift = {(i, k): tape.entry(origin[i] * both[k], "o", "", i, k)
-                     for i in range(3) for k in range(3)}  # fmt: skip
-        J = {}
-        for i, k in UPPER:
-            value = dot(rows[i], half_turned[k])
-            if i == k:
-                a, b = around(i)
-                value += 2 * tape.entry(shift[a, a] + shift[b, b], "d", "", i)
-            else:
-                value -= shift[i, k] + shift[k, i]
-            J[i, k] = tape.entry(value, "J", "", i, k)
-        return Inertia(symmetric(J), moment, self.M)
 
     def less_half_trace(self, tag: str, tape: TapeBuilder) -> Matrix:
         """Return J - tr(J)/2."""

@@ -368,16 +368,10 @@ def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics
 
 
 def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
-    """Return what sets or replaces the <inertial> of a link or body."""
+    """Return what adds or replaces the <inertial> of a link or body."""
     old = link.first("inertial")
-    start = link.start if old is None else old.start
-    margin = content[content.rfind(b"\n", 0, start) + 1 : start]
+    if old is None:
+        return inserted(content, link, lines)
+    margin = content[content.rfind(b"\n", 0, old.start) + 1 : old.start]
     indent = margin.decode("utf-8") if not margin.strip() else ""
-    if old is not None:
-        return old.start, old.end, f"\n{indent}".join(lines).encode()
-    inner = f"\n{indent}  "
-    new = inner + inner.join(lines)
-    if link.close > link.inside or link.end > link.close:
-        return link.inside, link.inside, new.encode()
-    tag = content[link.start : link.inside].removesuffix(b"/>").rstrip()
-    return link.start, link.end, tag + f">{new}\n{indent}</{link.tag}>".encode()
+    return old.start, old.end, f"\n{indent}".join(lines).encode()
