@@ -37,7 +37,7 @@ from symgen.estimation.estimators import (
     Prior as Prior,
     Wls as Wls,
 )
-from symgen.estimation.estimators import InstrumentalVariables as InstrumentalVariables
+from symgen.estimation.instrumental import InstrumentalVariables as InstrumentalVariables
 from symgen.experiment.excitation import (
     Motion as Motion,
     Search as Search,

@@ -35,7 +35,7 @@ def message(text: str) -> str:
     return line if len(line) <= _START + _END else f"{line[:_START]} ... {line[-_END:]}"
 
 
-def first_of(items: Sequence[str], most: int) -> str:
+def first_of(items: Sequence[str], most: int = 8) -> str:
     """List the first items; dots follow if there are more."""
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 

@@ -17,6 +17,10 @@ MISFIT = 0.004
 GOOD, ACCEPT = 0.05, 0.10
 #: A part of the motion with this many times the error of all is named.
 VARIES = 2.5
+#: Standard deviation up to which a parameter is known, part of its value.
+KNOWN = 0.3
+#: Standard deviations beyond which a difference is not chance: one of 370 by a normal law.
+BEYOND = 3.0
 #: Error of a single joint from which it is listed with its N m.
 JOINT = 0.30
 #: A model can be simulated if its position error on held-out motion is below these parts of the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -332,6 +333,13 @@ def require_size(path: Path, announced: int) -> None:
     if announced > _UNPACKED + _PACKING * stored:
         what = f"would unpack from {stored / 1e6:.3g} MB to {announced / 1e6:.3g} MB"
         refuse(what, f"at most {_PACKING} times the size on the disk and {_UNPACKED >> 20} MB")
+
+
+def csv_bytes(names: Sequence[str], rows: FloatArray, digits: int = 9) -> bytes:
+    """Return the content of a CSV with named columns of rows (N, c)."""
+    out = io.BytesIO()
+    np.savetxt(out, rows, f"%.{digits}g", ",", header=",".join(names), comments="")
+    return out.getvalue()
 
 
 def read_only(array: npt.ArrayLike) -> FloatArray:

@@ -6,14 +6,13 @@ All filters have zero phase: a delay of q against tau would bias the parameters.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from symgen.data.bandwidth import HIGHEST, motion_bandwidth
 from symgen.data.log import Log, rows
 from symgen.data.mask import Bools, Mask, on_grid, rms, touched
 from symgen.data.raw import FloatArray, read_only, refuse
@@ -23,6 +22,16 @@ from symgen.errors import LogError
 #: Logs whose time steps vary by more than this share of the median are resampled.
 STEP_TOLERANCE = 0.01
 
+#: Share of the power of a joint's speed that lies below half the comparison band.
+POWER = 0.99
+#: Hz: the comparison band is at least and at most this. Friction steps at reversals live up there.
+LOWEST, HIGHEST = 2.0, 10.0
+#: Cutoffs above this share of the sampling rate filter nothing: positions are taken as they are.
+OPEN = 0.45
+_SEEN = 50.0  # Hz, of the speeds whose spectrum is looked at
+_GRID = np.linspace(0.0, _SEEN, 2001)
+#: Cutoff of missing speeds over the comparison band: the filter loses (1/10)**8 of the motion.
+_MARGIN = 5.0
 #: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
 TAIL = 9.6
 
@@ -85,12 +94,12 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
 
     If the time steps vary by more than 1 %, a cubic spline resamples the log. Measured velocities
     stay unchanged. Missing velocities are the derivative of q after a zero-phase low-pass filter; q
-    is then the filtered one, so that both describe the same motion. No filter is used if the log
-    has no noise, or if its rate is too low for the filter.
+    is then the filtered one, so that both describe the same motion. No filter is used if the rate
+    of the log is too low for it.
 
     Args:
         log: the measured log.
-        cutoff: cutoff of the filter in Hz; None to choose it from the bandwidth of the motion.
+        cutoff: cutoff of the filter in Hz; None for five times the comparison band of the motion.
 
     Raises:
         LogError: gaps in time that are longer than the log, a cutoff that is not between 0 and the
@@ -102,9 +111,45 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     if not s.velocity_derived:
         note = "qd was measured and is used unfiltered, whatever the cutoff"
         return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
-    q, qd, used, note = _derive_velocity(s.q, s.step, cutoff)
-    notes = (*s.notes[:-1], f"{log.name}: {note}")  # replaces the note of `sampled`
-    return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=used, notes=notes)
+    given = cutoff is not None
+    used = cutoff if cutoff is not None else _MARGIN * comparison_band([s])
+    if given or can_filter(used, s.step):
+        q, qd = lowpass_and_slopes(s.q, s.step, used, 1)
+        source = "from the user" if given else "from the motion's bandwidth"
+        how = f"both through a zero-phase low-pass filter at {used:.4g} Hz ({source})"
+    else:
+        q, qd, nyquist = s.q, differentiate(s.q, s.step), 0.5 / s.step
+        how = f"unfiltered, as the Nyquist frequency is {nyquist:.4g} Hz"
+    notes = (*s.notes[:-1], f"{log.name}: qd is missing and was derived from q, {how}")
+    filtered = used if q is not s.q else None
+    return replace(s, q=read_only(q), qd=read_only(qd), cutoff_hz=filtered, notes=notes)
+
+
+def comparison_band(logs: Sequence[Samples]) -> float:
+    """Return the band in which torques are compared, Hz.
+
+    It is twice the lowest frequency that has 99 % of the power of a joint's speed below it, over
+    all logs, for the joint with the largest value, within 2 to 10 Hz. Speeds are central
+    differences of positions below 50 Hz. A piece of a longer log begins and ends during motion,
+    which would widen its spectrum; a Hann window therefore fades its speeds in and out (Welch
+    1967).
+    """
+    found = 0.0
+    for j in range(logs[0].q.shape[1]):
+        power: FloatArray = np.zeros(len(_GRID))
+        for s in logs:
+            q = lowpass(s.q[:, j], s.step, _SEEN) if can_filter(_SEEN, s.step) else s.q[:, j]
+            speed = np.gradient(q, s.step)
+            speed = speed - speed.mean()
+            if s.piece:
+                fade = np.hanning(len(speed))
+                speed = (speed - fade @ speed / fade.sum()) * fade / np.sqrt(np.mean(fade**2))
+            lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
+            frequency = np.fft.rfftfreq(len(speed), s.step)
+            power = power + np.interp(_GRID, frequency, np.cumsum(lines))
+        if power[-1] > 0:
+            found = max(found, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
+    return min(max(found, LOWEST), HIGHEST)
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
@@ -222,27 +267,6 @@ def interpolated(t: FloatArray, x: FloatArray) -> Callable[[FloatArray], FloatAr
 
     spline = CubicSpline(t, x)
     return lambda at: np.asarray(spline(at), dtype=np.float64)
-
-
-def _derive_velocity(
-    q: FloatArray, step: float, cutoff: float | None
-) -> tuple[FloatArray, FloatArray, float | None, str]:
-    """Return positions, their derivative, the cutoff that both passed, and a note."""
-    source = "from the user"
-    if cutoff is None:
-        cutoff, source = motion_bandwidth(q, step), "from the motion's bandwidth"
-        if not can_filter(cutoff, step):
-            note = (
-                "qd is missing and was derived from q, not filtered because the motion reaches "
-                f"too near the Nyquist frequency of {0.5 / step:.4g} Hz"
-            )
-            return q, differentiate(q, step), None, note
-    smooth, speed = lowpass_and_slopes(q, step, cutoff, 1)
-    note = (
-        "qd is missing and was derived from q, both through a zero-phase low-pass filter at "
-        f"{cutoff:.4g} Hz ({source})"
-    )
-    return smooth, speed, cutoff, note
 
 
 def lowpass(x: FloatArray, step: float, cutoff: float) -> FloatArray:
@@ -363,7 +387,7 @@ def _end_of_cubic(window: int) -> FloatArray:
 
 def can_filter(cutoff: float, step: float) -> bool:
     """Whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
-    return cutoff < HIGHEST * 0.5 / step
+    return cutoff < OPEN / step
 
 
 def noise_of_differences(x: FloatArray) -> FloatArray:

@@ -24,7 +24,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, model_of
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import Changed, Found
-from symgen.hypotheses.rows import Rows, make_rows
+from symgen.hypotheses.rows import Rows, make_rows, with_rests
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
@@ -45,6 +45,7 @@ class Extended:
         alone: coefficients of each effect, fitted together beside the declared model.
         X, std: parameters of the robot, then the coefficients of the effects beside it, then (std
             alone) the searched constants.
+        covariance: of the parameters of the robot.
     """
 
     problem: Problem
@@ -56,6 +57,7 @@ class Extended:
     alone: tuple[tuple[FoundParameter, ...], ...]
     X: FloatArray
     std: FloatArray
+    covariance: FloatArray
 
     @property
     def count(self) -> int:
@@ -101,7 +103,8 @@ def extend_model(found: Found) -> Extended:
     std = _with_constants(problem, effects, seen, names, rows, solution.std)
     alone = tuple(map(tuple, _alone(problem, effects)))
     about = problem, robot, evaluator, effects, tuple(declared), beside, alone
-    return Extended(*about, solution.X, std)
+    p = len(names) - sum(s.candidate.size for s in beside)
+    return Extended(*about, solution.X, std, solution.covariance[:p, :p])
 
 
 def _coefficient_names(effects: Sequence[Score]) -> tuple[str, ...]:
@@ -159,14 +162,17 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
     known = features_of(rows.logs, problem.robot.sigma)
+    rested = with_rests(rows)
     out, first = [], 0
     for log in rows.logs:
         t, random = log.compared_t, known.in_band(log.unmasked.modelled)
         for j in range(rows.n):
-            weight = rows.moves[first : first + len(t), j]
+            weight = rested.moves[first : first + len(t), j]
             at = np.flatnonzero(weight)
             W, y = rows.W[first + at, j], rows.y[first + at, j]
-            out.append(Equations(log.name, W, y, t[at], 2, j, features=random[at, j]))
+            rest = None if log.resting is None else log.resting[at, j]
+            e = Equations(log.name, W, y, t[at], 2, j, rest=rest, features=random[at, j])
+            out.append(e.with_rest_weight(float(weight[at].min(initial=1.0))))
         first += len(t)
     return solve(LinearSystem(names, tuple(out)), "wls")
 

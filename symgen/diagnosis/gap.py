@@ -52,7 +52,7 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
     was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
     inside = problem.parameters(problem.beside(model.effects))
     corrected = bool(model.effects or found.changes or found.contacts)
-    first = partial(torque_at, declared.evaluator, declared.X)
+    first = partial(torque_at, declared.evaluator, declared.estimate)
     for recorded, log in zip(declared.held, problem.held, strict=True):
         before = modelled(recorded, first)
         measured = recorded.unmasked.measured
@@ -70,6 +70,17 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
     moving = _gap(in_motion(was).residual), _gap(part), _gap(floor_below(noise, part))
     floor = _gap(floor_below(noise, whole))
     return Gaps(_gap(was.residual), _gap(whole), floor, moving, tuple(curves))
+
+
+def error_in_motion(model: Extended) -> float:
+    """Return the torque error of an extended model on the validation logs, of joints in motion."""
+    problem = model.problem
+    inside = problem.parameters(problem.beside(model.effects))
+    out = TorqueFit.none(problem.base.n)
+    for log in problem.held:
+        torque = log.unmasked.compared(_torque(model, problem, log, inside))
+        out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
+    return in_motion(out).residual.relative
 
 
 def _torque(model: Extended, problem: Problem, log: FilteredLog, inside: FloatArray) -> FloatArray:

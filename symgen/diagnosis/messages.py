@@ -44,16 +44,16 @@ def summary(diagnosis: Diagnosis) -> str:
     times = f", {diagnosis.after.total / floor:.2g} times the noise" if floor else ""
     told = times if diagnosis.after.total > _SEVERAL * floor else ""
     gap = f"The torque error falls from {before} to {after}{told} (noise floor: {noise})."
-    count = len(diagnosis.effects)
+    count = sum(effect.adopted for effect in diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"
-    named = f"{effects} of the measuring chain" if count else "the measuring chain"
+    named = f": {effects} of the measuring chain" if count else ""
     return {
         "consistent": "The model explains these logs: no effect that matters is probable. The "
         f"torque error is {before} (noise floor: {noise}).",
         "explained": f"The model lacks {effects}. {gap}",
         "partly-explained": f"The model lacks {effects}, and a part of the torque is unexplained. "
         f"{gap}",
-        "bad-measurement": f"The measurement is wrong, not the model: {named}. {gap}",
+        "bad-measurement": f"The measurement is wrong, not the model{named}. {gap}",
         "unexplained": f"The torque error is {before} (noise floor: {noise}), and no known effect "
         "explains it.",
     }[diagnosis.verdict]

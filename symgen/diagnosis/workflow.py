@@ -29,7 +29,7 @@ from symgen.diagnosis.extended import (
     joint_numbers,
     robot_parameters,
 )
-from symgen.diagnosis.gap import Gaps, measure_gap, places
+from symgen.diagnosis.gap import Gaps, error_in_motion, measure_gap, places
 from symgen.diagnosis.messages import advice_of
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.errors import IdentificationError, ParameterError, RobotError
@@ -45,6 +45,8 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
+from symgen.estimation.torque_error import percent
+from symgen.estimation.values import Reason
 from symgen.faults.fault import MASKED, Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
@@ -65,9 +67,11 @@ from symgen.hypotheses.registry import Found, make_registry
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.parameters import read_given
+from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
+from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
 from symgen.parallel import own_threads
-from symgen.policy import EXPLAINED, LEAST, MISFIT
+from symgen.policy import ACCEPT, EXPLAINED, LEAST, MISFIT
 from symgen.robot.effect import definitions
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
@@ -153,8 +157,10 @@ def diagnose(
     found, weighed = confirm(found, least)
     found, weighed, model, gaps = _extend(found, weighed)
     listed = (*_repaired(opened, band, problem, least), *found_effects(model, weighed))
-    concluded = _Concluded(source, found, weighed, model, gaps, listed)
-    return _conclude(opened, band, concluded, broken, least)
+    reasons = [Reason(fault.kind, fault.joints, text=fault.fault) for fault in broken]
+    reasons = reasons or _impossible(model, gaps)
+    concluded = _Concluded(source, found, weighed, model, gaps, listed, tuple(reasons))
+    return _conclude(opened, band, concluded, least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,6 +266,27 @@ def _extend(
         )
 
 
+def _impossible(model: Extended, gaps: Gaps) -> list[Reason]:
+    """Return a reason if the model explains the logs, and the nearest possible robot does not."""
+    free = gaps.moving[1].total
+    if model.problem.given or free > ACCEPT:
+        return []
+    try:
+        near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
+    except ParameterError:  # the covariance is not one, or the solver finds none
+        return []
+    if not near.fault:
+        return []
+    X = np.concatenate([near.X, model.X[model.count :]])
+    bounded = error_in_motion(replace(model, X=X))
+    limit = largest_error(free)
+    if bounded <= limit:
+        return []
+    text = f"{near.fault}; the nearest possible robot has {percent(bounded)} torque error"
+    missing = Reason(EFFECT_MISSING, value=bounded, limit=limit, text=text)
+    return like_no_robot(free, bounded, ACCEPT) or [missing]
+
+
 def _same(a: Item, b: Item) -> bool:
     """Whether two values are of one hypothesis; constants may have moved."""
     if isinstance(a, Score) and isinstance(b, Score):
@@ -328,15 +355,19 @@ class _Concluded:
     model: Extended
     gaps: Gaps
     effects: tuple[FoundEffect, ...]
+    #: Why the measurement is wrong, or the parameters are no robot's.
+    reasons: tuple[Reason, ...]
 
 
-def _verdict(c: _Concluded, broken: Sequence[Fault], least: float) -> str:
+def _verdict(c: _Concluded, least: float) -> str:
     """Return one of VERDICTS."""
     physics = _closed(c, "physics") + _closed(c, "file")
-    if broken or _closed(c, "recorder") > physics:
+    impossible = any(reason.kind == EFFECT_MISSING for reason in c.reasons)
+    wrong = bool(c.reasons) and not impossible
+    if wrong or _closed(c, "recorder") > physics:
         return "bad-measurement"
     _, after, floor = c.gaps.moving
-    explained = quiet(after.per_joint, floor.per_joint, least)
+    explained = quiet(after.per_joint, floor.per_joint, least) and not impossible
     if not any(e.adopted for e in c.effects):
         return "consistent" if explained else "unexplained"
     return "explained" if explained and after.total <= EXPLAINED else "partly-explained"
@@ -353,12 +384,10 @@ def _closed(c: _Concluded, side: str) -> float:
     return float(np.sum(shares))
 
 
-def _conclude(
-    opened: _Opened, band: Band, c: _Concluded, broken: Sequence[Fault], least: float
-) -> Diagnosis:
+def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:
     """Return the diagnosis: verdict, gap, effects, advice."""
     found, robot = c.found, c.found.declared.robot
-    verdict = _verdict(c, broken, least)
+    verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
     patterns = {name: d.pattern for name, d in definitions().items()}
     where = () if verdict == "consistent" else places(found, adopted, patterns, c.gaps)
@@ -383,7 +412,7 @@ def _conclude(
         where=where,
         effects=c.effects,
         rejected=(*doubts, *rejected),
-        advice=(*(f.fault for f in broken), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
+        advice=(*(r.text for r in c.reasons), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
         notes=_notes(opened, band, c),
         extended=c.model.robot,
         joints=tuple(j.number for j in robot.movable),
@@ -391,7 +420,7 @@ def _conclude(
         tried=found.tried,
         parameters=robot_parameters(c.model, c.effects),
         declared=robot,
-        values=tuple(map(float, found.declared.X)),
+        values=tuple(map(float, found.declared.estimate)),
         repairs=opened.repairs,
         mended=largest_repairs(opened.changed),
         moving=c.gaps.moving,

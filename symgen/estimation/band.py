@@ -12,18 +12,9 @@ from typing import Annotated
 import numpy as np
 
 from symgen.data.mask import mean_speeds, slow_speeds
-from symgen.data.signals import Samples, lowpass
+from symgen.data.signals import OPEN, Samples, can_filter
 from symgen.estimation.values import FloatArray
 from symgen.schemas import OPTIONAL
-
-#: Share of the power of a joint's speed that lies below half the comparison band.
-POWER = 0.99
-#: Hz: the comparison band is at least and at most this. Friction steps at reversals live up there.
-LOWEST, HIGHEST = 2.0, 10.0
-#: Cutoffs above this share of the sampling rate filter nothing: positions are taken as they are.
-OPEN = 0.45
-_SEEN = 50.0  # Hz, of the speeds whose spectrum is looked at
-_GRID = np.linspace(0.0, _SEEN, 2001)
 
 
 @dataclass(frozen=True)
@@ -70,7 +61,7 @@ class Band:
 
     def filters(self, step: float) -> bool:
         """Whether positions of a log of this step pass a low-pass."""
-        return self.cutoff_hz < OPEN / step
+        return can_filter(self.cutoff_hz, step)
 
     def in_words(self) -> str:
         """Return the line that every command prints."""
@@ -95,30 +86,3 @@ def rest_speeds(logs: Sequence[Samples], sigma: Sequence[int]) -> FloatArray:
     largest = np.max([np.abs(mean_speeds(s.q, s.step)).max(axis=0) for s in logs], axis=0)
     slow, still = slow_speeds(largest, sigma)
     return np.where(still, -1.0, slow)
-
-
-def comparison_band(logs: Sequence[Samples]) -> float:
-    """Return the band in which torques are compared, Hz.
-
-    It is twice the lowest frequency that has 99 % of the power of a joint's speed below it, over
-    all logs, for the joint with the largest value, within 2 to 10 Hz. Speeds are central
-    differences of positions below 50 Hz. A piece of a longer log begins and ends during motion,
-    which would widen its spectrum; a Hann window therefore fades its speeds in and out (Welch
-    1967).
-    """
-    found = 0.0
-    for j in range(logs[0].q.shape[1]):
-        power: FloatArray = np.zeros(len(_GRID))
-        for s in logs:
-            q = lowpass(s.q[:, j], s.step, _SEEN) if OPEN / s.step > _SEEN else s.q[:, j]
-            speed = np.gradient(q, s.step)
-            speed = speed - speed.mean()
-            if s.piece:
-                fade = np.hanning(len(speed))
-                speed = (speed - fade @ speed / fade.sum()) * fade / np.sqrt(np.mean(fade**2))
-            lines = np.abs(np.fft.rfft(speed)) ** 2 * s.step / len(speed)
-            frequency = np.fft.rfftfreq(len(speed), s.step)
-            power = power + np.interp(_GRID, frequency, np.cumsum(lines))
-        if power[-1] > 0:
-            found = max(found, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
-    return min(max(found, LOWEST), HIGHEST)

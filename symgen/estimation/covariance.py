@@ -14,7 +14,7 @@ import numpy as np
 
 from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.summary import Summary, nonzero_columns
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations
 from symgen.estimation.values import FloatArray
 
 
@@ -42,37 +42,37 @@ def bartlett(scores: FloatArray, lag: int, lead: int = 0, ended: bool = True) ->
     return meat
 
 
+def summed_scores(scores: Iterable[FloatArray], parts: Sequence[Summary]) -> FloatArray:
+    """Return the long-run covariance sum (p, p) of the scores of all logs, (K, p) each."""
+    pairs = zip(scores, parts, strict=True)
+    return np.asarray(np.sum([bartlett(s, part.lag) for s, part in pairs], axis=0))
+
+
 def robust_covariance(
-    system: LinearSystem,
     X: FloatArray,
     bread: FloatArray,
-    scores: Sequence[FloatArray],
-    products: Iterable[Products],
+    meat: FloatArray,
+    parts: Sequence[Summary],
+    weights: Iterable[float] | FloatArray,
+    crosses: Sequence[FloatArray | None] = (),
 ) -> tuple[FloatArray, FloatArray]:
     """Return the covariance of an estimate, (p, p) each: of noise, and of what the model misses.
 
     Args:
-        system: whose logs the scores belong to.
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations sum s_i(X) = 0.
-        scores: s_i, (K, p) a log.
-        products: of the weighted rows in that derivative, log by log.
+        meat: `summed_scores` of the s_i, (p, p).
+        parts: the logs.
+        weights: of their rows in that derivative, one a log.
+        crosses: Z'[Z F] of their instruments Z and functions F; none without instruments.
     """
+    each = zip(parts, weights, crosses or [None] * len(parts), strict=True)
+    products = [Products.of_summary(s, w, cross) for s, w, cross in each]
     white, misfit = covariances(X, bread, products)
-    return widened(long_run_covariance(system, bread, scores), white), misfit
+    return widened(sandwich(bread, meat, parts), white), misfit
 
 
-def long_run_covariance(
-    system: LinearSystem, bread: FloatArray, scores: Sequence[FloatArray]
-) -> FloatArray:
-    """Return the covariance (p, p) by `sandwich` alone; arguments as for `robust_covariance`."""
-    meat = sum(bartlett(s, e.lag) for s, e in zip(scores, system.logs, strict=True))
-    return sandwich(bread, np.asarray(meat), system.logs)
-
-
-def sandwich(
-    bread: FloatArray, meat: FloatArray, parts: Iterable[Summary | Equations]
-) -> FloatArray:
+def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> FloatArray:
     """Return the covariance (p, p), robust to correlated residuals (Newey and West 1987).
 
         cov = c f^2 A [sum over logs, lags k of b_k s_i s_(i+k)'] A',    c = m/(m - p)
@@ -86,10 +86,8 @@ def sandwich(
         meat: what is in the brackets, (p, p).
         parts: the logs, of which rows and lags count.
     """
-    stretches = m = 0.0
-    for part in parts:
-        stretches += part.rows / part.lag
-        m += part.rows / max(part.correlation, 1)
+    stretches = sum(part.rows / part.lag for part in parts)
+    m = sum(part.independent for part in parts)
     b = 1 / max(stretches, 1.0)
     wider = 1 + (2.9694 * b + 0.4160 * b**2 - 0.5324 * b**3) / 1.96
     factor = wider**2 * m / max(m - len(bread), 1.0)

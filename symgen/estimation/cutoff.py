@@ -24,11 +24,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from symgen.data.log import MIN_SAMPLES
 from symgen.data.mask import Bools, resting, rms, spans
-from symgen.data.signals import Samples, lowpass, noise_of_differences, require_cutoff
-from symgen.estimation.band import OPEN, Band, Rests, comparison_band, rest_speeds
+from symgen.data.signals import (
+    OPEN,
+    Samples,
+    comparison_band,
+    lowpass,
+    noise_of_differences,
+    require_cutoff,
+)
+from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
+from symgen.estimation.solve import PASSES
 from symgen.estimation.summary import FOLDS, block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations
 from symgen.estimation.values import FloatArray
@@ -37,8 +46,6 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Weight of equations at rest while the band is chosen, and what it is at least.
 _FIRST, _LEAST = 0.1, 1e-3
-_ROUNDS = 3
-_FEWEST = 10  # rows at rest, and in motion, that a deviation is taken from
 
 
 def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
@@ -66,7 +73,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
         return band
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
     weight = [_LEAST] * len(equations[0])  # what motion determines, rests must not
-    for _ in range(_ROUNDS):
+    for _ in range(PASSES):
         equations = [
             tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
             for log in equations
@@ -87,7 +94,7 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
         rest: (K,) which of them its rests concern.
     """
     moved = error[~rest]
-    if min(len(moved), int(rest.sum())) < _FEWEST:
+    if min(len(moved), int(rest.sum())) < MIN_SAMPLES:
         return 1.0
     sums = np.array([error[first:last].sum() for first, last in spans(rest)])
     squares = max(float(sums @ sums), float(error[rest] @ error[rest]))
@@ -164,17 +171,17 @@ def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
     """Whether a low-pass removes from every position less motion than it contains noise."""
     return all(
         1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
-        and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * position_noise(s)).all()
+        and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * channel_noise(s.q)).all()
         for s in logs
     )
 
 
-def position_noise(samples: Samples) -> FloatArray:
-    """Return the noise of positions, (n,), from sixth differences or from the encoder step."""
-    moved = np.abs(np.diff(samples.q, axis=0))
-    step = np.where(moved > 0, moved, np.inf).min(axis=0, initial=np.inf)
-    rounded = np.where(np.isfinite(step), step, 0.0) / 12**0.5
-    return np.maximum(noise_of_differences(samples.q), rounded)
+def channel_noise(x: FloatArray) -> FloatArray:
+    """Return the noise of channels (N, n), (n,): from sixth differences, at least of rounding."""
+    steps = np.abs(np.diff(x, axis=0))
+    least = np.min(steps, axis=0, where=steps > 0, initial=np.inf)
+    rounding = np.where(np.isfinite(least), least, 0.0) / math.sqrt(12)
+    return np.maximum(noise_of_differences(x), rounding)
 
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:

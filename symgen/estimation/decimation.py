@@ -9,23 +9,27 @@ therefore filter a chunk of a regressor, and nothing as long as the log has to b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.signals import TAIL, continuation, end_window, response
-from symgen.estimation.band import OPEN
+from symgen.data.raw import Places
+from symgen.data.signals import (
+    OPEN,
+    TAIL,
+    continuation,
+    end_window,
+    response,
+)
 from symgen.estimation.values import FloatArray
 
 #: Rows kept in a period of the cutoff.
 PER_PERIOD = 4
 #: Seconds that are left out at either end of a log, where the filter runs in.
 ENDS = 0.3
-_CHUNK = 8192  # samples that are evaluated at once where nothing is filtered
 #: Nodes that are evaluated at once, about: what they give of many columns stays in a cache.
 BLOCK = 256
 
@@ -54,7 +58,7 @@ class Decimation:
     margin: int
 
     @property
-    def kept(self) -> NDArray[np.int64]:
+    def kept(self) -> Places:
         """Numbers of the kept samples."""
         return np.arange(self.margin, self.samples - self.margin, self.every)
 
@@ -63,24 +67,19 @@ class Decimation:
         """Number of nodes."""
         return -(-self.samples // self.stride)
 
-    def chunks(
+    def filtered(
         self, values: Callable[[int, int], FloatArray], together: int = BLOCK
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate nodes block by block, each once, filter them and keep some.
+    ) -> FloatArray:
+        """Return the output of the low-pass at the kept samples, (K, ...); each node is asked once.
 
         Args:
             values: returns the values at nodes first to last (exclusive), (last - first, ...).
-            together: approximate number of nodes in a block.
-
-        Yields:
-            The indices into `kept`, and their filtered values (k, ...).
+            together: approximate number of nodes that are asked at once.
         """
-        kept = self.kept
         if self.cutoff is None:
-            for first in range(0, len(kept), _CHUNK):
-                part = slice(first, min(first + _CHUNK, len(kept)))
-                yield part, values(int(kept[part][0]), int(kept[part][-1]) + 1)
-            return
+            blocks = range(0, self.samples, together)
+            return np.concatenate([values(k, min(k + together, self.samples)) for k in blocks])
+        kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
         beyond = min(reach // self.stride, self.nodes - 1)  # nodes that continue an end
         window = end_window(self.stride * self.step, self.cutoff)
@@ -89,6 +88,7 @@ class Decimation:
         begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
         edges = [0, *range(begin, self.nodes, block), self.nodes]
         inside, lowest, done = np.zeros((0, 1)), 0, 0  # values of nodes from the lowest on
+        smooth = []
         for first, last in pairwise(edges):
             found = values(first, last)
             flat = found.reshape(len(found), -1)
@@ -101,13 +101,13 @@ class Decimation:
                 end = len(kept)
             if end > done:
                 offset = int(kept[done]) - lowest * self.stride
-                smooth = _weights(self, reach, offset, end - done, len(inside)) @ inside
-                yield slice(done, end), smooth.reshape(end - done, *found.shape[1:])
+                smooth.append(_weights(self, reach, offset, end - done, len(inside)) @ inside)
             done = end
             if done < len(kept):
                 needed = -(-(int(kept[done]) - reach) // self.stride)
                 past = max(needed - lowest, 0)
                 inside, lowest = inside[past:], lowest + past
+        return np.concatenate(smooth).reshape(len(kept), *found.shape[1:])
 
 
 @lru_cache(maxsize=64)

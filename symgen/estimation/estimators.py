@@ -2,22 +2,10 @@
 
 Every estimator is a frozen value with a name and a method `solve` from a LinearSystem to a
 Solution. `excludes` says what its standard deviations leave out.
-
-Instrumental variables remove the bias that least squares has where the columns of W carry noise
-that is also in y - W X. Instruments Z (as large as W) that follow the true motion but not this
-noise give an estimate without it,
-
-    X = (Z'W)^-1 Z'y            (Young 1970; Janot, Vandanjon, Gautier 2014)
-
-Where Z comes from is said in `instruments`. The Durbin-Wu-Hausman test asks whether what Z does not
-explain of W helps to explain y (Hausman 1978; Davidson and MacKinnon 1993, section 7.9):
-
-    y = W X + V d + e,   V = W - Z (Z'Z)^-1 Z'W,   d = 0 where least squares is consistent
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
@@ -25,10 +13,9 @@ import numpy as np
 
 from symgen.data.signals import NORMAL
 from symgen.errors import IdentificationError
-from symgen.estimation.covariance import long_run_covariance, robust_covariance, scores
-from symgen.estimation.misfit import Products
+from symgen.estimation.covariance import robust_covariance, summed_scores
+from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.solve import (
-    SINGULAR,
     Solution,
     column_norms,
     condition,
@@ -39,28 +26,19 @@ from symgen.estimation.solve import (
     merged,
     require_rows,
     residual_weights,
-    undetermined,
+    sum_of_scores,
+    weighted_least_squares,
     weighted_triangle,
 )
-from symgen.estimation.summary import bounded_deviation, summaries, triangle
-from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
+from symgen.estimation.summary import bounded_deviation, summaries
+from symgen.estimation.system import LinearSystem
+from symgen.estimation.values import FloatArray
 
-PASSES = 3
 _PASSES_OF_A_PRIOR = 20  # on factors: cheap
 NOISE_BIAS = (
     "bias from noise of positions and speeds in the regressor, and errors of the model that are no "
     "smooth function of positions and speeds"
 )
-#: Columns whose part that the instruments leave is smaller than this share are not suspect.
-_SUSPECT = 1e-7
-#: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
-LEVEL = 0.01
-#: Correlation of a direction of W with the instruments under which they are called weak.
-_WEAK = 0.3
-#: A bias that intervals do not hold: in std, and as a share of a parameter known to another share.
-_BEYOND, _MATERIAL, _KNOWN = 3.0, 0.05, 0.3
-_UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
 
 
 class Estimator(Protocol):
@@ -86,7 +64,7 @@ class Ols:
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of [W y], log by log."""
-        return _weighted(system, 0)
+        return weighted_least_squares(system, 0)
 
 
 @dataclass(frozen=True)
@@ -95,25 +73,14 @@ class Wls:
 
     minimise sum over logs of ||y_l - W_l X||^2 / sigma_l^2 (Gautier 1997, "Dynamic identification
     of robots with power model"). The equations of each joint count as a log.
-
-    Attributes:
-        prior: what is known beforehand, see `Prior`; None for nothing.
     """
 
-    prior: Prior | None = None
     name: ClassVar[str] = "wls"
     excludes: ClassVar[str] = NOISE_BIAS
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of [W y], log by log, on whose factors the weights are iterated."""
-        return _weighted(system, PASSES) if self.prior is None else self.prior.solve(system)
-
-
-def _weighted(system: LinearSystem, passes: int) -> Solution:
-    require_rows(system)
-    parts = summaries(system)
-    weights, *solved = log_weights(parts, system.names, passes)
-    return least_squares_solution(system, parts, weights, (solved[0], solved[1], solved[2]))
+        return weighted_least_squares(system)
 
 
 @dataclass(frozen=True)
@@ -140,29 +107,25 @@ class Huber:
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of the reweighted rows."""
-        require_rows(system)
-        X, even = Wls().solve(system).X, np.ones(len(system.logs))
+        X = weighted_least_squares(system).X
+        even = np.ones(len(system.logs))
         for _ in range(self.passes):
             before = X
-            found = system.weighed(self._weights(system, X)[0])
-            X, scale, R = merged((s.factor for s in summaries(found)), even, system.names)
-            moved, size = (np.linalg.norm(R @ (scale * x)) for x in (X - before, X))
-            if moved <= self.tolerance * size:
+            rows, _ = self._weights(system, X)
+            parts = summaries(system.weighed(rows))
+            X, scale, R = merged((s.factor for s in parts), even, system.names)
+            moved = np.linalg.norm(R @ (scale * (X - before)))
+            if moved <= self.tolerance * np.linalg.norm(R @ (scale * X)):
                 break
         rows, inverse = self._weights(system, X)
         inside = [w == v for w, v in zip(rows, inverse, strict=True)]
         kept = summaries(system.weighed([v * i for v, i in zip(inverse, inside, strict=True)]))
         bread = inverse_information(*merged((s.factor for s in kept), even, system.names)[1:])
-        own = [scores(e, X) for e in system.weighed(rows).logs]
-        products = [Products.of_summary(s, 1.0) for s in kept]
+        meat = sum_of_scores(system.weighed(rows), kept, even, X)
+        covariances = robust_covariance(X, bread, meat, kept, even)
         beyond = 1 - np.mean(np.concatenate(inside))
-        return Solution(
-            X,
-            *robust_covariance(system, X, bread, own, products),
-            condition(R),
-            tuple(map(float, inverse)),
-            (f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less",),
-        )
+        note = f"{100 * beyond:.3g} % of the equations lie beyond the threshold and weigh less"
+        return Solution(X, *covariances, condition(R), tuple(map(float, inverse)), (note,))
 
     def _weights(self, system: LinearSystem, X: FloatArray) -> tuple[list[FloatArray], FloatArray]:
         """Return the weight of every row, (K,) a log, and 1/s of the logs."""
@@ -170,10 +133,9 @@ class Huber:
         sigma = np.array([np.median(e) for e in errors]) * NORMAL
         squares = np.array([e.square for e in system.logs])
         inverse = inverse_deviation(bounded_deviation(sigma, squares))
-        rows = [
-            v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold))
-            for e, v in zip(errors, inverse, strict=True)
-        ]
+        rows = []
+        for e, v in zip(errors, inverse, strict=True):
+            rows.append(v * np.sqrt(self.threshold / np.maximum(v * e, self.threshold)))
         return rows, inverse
 
 
@@ -209,7 +171,8 @@ class Prior:
             weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
             rows = [*(s.factor for s in parts), own]
             X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
-        solution = least_squares_solution(system, parts, weights, (X, scale, R))
+        meat = sum_of_scores(system, parts, weights, X)
+        solution = least_squares_solution(parts, weights, (X, scale, R), meat)
         bread = inverse_information(scale, R)
         more = bread / self.std**2 @ bread  # A (meat + prior information) A
         return replace(solution, noise=solution.noise + more)
@@ -246,7 +209,7 @@ class TotalLeastSquares:
         require_rows(system)
         p = len(system.names)
         parts = summaries(system)
-        weights, _, scale, _ = log_weights(parts, system.names, PASSES)
+        weights, (_, scale, _) = log_weights(parts, system.names)
         whole = weighted_triangle((s.factor for s in parts), weights)
         noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
         X = _orthogonal(whole, noise)
@@ -267,8 +230,8 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
-        covariances = robust_covariance(system, X, bread, own, products)
+        meat = summed_scores(own, parts)
+        covariances = robust_covariance(X, bread, meat, parts, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
 
@@ -295,220 +258,9 @@ def _orthogonal(whole: FloatArray, noise: FloatArray) -> FloatArray:
     return np.asarray(-v[:-1] / v[-1])
 
 
-@dataclass(frozen=True)
-class InstrumentalVariables:
-    """Instrumental variables X = (Z'W)^-1 Z'y, logs weighed by the deviation of their residual.
-
-    Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
-    covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
-
-    Attributes:
-        least: weighted least squares of the same equations, where it is known.
-    """
-
-    least: Solution | None = None
-    name: ClassVar[str] = "iv"
-    excludes: ClassVar[str] = (
-        "bias where the noise of the instruments is not independent of that of the regressor, and "
-        "errors of the model"
-    )
-
-    def solve(self, system: LinearSystem) -> Solution:
-        """Solve y = W X with the instruments of the equations, Z of every log.
-
-        Raises:
-            IdentificationError: there are no instruments, or they do not follow the regressor.
-        """
-        require_rows(system)
-        if any(e.Z is None for e in system.logs):
-            raise IdentificationError(
-                "method iv needs instruments; accepted: logs with measured speeds qd, whose "
-                "instruments come from the encoders, or the commanded motion of every log"
-            )
-        least = self.least or Wls().solve(system)
-        weights: FloatArray = np.array(least.weights)
-        reduced, parts = _Reduced.of(system, weights), summaries(system)
-        for _ in range(PASSES if len(parts) > 1 else 0):
-            weights = residual_weights(parts, reduced.X)
-            reduced = _Reduced.of(system, weights)
-        X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
-        bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
-        rows, products = [], []
-        for e, s, w in zip(system.logs, parts, weights, strict=True):
-            Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
-            rows.append(w**2 * (e.y - e.W @ X)[:, None] * Z)
-            products.append(Products.of_summary(s, w, Z.T @ np.hstack([Z, F])))
-        test = durbin_wu_hausman(system, weights)
-        notes = [_UNTESTED if test is None else in_words(test, system.names, least, X)]
-        if reduced.shared < _WEAK:
-            notes.append(
-                "weak instruments: a combination of columns has a correlation of "
-                f"{reduced.shared:.2g} with them; its estimate is uncertain, also beyond its std"
-            )
-        return Solution(
-            X,
-            *robust_covariance(system, X, bread, rows, products),
-            float(np.linalg.cond(A)),
-            tuple(map(float, weights)),
-            tuple(notes),
-            () if test is None else (test,),
-            (OtherEstimate.by("wls", system.names, least.X, least.std),),
-        )
-
-
-def _z(equations: Equations) -> FloatArray:
-    """Return the instruments, which were asked for before."""
-    assert equations.Z is not None
-    return equations.Z
-
-
-@dataclass(frozen=True, eq=False)
-class _Reduced:
-    """Weighted [Z W y] = Q [Rz Rzw rzy; 0 Rv rv], with columns of Z and W of unit norm.
-
-    Attributes:
-        X: the instrumental-variables estimate, (p,).
-        size, scale: norms of the columns of Z and of W, (p,).
-        Rz, Rzw, Rv: (p, p); Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
-        shared: smallest canonical correlation of W with Z.
-    """
-
-    X: FloatArray
-    size: FloatArray
-    scale: FloatArray
-    Rz: FloatArray
-    Rzw: FloatArray
-    Rv: FloatArray
-    shared: float
-
-    @classmethod
-    def of(cls, system: LinearSystem, weights: FloatArray) -> _Reduced:
-        """Reduce equations with instruments, one weight a log."""
-        p, names = len(system.names), system.names
-        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in system.logs)
-        R = weighted_triangle(rows, weights)
-        norms = column_norms(R[:, : 2 * p])
-        R[:, : 2 * p] /= norms
-        Rz, Rzw, Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
-        Rw = triangle(R[:, p : 2 * p])
-        lost = undetermined(Rw, names)
-        if lost:
-            raise IdentificationError(lost)
-        canonical = np.linalg.svd(np.linalg.solve(Rw.T, Rzw.T), compute_uv=False)
-        shared = float(canonical[-1])
-        if undetermined(Rz, names) or shared <= SINGULAR:
-            raise IdentificationError(
-                "the information matrix is singular: these instruments do not determine the "
-                "parameters"
-            )
-        X = np.linalg.solve(Rzw, R[:p, 2 * p]) / norms[p:]
-        return cls(X, norms[:p], norms[p:], Rz, Rzw, Rv, shared)
-
-
-def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity | None:
-    """Test whether least squares is biased.
-
-    F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
-    to correlated residuals.
-
-    Args:
-        system: equations with instruments.
-        weights: one a log.
-
-    Returns:
-        The test; None where no column differs from what the instruments explain of it, or where
-        the logs hold too few equations.
-    """
-    reduced, p = _Reduced.of(system, weights), len(system.names)
-    # V = (W - Z explained) / scale, in an orthonormal basis of its columns
-    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
-    _, singular, turn = np.linalg.svd(reduced.Rv)
-    kept = singular > _SUSPECT
-    basis = turn[kept].T / singular[kept] / reduced.scale[:, None]
-    extra = basis.shape[1]
-    freedom = sum(len(e.y) / max(e.correlation, 1) for e in system.logs) - p - extra
-    if extra == 0 or freedom < 1:
-        return None
-    rows = []
-    for e, w in zip(system.logs, weights, strict=True):
-        V = (e.W - _z(e) @ explained) @ basis
-        rows.append(replace(e, W=w * np.column_stack([e.W, V]), y=w * e.y, Z=None, features=None))
-    augmented = LinearSystem((*system.names, *["d"] * extra), tuple(rows))
-    parts = summaries(augmented)
-    try:
-        X, scale, R = merged((s.factor for s in parts), np.ones(len(parts)), augmented.names)
-    except IdentificationError:
-        return None
-    own = [scores(e, X) for e in rows]
-    covariance = long_run_covariance(augmented, inverse_information(scale, R), own)[p:, p:]
-    count = int(np.linalg.matrix_rank(covariance, hermitian=True))
-    size = X[p:] @ np.linalg.pinv(covariance, hermitian=True) @ X[p:]
-    statistic = float(size) / count
-    return Endogeneity("all", statistic, (count, freedom), _f_tail(statistic, count, freedom))
-
-
-def bias_of_least_squares(
-    system: LinearSystem, solution: Solution, least: Solution | None = None
-) -> tuple[Solution, str]:
-    """Compare weighted least squares with instrumental variables, where there are instruments.
-
-    Args:
-        system: the equations that were solved.
-        solution: by a method that takes the regressor as exact.
-        least: weighted least squares of these equations, where it is known.
-
-    Returns:
-        The solution with tests and comparison, and in words a bias that the intervals do not hold,
-        or "": significant, above 3 std, and above 5 % of a parameter that is known to 30 %.
-    """
-    if any(e.Z is None for e in system.logs):
-        return solution, ""
-    try:
-        other = InstrumentalVariables(least).solve(system)
-    except IdentificationError:
-        return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
-    spread, size = other.std, np.abs(other.X)
-    compared = replace(
-        solution,
-        notes=(*solution.notes, *other.notes),
-        endogeneity=other.endogeneity,
-        comparison=(*solution.comparison, OtherEstimate.by("iv", system.names, other.X, spread)),
-    )
-    plain = other.comparison[0]
-    moves = np.abs(other.X - plain.X)
-    known = (spread < _KNOWN * size) & (moves > _MATERIAL * size)
-    certain = any(test.p_value < LEVEL for test in other.endogeneity)
-    ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
-    worst = int(np.argmax(ratio))
-    if not certain or ratio[worst] <= _BEYOND:
-        return compared, ""
-    return compared, (
-        f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
-        f"{ratio[worst]:.2g} std, {100 * moves[worst] / size[worst]:.2g} %; compare method iv"
-    )
-
-
-def in_words(test: Endogeneity, names: Sequence[str], least: Solution, X: FloatArray) -> str:
-    """Return a note on a test, and on how far least squares is from the other estimate X, (p,)."""
-    moves = np.abs(X - least.X) / np.where(least.std > 0, least.std, np.inf)
-    worst = int(np.argmax(moves))
-    return (
-        "instrumental variables differ from plain least squares by at most "
-        f"{moves[worst]:.2g} std, for {names[worst]} (F({test.df[0]}, {test.df[1]:.0f}) = "
-        f"{test.statistic:.3g}, p = {test.p_value:.2g})"
-    )
-
-
 #: Estimators that need nothing but the equations, by the name of `--method`.
 ESTIMATORS: dict[str, Estimator] = {
-    e.name: e
-    for e in (
-        Wls(),
-        Ols(),
-        Huber(),
-        TotalLeastSquares(),
-        InstrumentalVariables(),
-    )
+    e.name: e for e in (Wls(), Ols(), Huber(), TotalLeastSquares(), InstrumentalVariables())
 }
 METHODS = tuple(ESTIMATORS)
 
@@ -526,10 +278,3 @@ def solve(system: LinearSystem, method: str = "wls") -> Solution:
     if method not in ESTIMATORS:
         raise IdentificationError(f"method {method!r}; accepted: {', '.join(METHODS)}")
     return ESTIMATORS[method].solve(system)
-
-
-def _f_tail(statistic: float, numerator: float, denominator: float) -> float:
-    """Return the probability that F(numerator, denominator) is above a value."""
-    from scipy.special import fdtrc
-
-    return float(fdtrc(numerator, denominator, max(statistic, 0.0)))

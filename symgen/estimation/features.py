@@ -17,7 +17,7 @@ Equations of torque see it through the comparison band, those of windows its int
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -26,12 +26,10 @@ import numpy as np
 
 from symgen.data.mask import moving_joints
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import window_integrals
-from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, chunks
+from symgen.estimation.values import SEED, FloatArray
 
-#: Waves, with a cosine and a sine each, those of them that are friction, and their seed.
-WAVES, RUBS, SEED = 32, 16, 1988
+#: Waves, with a cosine and a sine each, and those of them that are friction.
+WAVES, RUBS = 32, 16
 #: Shares of a misfit's variance that may be friction, all as probable beforehand.
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 #: Radians of a wave over one spread of the motion: from nearly a straight line to a whole wave.
@@ -73,30 +71,13 @@ class Features:
         found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
         return np.asarray(found[:, None])
 
-    def over_windows(
-        self, model: str, q: FloatArray, qd: FloatArray, w: Windows, step: float
-    ) -> FloatArray:
-        """Return the integrals over the windows of a log, (K, n or 1, 2 WAVES).
-
-        Args:
-            model: energy or momentum.
-            q, qd: (nodes, n) of the log.
-            w: its windows.
-            step: of the log, s.
-        """
-        values = self.powers if model == "energy" else self
-        return np.concatenate([
-            w.stride * step * window_integrals(w.steps, ends, span, values(q[span], qd[span]))
-            for ends, span in chunks(len(q), w.steps, w.hop)
-        ])  # fmt: skip
-
-    def in_band(self, modelled: Callable[[Any], Iterator[tuple[slice, FloatArray]]]) -> FloatArray:
+    def in_band(self, modelled: Callable[[Any], FloatArray]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).
 
         Args:
             modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
         """
-        return np.concatenate([x for _, x in modelled(lambda q, qd, _: self(q, qd))])
+        return modelled(lambda q, qd, _: self(q, qd))
 
 
 def mixtures() -> FloatArray:

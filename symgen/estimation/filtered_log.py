@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, Mask, resting, touched
-from symgen.data.signals import Samples, differentiate, lowpass, lowpass_and_slopes
-from symgen.estimation.band import Band, comparison_band
+from symgen.data.raw import Places
+from symgen.data.signals import (
+    Samples,
+    comparison_band,
+    differentiate,
+    lowpass,
+    lowpass_and_slopes,
+)
+from symgen.estimation.band import Band
 from symgen.estimation.decimation import BLOCK, Decimation, decimation
 from symgen.estimation.values import FloatArray
 
@@ -108,7 +114,7 @@ class FilteredLog:
         return decimation(len(self.t), self.step, self.stride, self.band.comparison_hz)
 
     @property
-    def kept(self) -> NDArray[np.int64]:
+    def kept(self) -> Places:
         """Numbers of the samples at which torques are compared and solved, (K,)."""
         return self.rows.kept
 
@@ -164,8 +170,7 @@ class FilteredLog:
             return x[self.kept]
         if stride == 1:
             return lowpass(x, self.step, rows.cutoff)[self.kept]
-        chunks = replace(rows, stride=stride).chunks(lambda first, last: x[first:last])
-        return np.concatenate([smooth for _, smooth in chunks])
+        return replace(rows, stride=stride).filtered(lambda first, last: x[first:last])
 
     @cached_property
     def weight(self) -> FloatArray | None:
@@ -186,18 +191,14 @@ class FilteredLog:
         model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
         together: int = BLOCK,
         stride: int | None = None,
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model along the log, chunk by chunk, in the comparison band.
+    ) -> FloatArray:
+        """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
             model: from q, qd, qdd, (k, n) each, to (k, ...).
-            together: approximate number of nodes in a chunk.
+            together: approximate number of nodes that are evaluated at once.
             stride: samples from node to node; None for those that any model needs.
-
-        Yields:
-            The indices into the kept samples, and their values.
         """
-
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
         every = self.stride if stride is None else stride
 
@@ -206,26 +207,7 @@ class FilteredLog:
             found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
-        return rows.chunks(at, together)
-
-    def held(
-        self, model: Callable[[FloatArray], FloatArray], together: int = BLOCK
-    ) -> Iterator[tuple[slice, FloatArray]]:
-        """Evaluate a model that depends on positions only along the log, as `modelled` does.
-
-        It uses only as many nodes as the comparison band needs, because positions have less noise
-        than their derivatives, for which the cutoff was chosen.
-
-        Args:
-            model: from q (k, n) to (k, ...).
-            together: approximate number of nodes in a chunk.
-        """
-        rows = self.rows
-        if rows.cutoff is not None:
-            stride = max(rows.stride, int(1 / (_NODES * rows.cutoff * self.step)))
-            rows = replace(rows, stride=stride)
-        q = self.q[:: rows.stride]
-        return rows.chunks(lambda a, b: model(np.ascontiguousarray(q[a:b])), together)
+        return rows.filtered(at, together)
 
     @cached_property
     def resting(self) -> Bools | None:
@@ -248,7 +230,7 @@ class FilteredLog:
         return 0 if self.rows.cutoff is None else int(1 / (self.rows.cutoff * self.step))
 
     @cached_property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Bools:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)

@@ -20,7 +20,7 @@ from symgen.data.mask import Bools, rms
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.torque_error import TorqueFit
-from symgen.estimation.values import FloatArray
+from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
 #: Gap of a joint over its noise, and over what matters, from which something is missing.
@@ -29,7 +29,6 @@ _LOUD, _VISIBLE = 3.0, 2.0
 #: torques through a low-pass of second order 75 and more.
 _STEEP = 30.0
 _NOISE = 1e-4  # noise over its torque that every instrument exceeds
-_SEED = 1988
 
 
 def noise_floor(
@@ -116,7 +115,7 @@ def passband(log: FilteredLog) -> float | None:
 
 def _shaken(log: FilteredLog, edge: float) -> FilteredLog:
     """Return the log with its own noise of positions and speeds, white up to `edge`, once more."""
-    draw, samples = np.random.default_rng(_SEED), log.samples
+    draw, samples = np.random.default_rng(SEED), log.samples
 
     def noise(x: FloatArray, smooth: FloatArray) -> FloatArray:
         drawn = draw.normal(size=x.shape) * white_noise(x - smooth, log.step, edge)

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.estimation.values import FloatArray
 
 #: Samples of the polynomial of an interval.
@@ -20,7 +20,7 @@ _TOGETHER = 16  # windows that one product integrates
 _UNITS = 256  # nodes whose weights are found at once
 
 
-def over_windows(y: FloatArray, step: float, last: NDArray[np.int64], length: int) -> FloatArray:
+def over_windows(y: FloatArray, step: float, last: Places, length: int) -> FloatArray:
     """Integrate over windows of `length` samples.
 
     A running sum serves all windows; polynomials are evaluated at their ends only.
@@ -51,13 +51,14 @@ def window_integrals(length: int, ends: slice, span: slice, y: FloatArray) -> Fl
     """
     last = np.arange(ends.start, ends.stop, ends.step) - span.start
     flat = y.reshape(len(y), -1)
-    out = np.empty((len(last), flat.shape[1]))
-    for first in range(0, len(last) if flat.shape[1] else 0, _TOGETHER):
-        own = last[first : first + _TOGETHER]
-        low = max(int(own[0]) - length - POINTS, 0)
-        inside = flat[low : own[-1] + POINTS + 1]
-        weights = _window_weights(len(inside), length, int(own[0]) - low, len(own), ends.step)
-        np.matmul(weights, inside, out=out[first : first + len(own)])
+    moved = np.flatnonzero(flat.any(axis=0))  # many columns are zero for every motion
+    flat, out = flat[:, moved], np.zeros((len(last), flat.shape[1]))
+    for first in range(0, len(last), _TOGETHER):
+        some = last[first : first + _TOGETHER]
+        low = max(int(some[0]) - length - POINTS, 0)
+        inside = flat[low : some[-1] + POINTS + 1]
+        weights = _window_weights(len(inside), length, int(some[0]) - low, len(some), ends.step)
+        out[first : first + len(some), moved] = weights @ inside
     return out.reshape(len(last), *y.shape[1:])
 
 
@@ -69,7 +70,7 @@ def _window_weights(nodes: int, length: int, first: int, count: int, hop: int) -
     return np.hstack([over_windows(unit, 1.0, last, length) for unit in units])[:, :nodes]
 
 
-def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
+def _integral(y: FloatArray) -> Callable[[Places], FloatArray]:
     """Return a function from samples (K,) to the integral of y (N, n) up to them, (K, n).
 
     The function has an arbitrary constant, and the step as its unit of time.
@@ -82,7 +83,7 @@ def _integral(y: FloatArray) -> Callable[[NDArray[np.int64]], FloatArray]:
     head = _edge(y[:points], range(before))
     tail = _edge(y[-points:], range(before + 1, points - 1))
 
-    def until(at: NDArray[np.int64]) -> FloatArray:
+    def until(at: Places) -> FloatArray:
         inside = np.clip(at - before, 0, inner)
         middle = sum(w * sums[inside + k] for k, w in enumerate(weights))
         edge = head[np.minimum(at, before)] + tail[np.maximum(at - before - inner, 0)]

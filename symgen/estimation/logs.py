@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import Log, cut, given_roles, read_log
+from symgen.data.log import MIN_SAMPLES, Log, cut, given_roles, read_log
 from symgen.data.long_logs import Source as Source
 from symgen.data.raw import Reading, read_only, refuse
 from symgen.data.signals import Samples
@@ -24,14 +24,9 @@ from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
 _ABOVE = 1.05  # torque over its limit from which it is said
-#: Share of its range, or of its largest speed, that a joint may be beyond its limits; gears and
-#: offsets cause less.
-_BEYOND = 1.0
 _USUALLY = 0.99  # quantile of a speed, without outliers
 #: Share of each log that is held out where no validation log is given.
 HELD_OUT = 0.2
-#: Samples that are held out of each log, at least.
-FEWEST = 10
 #: End of the name of a held-out part.
 LATE = " (last fifth)"
 
@@ -93,13 +88,15 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
 def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
     """Refuse a log far beyond the joints' limits: in degrees, say, or of the drive's other side.
 
+    Far is more than the range of a position, or the limit of a speed, beyond; gears and offsets
+    cause less.
     An option --unit for speeds says that their limits are wrong.
     """
     limits = robot.limits or Limits()
     side = "a log that [drive] maps into [limits]; see position_side"
     for j, (low, high) in enumerate(limits.position or ()):
         least, most = float(log.q[:, j].min()), float(log.q[:, j].max())
-        if max(low - least, most - high) > _BEYOND * (high - low):
+        if max(low - least, most - high) > high - low:
             what = (
                 f"q{j + 1} runs from {least:.4g} to {most:.4g} on the joint side, and the limits "
                 f"of {robot.listed([j])} in the robot file are {low:g} and {high:g}"
@@ -113,7 +110,7 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
         return
     for j, limit in enumerate(limits.velocity or ()):
         usual = float(np.quantile(np.abs(log.qd[:, j]), _USUALLY))
-        if usual > (1 + _BEYOND) * limit:
+        if usual - limit > limit:
             foreign, si = ("mm/s", "m/s") if robot.sigma[j] == PRISMATIC else ("deg/s", "rad/s")
             what = (
                 f"qd{j + 1} is up to {usual:.4g} on the joint side, and the limit of "
@@ -140,12 +137,8 @@ def held_from(count: int) -> int:
     return int(count * (1 - HELD_OUT))
 
 
-def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Samples], list[Samples]]:
+def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
     """Hold out the last fifth of every log.
-
-    Args:
-        logs: the training logs.
-        fewest: samples that are held out of each, at least.
 
     Raises:
         LogError: a log is too short.
@@ -153,10 +146,10 @@ def hold_out(logs: Sequence[Samples], fewest: int = FEWEST) -> tuple[list[Sample
     train, held = [], []
     for s in logs:
         cut = held_from(len(s.t))
-        if len(s.t) - cut < fewest:
+        if len(s.t) - cut < MIN_SAMPLES:
             raise LogError(
                 f"{s.name}: {len(s.t)} samples are too few to hold out the last fifth; accepted: "
-                f"{math.ceil(fewest / HELD_OUT)} and more, or a second log for validation"
+                f"{math.ceil(MIN_SAMPLES / HELD_OUT)} and more, or a second log for validation"
             )
         train.append(s.cut(slice(None, cut)))
         late = s.cut(slice(cut, None))

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.errors import IdentificationError, first_of
-from symgen.estimation.covariance import robust_covariance, scores
-from symgen.estimation.misfit import Products
+from symgen.estimation.covariance import robust_covariance, scores, summed_scores
 from symgen.estimation.summary import Summary, bounded_deviation, summaries, triangle
 from symgen.estimation.system import LinearSystem
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
@@ -18,6 +17,10 @@ from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 #: Singular values of the scaled regressor under this share of the largest are zero.
 SINGULAR = 1e-8
 _SHORTEST = 1e-9  # the same of a search, which asks for columns that may say the same
+#: In which the weights of logs follow their residuals.
+PASSES = 3
+#: X (p,), the norms of the columns (p,), and the factor R (p, p) of the scaled regressor.
+Merged = tuple[FloatArray, FloatArray, FloatArray]
 #: Share of a parameter in a combination that data leave open, up to which it is not part of it.
 _SHARE = 1e-3
 
@@ -82,9 +85,7 @@ def weighted_triangle(parts: Iterable[FloatArray], weights: FloatArray) -> Float
     return triangle(np.concatenate([w * f for w, f in zip(weights, parts, strict=True)]))
 
 
-def merged(
-    parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, ...]) -> Merged:
     """Merge weighted factors of [W y] and solve.
 
     Args:
@@ -109,8 +110,8 @@ def merged(
 
 
 def log_weights(
-    parts: Sequence[Summary], names: tuple[str, ...], passes: int
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    parts: Sequence[Summary], names: tuple[str, ...], passes: int = PASSES
+) -> tuple[FloatArray, Merged]:
     """Weigh each log by the standard deviation of its own residual, iterated; and as it is given.
 
     Args:
@@ -122,13 +123,13 @@ def log_weights(
         The weights (1/sigma, one a log, times the root of the one it was given), and what `merged`
         gives with them.
     """
-    own = np.sqrt([s.weight for s in parts])
-    weights = own
-    X, scale, R = merged((s.factor for s in parts), weights, names)
+    given = np.sqrt([s.weight for s in parts])
+    weights = given
+    solved = merged((s.factor for s in parts), weights, names)
     for _ in range(passes if len(parts) > 1 else 0):
-        weights = own * residual_weights(parts, X)
-        X, scale, R = merged((s.factor for s in parts), weights, names)
-    return weights, X, scale, R
+        weights = given * residual_weights(parts, solved[0])
+        solved = merged((s.factor for s in parts), weights, names)
+    return weights, solved
 
 
 def shortest(rows: FloatArray) -> FloatArray:
@@ -165,25 +166,41 @@ def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
 
 
 def least_squares_solution(
-    system: LinearSystem,
-    parts: Sequence[Summary],
-    weights: FloatArray,
-    solved: tuple[FloatArray, FloatArray, FloatArray],
+    parts: Sequence[Summary], weights: FloatArray, solved: Merged, meat: FloatArray
 ) -> Solution:
     """Return the solution of weighted least squares with its precision.
 
     Args:
-        system: the equations.
-        parts: their summaries.
+        parts: summaries of the logs.
         weights: of the rows, one a log.
         solved: what `merged` returns for them.
+        meat: their `summed_scores`, (p, p).
     """
     X, scale, R = solved
     bread = inverse_information(scale, R)
-    rows = [scores(e, X, w) for w, e in zip(weights, system.logs, strict=True)]
-    products = [Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True)]
-    covariances = robust_covariance(system, X, bread, rows, products)
+    covariances = robust_covariance(X, bread, meat, parts, weights)
     return Solution(X, *covariances, condition(R), tuple(map(float, weights)))
+
+
+def sum_of_scores(
+    system: LinearSystem, parts: Sequence[Summary], weights: FloatArray, X: FloatArray
+) -> FloatArray:
+    """Return `summed_scores` of weighted least squares, (p, p)."""
+    pairs = zip(weights, system.logs, strict=True)
+    return summed_scores((scores(e, X, w) for w, e in pairs), parts)
+
+
+def weighted_least_squares(system: LinearSystem, passes: int = PASSES) -> Solution:
+    """Solve by QR of [W y], log by log, on whose factors the weights are iterated.
+
+    Raises:
+        IdentificationError: the data do not determine the parameters.
+    """
+    require_rows(system)
+    parts = summaries(system)
+    weights, solved = log_weights(parts, system.names, passes)
+    meat = sum_of_scores(system, parts, weights, solved[0])
+    return least_squares_solution(parts, weights, solved, meat)
 
 
 def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
@@ -200,8 +217,9 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
     system = system.weighed(weights)
     parts, even = summaries(system), np.ones(len(weights))
     solved = merged((s.factor for s in parts), even, system.names)
+    meat = sum_of_scores(system, parts, even, solved[0])
     means = tuple(float(np.mean(w)) for w in weights)
-    return replace(least_squares_solution(system, parts, even, solved), weights=means)
+    return replace(least_squares_solution(parts, even, solved, meat), weights=means)
 
 
 def condition(R: FloatArray) -> float:
@@ -243,7 +261,7 @@ def undetermined(R: FloatArray, names: tuple[str, ...]) -> str:
     involved = [name for name, s in zip(names, share, strict=True) if s > _SHARE]
     return (
         "the information matrix is singular: these data do not determine "
-        f"{first_of(involved, 8)} "
+        f"{first_of(involved)} "
         f"({len(null)} of {len(names)} combinations of parameters have no effect on them)"
     )
 

@@ -19,13 +19,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.errors import IdentificationError
-from symgen.estimation.system import LAGS as LAGS
-from symgen.estimation.system import Equations, LinearSystem, lag_of
+from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 
+#: Bartlett's weights end after so many times the rows that overlap.
+LAGS = 8
 #: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
 #: of columns of unit norm, is at least for that.
 _TALL, _DEPENDENT = 4, 1e-6
@@ -59,7 +60,7 @@ class Summary:
     @property
     def lag(self) -> int:
         """Rows over which scores are summed."""
-        return lag_of(self.rows, self.correlation)
+        return max(1, min(LAGS * self.correlation, self.rows // 4))
 
     @property
     def independent(self) -> float:
@@ -139,7 +140,7 @@ def _cholesky_qr(A: FloatArray) -> FloatArray | None:
         return None
 
 
-def nonzero_columns(rows: FloatArray) -> NDArray[np.intp]:
+def nonzero_columns(rows: FloatArray) -> Places:
     """Return the columns that are not zero: of one joint, many are."""
     return np.flatnonzero(rows.any(axis=0))
 
@@ -164,7 +165,7 @@ class Blocks:
         rms = bounded_deviation(rms, squares)
         return np.where(rms > 0, rms, 1.0)
 
-    def fit(self, without: Sequence[int] | NDArray[np.intp] = ()) -> FloatArray:
+    def fit(self, without: Sequence[int] | Places = ()) -> FloatArray:
         """Solve weighted least squares, joints weighed by their residual, without some blocks.
 
         Returns:

@@ -18,26 +18,20 @@ what is kept are the rows that an estimator needs, some tens a second.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.data.mask import Bools, untouched
+from symgen.data.raw import Places
 from symgen.estimation.decimation import PER_PERIOD
 from symgen.estimation.features import Features
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import over_windows, window_integrals
+from symgen.estimation.integrals import over_windows
 from symgen.estimation.values import FloatArray
-from symgen.estimation.windows import Windows, chunks, place_windows
+from symgen.estimation.windows import place_windows, window_rows
 from symgen.runtime.evaluator import Evaluator
-
-#: Bartlett's weights end after so many times the rows that overlap.
-LAGS = 8
-#: Between the name of a log and the number of a joint.
-_OF = ", joint "
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,19 +61,9 @@ class Equations:
     features: FloatArray | None = None
 
     @property
-    def log(self) -> str:
-        """Name of the log, whose equations those of other joints are as well."""
-        return self.name.partition(_OF)[0]
-
-    @property
     def rows(self) -> int:
         """Number of equations."""
         return len(self.y)
-
-    @property
-    def lag(self) -> int:
-        """Rows over which scores are summed."""
-        return lag_of(self.rows, self.correlation)
 
     @property
     def square(self) -> float:
@@ -106,13 +90,13 @@ class Equations:
         W, y = self.W * change[:, None], self.y * change
         return replace(self, W=W, y=y, features=features, rest_weight=weight)
 
-    def where(self, chosen: NDArray[np.bool_] | slice, name: str) -> Equations:
-        """Return some of the equations, under a name."""
+    def where(self, chosen: Bools | slice) -> Equations:
+        """Return some of the equations."""
         Z = None if self.Z is None else self.Z[chosen]
         rest = None if self.rest is None else self.rest[chosen]
         features = None if self.features is None else self.features[chosen]
         W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
-        return replace(self, name=name, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
+        return replace(self, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
 
     def weighed(self, weight: FloatArray) -> Equations:
         """Return the equations with their rows multiplied by (K,) weights."""
@@ -149,19 +133,16 @@ class LinearSystem:
         return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
 
 
-def lag_of(rows: int, correlation: int) -> int:
-    """Return the rows over which scores are summed, of so many rows of which some overlap."""
-    return max(1, min(LAGS * correlation, rows // 4))
-
-
-def _by_joint(
+def _equations(
     log: FilteredLog,
     W: FloatArray,
     y: FloatArray,
     t: FloatArray,
     correlation: int,
     features: FloatArray | None,
-) -> list[Equations]:
+    rests: Bools | None,
+    free: Bools | None,
+) -> tuple[Equations, ...]:
     """Return equations from their rows, joint by joint.
 
     Args:
@@ -170,94 +151,44 @@ def _by_joint(
         y: (K, m).
         t: (K,) their times.
         correlation: rows that share samples.
-        features: (K, m, f) random functions of the state, or None.
+        features: (m, K, f) random functions of the state, or None.
+        rests: (K, m) which rows a rest of their joint concerns; None for none.
+        free: (K, m) which rows no mask touches; None for all.
     """
     out = []
-    for j, left in enumerate(y.T):
-        own = None if features is None else features[:, j]
-        name, rows = f"{log.name}{_OF}{j + 1}", np.ascontiguousarray(W[j])
-        out.append(Equations(name, rows, left, t, correlation, j, features=own))
-    return out
+    for j, torque in enumerate(y.T):
+        own = None if features is None else features[j]
+        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=own)
+        if rests is not None and rests[:, j].any():
+            assert log.band.rests is not None  # there are rests
+            e = replace(e, rest=rests[:, j]).with_rest_weight(log.band.rests.weight[j])
+        out.append(e if free is None else e.where(free[:, j]))
+    return tuple(out)
 
 
-def _rests_weighed(
-    log: FilteredLog, equations: Sequence[Equations], rests: Bools
-) -> list[Equations]:
-    """Return equations whose rows that a rest of their joint concerns, (K, n), are weighed."""
-    known = log.band.rests
-    assert known is not None  # there are rests
-    return [
-        replace(e, rest=rest).with_rest_weight(weight) if rest.any() else e
-        for e, rest, weight in zip(equations, rests.T, known.weight, strict=True)
-    ]
+def _energy_terms(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of energy, (K, 1, p_inertial), and of the power of friction, (K, 1, p)."""
+    h = evaluator.energy_regressor(q, qd)
+    power = np.column_stack([np.zeros_like(h), evaluator.friction_power(q, qd)])
+    return h[:, None], power[:, None]
 
 
-def _free(equations: Sequence[Equations], free: Bools) -> tuple[Equations, ...]:
-    """Return the equations in the rows that no mask touches, (K, n)."""
-    return tuple(e.where(own, e.name) for e, own in zip(equations, free.T, strict=True))
+def _momentum_terms(
+    evaluator: Evaluator, q: FloatArray, qd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the columns of momentum, (K, n, p_inertial), and of what changes it, (K, n, p)."""
+    momentum, slope = evaluator["momentum_regressor"](q, qd)
+    rates = -slope
+    if evaluator.has("friction_torque"):
+        rates = np.concatenate([rates, evaluator["friction_torque"](q, qd)], axis=2)
+    return momentum, rates
 
 
-def energy_rows(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
-) -> FloatArray:
-    """Return W of the energy equations, (1, K, p).
-
-    Args:
-        evaluator: the compiled model.
-        q, qd: (nodes, n) of a log.
-        w: its windows.
-        step: of the log, s.
-    """
-    parts = []
-    for ends, span in chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        h = evaluator.energy_regressor(q[span], qd[span])
-        f = evaluator.friction_power(q[span], qd[span])
-        rubbed = w.stride * step * window_integrals(w.steps, ends, span, f)
-        parts.append(np.column_stack([h[at] - h[at - w.steps], rubbed]))
-    return np.concatenate(parts)[None]
-
-
-def momentum_rows(
-    evaluator: Evaluator, q: FloatArray, qd: FloatArray, w: Windows, step: float
-) -> FloatArray:
-    """Return W of the momentum equations, (n, K, p); arguments as for `energy_rows`."""
-    n, last, done = q.shape[1], len(range(w.steps, len(q), w.hop)), 0
-    W: FloatArray = np.empty((n, last, len(evaluator.model.base.names)))
-    integrals, apart = partial(window_integrals, w.steps), w.stride * step
-    kernel = evaluator["momentum_regressor"]
-    filled = list(kernel.kernel.filled[1])
-    for ends, span in chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
-        p, slope = kernel(q[span], qd[span])
-        count, now = p.shape[2], slice(done, done + len(at))
-        change = p[at] - p[at - w.steps]
-        rates = slope.reshape(len(slope), -1)[:, filled]
-        change.reshape(len(at), -1)[:, filled] -= apart * integrals(ends, span, rates)
-        W[:, now, :count] = change.transpose(1, 0, 2)
-        rubbed = _friction_impulse(evaluator, q[span], qd[span], partial(integrals, ends, span))
-        W[:, now, count:] = apart * rubbed.transpose(1, 0, 2)
-        done += len(at)
-    return W
-
-
-def _friction_impulse(
-    evaluator: Evaluator,
-    q: FloatArray,
-    qd: FloatArray,
-    integrated: Callable[[FloatArray], FloatArray],
-) -> FloatArray:
-    """Return the integrated columns of friction torque (K, n, p - p_inertial)."""
-    model = evaluator.model
-    columns = len(model.base.parameters) - model.inertial
-    if columns == 0:
-        return integrated(np.zeros((*q.shape, 0)))
-    kernel = evaluator["friction_torque"]
-    filled = list(kernel.kernel.filled[0])
-    found = integrated((kernel(q, qd)).reshape(len(q), -1)[:, filled])
-    out: FloatArray = np.zeros((len(found), q.shape[1], columns))
-    out.reshape(len(found), -1)[:, filled] = found
-    return out
+def _untouched(flags: Bools, first: Places, last: Places) -> Bools:
+    """Return which windows (K, m) hold no flagged sample, of flags (N, m)."""
+    return np.column_stack([untouched(column, first, last) for column in flags.T])
 
 
 def window_equations(
@@ -282,23 +213,28 @@ def window_equations(
     w = place_windows(log, window)
     first, last = w.spans(len(log.t))
 
-    def untouched_by(flags: Bools) -> Bools:
-        return np.column_stack([untouched(column, first, last) for column in flags.T])
-
-    state = log.nodes(w.stride)
     energy = model == "energy"
-    W = (energy_rows if energy else momentum_rows)(evaluator, *state, w, log.step)
+
+    def terms(q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        state, rates = (_energy_terms if energy else _momentum_terms)(evaluator, q, qd)
+        if features is None:
+            return state, rates
+        functions = features.powers(q, qd) if energy else features(q, qd)
+        return state, np.concatenate([rates, functions], axis=2)
+
+    rows = window_rows(terms, *log.nodes(w.stride), w, log.step)
+    p = len(evaluator.model.base.names)
     signal = np.sum(log.qd * log.tau, axis=1, keepdims=True) if energy else log.tau
     y = over_windows(signal, log.step, last, w.steps * w.stride)
-    F = None if features is None else features.over_windows(model, *state, w, log.step)
-    found = _by_joint(log, W, y, log.t[last], w.correlation, F)
-    if energy:
-        found = [replace(e, name=log.name, joint=None) for e in found]
-    elif log.at_rest is not None:
-        found = _rests_weighed(log, found, ~untouched_by(log.at_rest))
-    if log.mask is None:
-        return tuple(found)
-    return _free(found, untouched_by(log.mask.robot[:, None] if energy else log.mask.joint))
+    F = None if features is None else rows[:, :, p:]
+    resting, free = None, None
+    if log.at_rest is not None and not energy:
+        resting = ~_untouched(log.at_rest, first, last)
+    if log.mask is not None:
+        masked = log.mask.robot[:, None] if energy else log.mask.joint
+        free = _untouched(masked, first, last)
+    found = _equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
+    return tuple(replace(e, joint=None) for e in found) if energy else found
 
 
 def torque_columns(
@@ -343,8 +279,7 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
     """
     base = evaluator.model.base
     if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
-        chunks = log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
-        return np.concatenate([W for _, W in chunks])
+        return log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
@@ -352,8 +287,7 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
         return np.asarray(kernel(q, qd, qdd)).reshape(len(q), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
-    for rows, found in log.modelled(entries):
-        out[rows, filled] = found
+    out[:, filled] = log.modelled(entries)
     return out.reshape(len(out), evaluator.model.robot.n, -1)
 
 
@@ -374,8 +308,6 @@ def torque_equations(
     y = log.measured if measured is None else measured
     W = torque_rows(evaluator, log, X).transpose(1, 0, 2)
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
-    F = None if features is None else features.in_band(log.modelled)
-    found = _by_joint(log, W, y, log.compared_t, correlation, F)
-    if log.resting is not None:
-        found = _rests_weighed(log, found, log.resting)
-    return tuple(found) if log.mask is None else _free(found, log.free)
+    F = None if features is None else features.in_band(log.modelled).transpose(1, 0, 2)
+    free = None if log.mask is None else log.free
+    return _equations(log, W, y, log.compared_t, correlation, F, log.resting, free)

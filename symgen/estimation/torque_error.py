@@ -122,8 +122,7 @@ def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Re
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
     """Return the torque of a model along a log in the comparison band, (K, n)."""
     inverse = evaluator["inverse_dynamics"]
-    chunks = log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
-    return np.concatenate([torque for _, torque in chunks])
+    return log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
 
 
 def fit(

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray as FloatArray
 from symgen.schemas import BESIDE, OrNan, at
 
-FloatArray = NDArray[np.float64]
+#: Of every draw of random numbers.
+SEED = 1988
 #: Curves stand beside an estimate.json, not in it.
 Curve = Annotated[FloatArray, BESIDE]
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import Places
 from symgen.errors import IdentificationError
+from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import POINTS
+from symgen.estimation.integrals import POINTS, window_integrals
+from symgen.estimation.values import FloatArray
 
+#: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
+Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 _OVERLAP = 10
 _FINE = 20  # nodes of a window, at least, where the log has so many
-_CHUNK = 256  # nodes that are evaluated at once: what they give stays in a cache
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Windows:
         """Windows that share samples."""
         return max(1, self.steps // self.hop)
 
-    def spans(self, samples: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def spans(self, samples: int) -> tuple[Places, Places]:
         """Return the samples at which windows of a log of so many begin and end, (K,) each."""
         last = np.arange(self.steps, -(-samples // self.stride), self.hop)
         return (last - self.steps) * self.stride, last * self.stride
@@ -71,10 +74,31 @@ def windows(step: float, stride: int, window: float) -> Windows:
     return Windows(stride, nodes, max(1, round(nodes / _OVERLAP)))
 
 
+def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: float) -> FloatArray:
+    """Return the change of some functions of a motion over windows, and integrals, (m, K, c).
+
+        s(t2) - s(t1) + integral r dt,    with a columns of s added to the first ones of r
+
+    Args:
+        terms: from q, qd (k, n) to s (k, m, a) and r (k, m, c).
+        q, qd: (nodes, n) of a log.
+        w: its windows.
+        step: of the log, s.
+    """
+    parts = []
+    for ends, span in chunks(len(q), w.steps, w.hop):
+        at = np.arange(ends.start, ends.stop, ends.step) - span.start
+        state, rates = terms(q[span], qd[span])
+        rows = w.stride * step * window_integrals(w.steps, ends, span, rates)
+        rows[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
+        parts.append(rows)
+    return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
+
+
 def chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:
     """Yield the ends of windows (numbers of nodes), and the nodes that they need."""
     last = range(steps, nodes, hop)
-    a_chunk = max(1, max(_CHUNK, 2 * steps) // hop)
+    a_chunk = max(1, max(BLOCK, 2 * steps) // hop)
     for first in range(0, len(last), a_chunk):
         ends = last[first : first + a_chunk]
         low = max(ends[0] - steps - POINTS, 0)

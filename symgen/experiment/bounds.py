@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from symgen.data.raw import FloatArray
+from symgen.data.raw import FloatArray, Places
 from symgen.errors import ParameterError
 from symgen.experiment.trajectory import Basis, Trajectory, fine
 from symgen.robot.tables import Limits
@@ -156,7 +155,7 @@ class Cell:
         return np.concatenate([T[:, :, :3, 3], tool[:, None]], axis=1)
 
     @cached_property
-    def moving(self) -> NDArray[np.intp]:
+    def moving(self) -> Places:
         """The points that are no part of the base."""
         q = np.random.default_rng(0).normal(size=(8, self.evaluator.model.robot.n))
         return np.flatnonzero(np.ptp(self.points(q), axis=0).max(axis=1) > _STILL)

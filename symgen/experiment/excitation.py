@@ -8,7 +8,7 @@ noise dominates counts as much as a fast one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,15 +30,13 @@ from symgen.experiment.bounds import (
     FRAMES,
     Bounds,
     Cell,
-    Coefficients,
-    Space,
     Use,
     bounds,
     space,
     worst,
 )
 from symgen.experiment.plan import Plan, binding_text, geometric_mean
-from symgen.experiment.search import Candidate, Clock, Objective, grid
+from symgen.experiment.search import SHRUNK, Candidate, Clock, Objective, grid, largest_share
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
@@ -53,8 +51,6 @@ from symgen.runtime.evaluator import Evaluator, load
 SINGULAR = 1e5
 _USUAL = 10.0  # s, the shortest run that is chosen without being asked for
 _MODELS = tuple(NEEDED)
-_SHRUNK = ("torque", *CELL)  # limits that are kept by shrinking the whole motion
-_SHRINK, _SMALLEST = 0.99, 0.9  # of it, again and again: between the samples of the search
 _ROWS = 4  # equations for each parameter in the search, at least
 _VISIBLE = 0.01  # share of a torque limit: default noise, and torque of a parameter that matters
 #: Duration of the approach, over the way at the allowed speed: a tenth of that speed is the peak,
@@ -130,11 +126,6 @@ def _require_count(what: str, count: int) -> None:
         raise ParameterError(f"{what} {count}; accepted: 1 or more")
 
 
-def _excess(uses: Iterable[Use]) -> float:
-    """Return the largest used share of the torque limits and of the cell."""
-    return max((u.share for u in uses if u.limit in _SHRUNK), default=0.0)
-
-
 def condition_number(W: FloatArray) -> float:
     """Return the condition number of W (K, p), its columns scaled to unit norm; inf if singular."""
     norms = np.linalg.norm(W, axis=0)
@@ -151,138 +142,51 @@ class Checked:
     uses: tuple[Use, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Judge:
-    """Judges motions by the limits every millisecond, and by the equations of `identify`."""
+def _equations(
+    evaluator: Evaluator, model: EquationModel, runs: Sequence[Trajectory], rate: float
+) -> list[Equations]:
+    """Return the equations that identify would build from runs that are sampled at a rate in Hz.
 
-    evaluator: Evaluator
-    name: str
-    window: float
-    rate: float
-    limits: Bounds
-    prior: FloatArray | None
-    notes: tuple[str, ...]
-    cell: Cell | None
+    Raises:
+        IdentificationError: a window does not fit a run.
+    """
+    out: list[Equations] = []
+    for k, run in enumerate(runs, 1):
+        t = run.times(1 / rate)
+        q, qd = (read_only(run.at(t, order)) for order in range(2))
+        step = float(t[1] - t[0])
+        samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
+        out += model.equations(evaluator, unfiltered(samples))
+    return out
 
-    @property
-    def model(self) -> Model:
-        """The derived model."""
-        return self.evaluator.model
 
-    def equations(self, runs: Sequence[Trajectory], name: str) -> tuple[Equations, ...]:
-        """Return the equations that identify would build from these runs.
+def _checked(objective: Objective, best: Candidate) -> Checked:
+    """Return the runs of a candidate, shrunk until all limits hold every millisecond."""
+    fine = objective.at_steps(FINE)
+    runs: list[Trajectory] = []
+    uses: list[Use] = []
+    for k, run in enumerate(best.runs):
+        found = fine.fitted(k, run.z)
+        runs.append(fine.spaces[k].trajectory(found.z, fine.sampled[k]))
+        uses += [*fine.limits.uses(found.motion), *fine.uses(found.motion)]
+    return Checked(tuple(runs), worst(uses))
 
-        Raises:
-            IdentificationError: a window does not fit a run.
-        """
-        model = EquationModel(name, self.window)
-        out: list[Equations] = []
-        for k, run in enumerate(runs, 1):
-            t = run.times(1 / self.rate)
-            q, qd = (read_only(run.at(t, order)) for order in range(2))
-            step = float(t[1] - t[0])
-            samples = Samples(f"run {k}", t, q, qd, np.zeros_like(q), step, None, ())
-            out += model.equations(self.evaluator, unfiltered(samples))
-        return tuple(out)
 
-    def condition(self, runs: Sequence[Trajectory], name: str) -> float:
-        """Return the condition number of identify's regressor of these runs."""
-        return condition_number(np.concatenate([e.W for e in self.equations(runs, name)]))
+def _scale(objective: Objective, torque: FloatArray) -> FloatArray:
+    """Return the value of each parameter that its standard deviation is compared with, (p,).
 
-    def checked(self, spaces: Sequence[Space], best: Candidate) -> Checked:
-        """Return the runs of a candidate, shrunk until all limits hold every millisecond."""
-        sampled = [s.sampled(s.times(math.ceil(s.bases[0].duration / FINE))) for s in spaces]
-        parts = [*zip(spaces, sampled, strict=True)]
-        pairs = zip(parts, best.runs, strict=True)
-        found = [s.fitted(run.z, m) for (s, m), run in pairs]
-        factor, uses = 1.0, tuple[Use, ...]()
-        while not uses or (_excess(uses) > 1 and factor > _SMALLEST):
-            factor *= _SHRINK if uses else 1.0
-            every: list[Use] = []
-            for (s, m), z in zip(parts, found, strict=True):
-                motion = s.motion(_scaled(z, factor), m)
-                every += [*self.limits.uses(motion), *self.uses(motion)]
-            uses = worst(every)
-        runs = (s.trajectory(_scaled(z, factor), m) for (s, m), z in zip(parts, found, strict=True))
-        return Checked(tuple(runs), uses)
+    It is the value that alone causes 1 % of a joint's torque limit, or the value in the prior
+    model if that is larger.
 
-    def uses(self, motion: FloatArray) -> Iterator[Use]:
-        """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
-        q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
-        if self.prior is not None:
-            torque = self.evaluator["inverse_dynamics"](q, qd, qdd, self.prior)
-            top = self.limits.torque
-            yield from self.limits.used("torque", torque, -top, top)
-        if self.cell is not None:
-            yield from self.cell.uses(q)
-
-    def objective(self, spaces: tuple[Space, ...], noise: FloatArray) -> Objective:
-        """Return what the search minimizes; noise is that of the torques, (n,)."""
-        parameters, lines = len(self.model.base.parameters), self.model.robot.n
-        enough = _ROWS * parameters / (1 if self.name == "energy" else lines) / len(spaces)
-        sampled = tuple(grid(choices, enough) for choices in spaces)
-        return Objective(
-            self.evaluator,
-            self.name,
-            noise,
-            self.rate,
-            spaces,
-            sampled,
-            lambda motion: _excess(self.uses(motion)),
-        )
-
-    def scale(self, torque: FloatArray) -> FloatArray:
-        """Return the value of each parameter that its standard deviation is compared with, (p,).
-
-        It is the value that alone causes 1 % of a joint's torque limit, or the value in the prior
-        model if that is larger.
-
-        Args:
-            torque: RMS torque that each parameter causes with a value of 1, (n, p).
-        """
-        shares = (torque / _visible(self.limits)[:, None]).max(axis=0)
-        small = 1 / np.maximum(shares, np.finfo(float).tiny)
-        if self.prior is not None:
-            small = np.maximum(small, np.abs(self.prior[: len(small)]))
-        return np.asarray(small)
-
-    def plan(
-        self,
-        best: Checked,
-        std: FloatArray,
-        scale: FloatArray,
-        start: float,
-        searches: tuple[int, int],
-        stopped: str,
-    ) -> Plan:
-        """Return the plan, with the condition numbers of all models."""
-        own = self.equations(best.runs, self.name)
-        conditions = dict.fromkeys(_MODELS, math.inf)
-        for name in _MODELS:
-            # Where windows or filter do not fit these runs.
-            with suppress(IdentificationError, LogError):
-                conditions[name] = self.condition(best.runs, name)
-        way = (self.limits.high - self.limits.low) / self.limits.rates[0]
-        return Plan(
-            robot=self.model.robot.name,
-            model=self.name,
-            window=self.window,
-            rate=self.rate,
-            runs=best.runs,
-            conditions=conditions,
-            std=dict(zip(self.model.base.names, std.tolist(), strict=False)),
-            scale=dict(zip(self.model.base.names, scale.tolist(), strict=False)),
-            start=start,
-            uses=tuple(sorted(best.uses, key=lambda u: u.joint)),
-            parameters=len(self.model.base.parameters),
-            independent=sum(len(e.y) / e.correlation for e in own),
-            searches=searches,
-            stopped=stopped,
-            notes=self.notes,
-            approach=float(math.ceil(_APPROACH * way.max())),
-            joints=joints_of(self.model.robot),
-            bounds=self.limits,
-        )
+    Args:
+        objective: with the limits and the prior model.
+        torque: RMS torque that each parameter causes with a value of 1, (n, p).
+    """
+    shares = (torque / _visible(objective.limits)[:, None]).max(axis=0)
+    small = 1 / np.maximum(shares, np.finfo(float).tiny)
+    if objective.prior is not None:
+        small = np.maximum(small, np.abs(objective.prior[: len(small)]))
+    return np.asarray(small)
 
 
 def excite(
@@ -334,9 +238,16 @@ def excite(
     source = replace(source, limits=given.over(source.limits))
     allowed = bounds(source)
     kinds = _kinds(motion.kind, source, allowed)
+    notes = _require_prior(parameters, allowed, asked=given.torque is not None)
     progress("deriving and compiling the model")
-    task = _judge(source, model, window, motion.rate, allowed, parameters, given.torque is not None)
-    lengths = _durations(motion.duration, motion.runs, task)
+    fence = source.limits if source.limits is not None and source.limits.cell else None
+    every = [EquationModel(name, window) for name in _MODELS]
+    kernels = dict.fromkeys(k for m in every for k in m.all_kernels)
+    derived = derive(source, (*kernels, FRAMES) if fence else tuple(kernels))
+    prior = None if parameters is None else read_parameters(parameters, derived)
+    evaluator = load(derived)
+    cell = Cell(evaluator, fence) if fence else None
+    lengths = _durations(motion, derived, model, window)
     begin = None
     if motion.start is not None:
         where = "one position inside the limits"
@@ -345,7 +256,12 @@ def excite(
     for length in lengths:
         joints = tuple(basis(kind, length, motion.terms) for kind in kinds)
         spaces.append(space(joints, allowed, begin))
-    objective = task.objective(tuple(spaces), _noise(noise, allowed))
+    count = len(derived.base.parameters)
+    enough = _ROWS * count / (1 if model == "energy" else source.n) / len(spaces)
+    objective = Objective(
+        evaluator, model, _noise(noise, allowed), motion.rate, allowed, prior, cell,
+        tuple(spaces), tuple(grid(choices, enough) for choices in spaces),
+    )  # fmt: skip
     clock = Clock(search.budget)
     reached: list[tuple[Candidate, Candidate]] = []  # where searches begin and end
     ended = 0
@@ -356,7 +272,7 @@ def excite(
             draw = np.random.default_rng([search.seed, k])
             first = objective.drawn(draw)
             if k == 0:
-                scale = task.scale(objective.torque(first))
+                scale = _scale(objective, objective.torque(first))
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(first, scale)}")
             last = objective.improved(first, draw, search.iterations, clock)
             ended += clock.left > 0
@@ -365,62 +281,66 @@ def excite(
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(last, scale)}")
     best = min((last for _, last in reached), key=lambda candidate: candidate.rank)
     start = min((first for first, _ in reached), key=lambda candidate: candidate.rank)
-    checked = task.checked(spaces, best)
-    if best.rank[0] > 1 or _excess(checked.uses) > 1:
+    checked = _checked(objective, best)
+    if best.rank[0] > 1 or largest_share(checked.uses) > 1:
         raise _too_much_torque(source, checked)
-    condition = task.condition(checked.runs, model)
-    if not condition <= SINGULAR:
-        raise _singular(source, model, lengths, checked, condition)
-    stopped = (
-        "interrupted" if clock.interrupted else "done" if ended == search.searches else "budget"
+    rows = _equations(evaluator, EquationModel(model, window), checked.runs, motion.rate)
+    conditions = dict.fromkeys(_MODELS, math.inf)
+    for other in every:
+        # Where windows or filter do not fit these runs.
+        with suppress(IdentificationError, LogError):
+            equations = _equations(evaluator, other, checked.runs, motion.rate)
+            conditions[other.name] = condition_number(np.concatenate([e.W for e in equations]))
+    if not conditions[model] <= SINGULAR:
+        raise _singular(source, model, lengths, checked, conditions[model])
+    stopped = "done" if ended == search.searches else "budget"
+    way = (allowed.high - allowed.low) / allowed.rates[0]
+    names = derived.base.names
+    return Plan(
+        robot=source.name,
+        model=model,
+        window=window,
+        rate=motion.rate,
+        runs=checked.runs,
+        conditions=conditions,
+        std=dict(zip(names, best.std.tolist(), strict=False)),
+        scale=dict(zip(names, scale.tolist(), strict=False)),
+        start=geometric_mean(start.std / scale),
+        uses=tuple(sorted(checked.uses, key=lambda u: u.joint)),
+        parameters=count,
+        independent=sum(len(e.y) / e.correlation for e in rows),
+        searches=(ended, search.searches),
+        stopped="interrupted" if clock.interrupted else stopped,
+        notes=notes,
+        approach=float(math.ceil(_APPROACH * way.max())),
+        joints=joints_of(source),
+        bounds=allowed,
     )
-    begun = geometric_mean(start.std / scale)
-    return task.plan(checked, best.std, scale, begun, (ended, search.searches), stopped)
 
 
-def _judge(
-    robot: Robot,
-    name: str,
-    window: float,
-    rate: float,
-    limits: Bounds,
-    parameters: str | Path | None,
-    asked: bool,
-) -> Judge:
-    """Load the models and limits that motions are judged by.
+def _require_prior(
+    parameters: str | Path | None, limits: Bounds, *, asked: bool
+) -> tuple[str, ...]:
+    """Return a note where torque limits of the robot are not checked without a prior model.
 
     Args:
-        robot: the mechanism.
-        name: name of the model that will be used.
-        window: window of energy and momentum, s.
-        rate: sampling rate, Hz.
-        limits: limits of the joints.
         parameters: file of the prior model, or None.
+        limits: limits of the joints.
         asked: whether the caller passed torque limits.
 
     Raises:
-        ParameterError: limits of torque without a prior model.
+        ParameterError: the caller passed torque limits without a prior model.
     """
-    limited = bool(np.isfinite(limits.torque).any())
-    notes: tuple[str, ...] = ()
-    if parameters is None and asked:
+    if parameters is not None:
+        return ()
+    if asked:
         raise ParameterError(
             "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
             "TOML with [parameters])"
         )
-    if parameters is None and limited:
-        notes = ("torque limits are not checked: pass --parameters of a prior model to check them",)
-    fence = robot.limits if robot.limits is not None and robot.limits.cell else None
-    kernels = dict.fromkeys(k for m in _MODELS for k in EquationModel(m, window).all_kernels)
-    model = derive(robot, (*kernels, FRAMES) if fence else tuple(kernels))
-    prior = None if parameters is None else read_parameters(parameters, model)
-    evaluator = load(model)
-    cell = Cell(evaluator, fence) if fence else None
-    return Judge(evaluator, name, window, rate, limits, prior, notes, cell)
-
-
-def _scaled(z: Coefficients, factor: float) -> Coefficients:
-    return tuple(factor * part for part in z)
+    if not np.isfinite(limits.torque).any():
+        return ()
+    return ("torque limits are not checked: pass --parameters of a prior model to check them",)
 
 
 def _visible(limits: Bounds) -> FloatArray:
@@ -471,32 +391,31 @@ def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str
     return kinds
 
 
-def _durations(
-    duration: float | Sequence[float] | None, runs: int, task: Judge
-) -> tuple[float, ...]:
-    """Return the duration of each run in s: as requested, or long enough for the energy model."""
-    if duration is None:
-        parameters = len(task.model.base.parameters)
-        per_window = 1 if task.name == "energy" else task.model.robot.n
-        needed = WINDOWS * parameters * task.window / per_window / (1 - HELD_OUT)
-        usual = _USUAL if task.name == "torque" else max(_USUAL, needed / runs + task.window)
+def _durations(motion: Motion, derived: Model, model: str, window: float) -> tuple[float, ...]:
+    """Return the duration of each run in s: as requested, or long enough for identify."""
+    runs, shortest = motion.runs, 10 / motion.rate  # of ten samples
+    if motion.duration is None:
+        parameters = len(derived.base.parameters)
+        per_window = 1 if model == "energy" else derived.robot.n
+        needed = WINDOWS * parameters * window / per_window / (1 - HELD_OUT)
+        usual = _USUAL if model == "torque" else max(_USUAL, needed / runs + window)
         return (float(math.ceil(usual)),) * runs
-    given = np.atleast_1d(np.asarray(duration, dtype=float))
+    given = np.atleast_1d(np.asarray(motion.duration, dtype=float))
     lengths = tuple(given.tolist()) * (runs if len(given) == 1 else 1)
     if len(lengths) != runs:
         raise ParameterError(f"{len(lengths)} durations; accepted: one, or one for each run")
-    least = task.window if task.name != "torque" else 0.0
+    least = shortest if model == "torque" else window + shortest
     for length in lengths:
-        if not least + 10 / task.rate < length < math.inf:
+        if not least < length < math.inf:
             raise ParameterError(
-                f"a run of {length:g} s; accepted: more than {least + 10 / task.rate:.4g} s (the "
-                "window and ten samples)"
+                f"a run of {length:g} s; accepted: more than {least:.4g} s (the window and ten "
+                "samples)"
             )
     return lengths
 
 
 def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
-    use = max((u for u in closest.uses if u.limit in _SHRUNK), key=lambda u: u.share)
+    use = max((u for u in closest.uses if u.limit in SHRUNK), key=lambda u: u.share)
     if use.limit in CELL:
         return IdentificationError(
             f"{robot.name}: no motion that was tried keeps clear of the {use.limit}: the frame of "

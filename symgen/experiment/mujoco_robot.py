@@ -46,7 +46,7 @@ class MujocoRobot:
             if missing:
                 raise RobotError(
                     f"there is no joint {first_of(missing, 3)}; accepted: a file with the joints "
-                    f"{first_of(list(joints), 8)}"
+                    f"{first_of(list(joints))}"
                 )
             places = [known[name] for name in joints]
             free = m.jnt_type[places]

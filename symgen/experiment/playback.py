@@ -6,7 +6,6 @@ limits and controlled actuators of the file have no say: what moves the robot is
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +14,14 @@ from typing import Annotated, Any
 import numpy as np
 
 from symgen.data.log import Log
-from symgen.data.raw import Reading
-from symgen.data.signals import interpolated
+from symgen.data.raw import Reading, csv_bytes
+from symgen.data.signals import (
+    OPEN,
+    comparison_band,
+    interpolated,
+)
 from symgen.errors import ParameterError
-from symgen.estimation.band import OPEN, Band, comparison_band
+from symgen.estimation.band import Band
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.playback import (
     HORIZONS,
@@ -110,9 +113,7 @@ class SimulationComparison(Viewable):
         numbers = range(1, q.shape[1] + 1)
         labels = [f"q{j}" for j in numbers]
         labels += [f"file{k}_q{j}" for k in range(1, len(self.courses) + 1) for j in numbers]
-        file, rows = io.StringIO(), np.column_stack([t, q, *self.courses])
-        np.savetxt(file, rows, "%.9g", ",", header=",".join(["t", *labels]), comments="")
-        return file.getvalue().encode()
+        return csv_bytes(["t", *labels], np.column_stack([t, q, *self.courses]))
 
 
 def compare_simulations(

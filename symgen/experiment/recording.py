@@ -249,10 +249,11 @@ def tracking(
 
 def replay(t: FloatArray, tau: FloatArray, hold: bool) -> Law:
     """Return the law that applies torques (N, n) at stamps (N,), interpolated or held."""
+    last = len(t) - 1
 
     def law(at: float, q: FloatArray, qd: FloatArray) -> FloatArray:  # noqa: ARG001
-        k = min(max(int(np.searchsorted(t, at, side="right")) - 1, 0), len(t) - 1)
-        if hold or k == len(t) - 1:
+        k = min(max(int(np.searchsorted(t, at, side="right")) - 1, 0), last)
+        if hold or k == last:
             return np.asarray(tau[k])
         share = (at - t[k]) / (t[k + 1] - t[k])
         return np.asarray(tau[k] + share * (tau[k + 1] - tau[k]))

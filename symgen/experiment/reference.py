@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import numpy as np
 from symgen import names
 from symgen.data.drive import joint_side
 from symgen.data.log import Log, read_log, read_only
-from symgen.data.raw import FloatArray, refuse
+from symgen.data.raw import FloatArray, csv_bytes, refuse
 from symgen.data.signals import differentiate, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import LogError
@@ -196,13 +195,10 @@ def read_reference(path: str | Path) -> Reference:
     return make_reference(str(path), t, q, qd, qdd)
 
 
-def as_csv(t: FloatArray, groups: Mapping[str, FloatArray], digits: int = 12) -> bytes:
+def as_csv(t: FloatArray, groups: Mapping[str, FloatArray]) -> bytes:
     """Return the content of a CSV with t (N,) and columns q1, q2, ... of groups q, ... (N, n)."""
     names = [f"{name}{j + 1}" for name, x in groups.items() for j in range(x.shape[1])]
-    rows, out = np.column_stack([t, *groups.values()]), io.BytesIO()
-    head = ",".join(["t", *names])
-    np.savetxt(out, rows, f"%.{digits}g", delimiter=",", header=head, comments="")
-    return out.getvalue()
+    return csv_bytes(["t", *names], np.column_stack([t, *groups.values()]), 12)
 
 
 def fourier(
@@ -248,17 +244,12 @@ def fourier(
     return make_reference("Fourier series", t, *motion)
 
 
-def paper_motion(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the motion of Gautier and Khalil (1988): q, qd, qdd, each (N, 2), rad and s."""
-    T = SAMPLES * STEP
-    run = Trajectory(
-        (Cubic(T, 1), Cosine(math.pi, 1)), (np.array([0.0, T / 1.5]), np.array([0.0, 1.0]))
-    )
-    return run.at(t), run.at(t, 1), run.at(t, 2)
-
-
 def _paper(robot: Robot, rate: float) -> Reference:
+    """Return the motion of Gautier and Khalil (1988)."""
     if robot.n != 2 or any(robot.sigma):
         refuse(f"trajectory paper: {robot.name} has other joints", "two revolute joints")
-    t = np.arange(round(SAMPLES * STEP * rate) + 1) / rate
-    return make_reference("paper", t, *paper_motion(t))
+    duration = SAMPLES * STEP
+    bases = Cubic(duration, 1), Cosine(math.pi, 1)
+    run = Trajectory(bases, (np.array([0.0, duration / 1.5]), np.array([0.0, 1.0])))
+    t = np.arange(round(duration * rate) + 1) / rate
+    return make_reference("paper", t, *(run.at(t, order) for order in range(3)))

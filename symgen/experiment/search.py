@@ -7,8 +7,8 @@ its torque, a log of N samples has the information
     energy             G = N mean(w' w) / mean(sum_j s_j^2 qd_j^2),   w = sum_j qd_j W_j
 
 and the parameters have the standard deviations sqrt(diag G^-1). The search minimizes the mean of
-their logs by a (1 + 1) evolution strategy (Rechenberg 1973): it changes some coefficients at
-random and keeps the change if the motion is better.
+their logs by a (1 + 1) evolution strategy (Rechenberg 1973): it changes the coefficients of one
+joint at random and keeps the change if the motion is better.
 """
 
 from __future__ import annotations
@@ -17,25 +17,27 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.experiment.bounds import Coefficients, Sampled, Space
+from symgen.experiment.bounds import CELL, Bounds, Cell, Coefficients, Sampled, Space, Use
 from symgen.runtime.evaluator import Evaluator
 
 _DRAWS = 10  # random motions of which a search begins with the best
 _PER_PERIOD = 16  # samples in a period of the fastest term
-_CHANGED = 0.2  # share of the coefficients that a step changes
 _STEP, _SMALLEST = 0.3, 0.01  # at the start, at the end; relative
 # Of the step after a success, and after a failure: 0.985 ends in a sixth of the time, at standard
 # deviations that are 15 % larger.
 _GROW, _SHRINK = 1.3, 0.996
 _TRIES = 3  # to shrink a motion that exceeds torque limits or leaves the cell
 _MARGIN = 0.99  # of torque limits, and 1 cm to floor and boxes: for the time between samples
+#: Limits that are kept by shrinking the whole motion.
+SHRUNK = ("torque", *CELL)
 
 
 @dataclass
@@ -119,6 +121,17 @@ def deviations(G: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.linalg.inv(L), axis=0) / size)
 
 
+class Fitted(NamedTuple):
+    """A run within its limits: coefficients, q, qd, qdd and jerk (4, N, n), and what it uses.
+
+    `excess` is the largest used share of torque limits and cell.
+    """
+
+    z: Coefficients
+    motion: FloatArray
+    excess: float
+
+
 @dataclass(frozen=True, eq=False)
 class Objective:
     """What the search minimizes, on a grid that is as fine as the terms of the motion need.
@@ -128,18 +141,38 @@ class Objective:
         model: model to identify with: "energy", "momentum" or "torque".
         noise: standard deviation of the torque noise, (n,).
         rate: sampling rate of the logs, Hz.
+        limits: limits of the joints.
+        prior: parameters (p,) of the prior model, whose torque is limited; None without one.
+        cell: floor and boxes; None without any.
         spaces: the motions of each run.
         sampled: `Space.sampled` of each run.
-        excess: returns the largest used share of torque limits and cell from q, qd, qdd.
     """
 
     evaluator: Evaluator
     model: str
     noise: FloatArray
     rate: float
+    limits: Bounds
+    prior: FloatArray | None
+    cell: Cell | None
     spaces: tuple[Space, ...]
     sampled: tuple[Sampled, ...]
-    excess: Callable[[FloatArray], float]
+
+    def at_steps(self, step: float) -> Objective:
+        """Return the same on a grid of steps in s."""
+        times = [s.times(math.ceil(s.bases[0].duration / step)) for s in self.spaces]
+        pairs = zip(self.spaces, times, strict=True)
+        return replace(self, sampled=tuple(s.sampled(t) for s, t in pairs))
+
+    def uses(self, motion: FloatArray) -> Iterator[Use]:
+        """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
+        q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
+        if self.prior is not None:
+            torque = self.evaluator["inverse_dynamics"](q, qd, qdd, self.prior)
+            top = self.limits.torque
+            yield from self.limits.used("torque", torque, -top, top)
+        if self.cell is not None:
+            yield from self.cell.uses(q)
 
     def regressor(self, motion: FloatArray) -> FloatArray:
         """Return the torque regressor along q, qd, qdd: (N, n, p)."""
@@ -156,18 +189,38 @@ class Objective:
             rows = (W / self.noise[:, None]).reshape(-1, W.shape[2])
         return np.asarray(rows.T @ rows * (self.rate * duration / len(W)))
 
-    def run(self, k: int, z: Coefficients, grow: bool = False) -> Run:
-        """Return run k with coefficients z, scaled into its limits."""
+    def fitted(self, k: int, z: Coefficients, grow: bool = False, allowed: float = 1.0) -> Fitted:
+        """Return run k with coefficients z, scaled into its limits and shrunk into the others.
+
+        Args:
+            k: number of the run.
+            z: its coefficients.
+            grow: also enlarge joints that do not reach their limits.
+            allowed: largest share of torque limits and cell.
+        """
         space, sampled = self.spaces[k], self.sampled[k]
-        z = space.fitted(z, sampled, grow)
+        found = self._moved(k, space.fitted(z, sampled, grow))
         for _ in range(_TRIES):
-            motion = space.motion(z, sampled)
-            excess = self.excess(motion) / _MARGIN
-            if excess <= 1:
-                return Run(z, excess, self.information(motion, space.bases[0].duration))
-            z = tuple(part * max(0.5, 0.99 / excess) for part in z)
-        parameters = len(self.evaluator.model.base.parameters)
-        return Run(z, excess, np.zeros((parameters, parameters)))
+            if found.excess <= allowed:
+                break
+            factor = max(0.5, _MARGIN * allowed / found.excess)
+            found = self._moved(k, tuple(factor * part for part in found.z))
+        return found
+
+    def _moved(self, k: int, z: Coefficients) -> Fitted:
+        """Return run k with coefficients z."""
+        motion = self.spaces[k].motion(z, self.sampled[k])
+        return Fitted(z, motion, largest_share(self.uses(motion)))
+
+    def run(self, k: int, z: Coefficients, grow: bool = False) -> Run:
+        """Return run k with coefficients z, within its limits where it can be."""
+        found = self.fitted(k, z, grow, _MARGIN)
+        p = len(self.evaluator.model.base.parameters)
+        information = np.zeros((p, p))
+        if found.excess <= _MARGIN:
+            duration = self.spaces[k].bases[0].duration
+            information = self.information(found.motion, duration)
+        return Run(found.z, found.excess / _MARGIN, information)
 
     def torque(self, found: Candidate) -> FloatArray:
         """Return the RMS torque that each parameter alone causes with a value of 1, (n, p)."""
@@ -197,7 +250,11 @@ class Objective:
             if clock.left <= 0 or step < _SMALLEST:
                 break
             k, runs = int(draw.integers(len(self.spaces))), list(best.runs)
-            runs[k] = self.run(k, tuple(_changed(part, step, draw) for part in runs[k].z))
+            z = list(runs[k].z)
+            j = int(draw.integers(len(z)))
+            size = step * np.sqrt(np.mean(z[j] ** 2))
+            z[j] = z[j] + size * draw.normal(size=len(z[j]))
+            runs[k] = self.run(k, tuple(z))
             tried = candidate(runs)
             if tried.rank < best.rank:
                 best, step = tried, _GROW * step
@@ -206,11 +263,9 @@ class Objective:
         return best
 
 
-def _changed(part: FloatArray, step: float, draw: np.random.Generator) -> FloatArray:
-    """Return the coefficients of a joint with some of them changed at random."""
-    size = step * np.sqrt(np.mean(part**2))
-    changed = draw.uniform(size=len(part)) < _CHANGED
-    return np.asarray(part + size * draw.normal(size=len(part)) * changed)
+def largest_share(uses: Iterable[Use]) -> float:
+    """Return the largest used share of the limits that are kept by shrinking a motion."""
+    return max((u.share for u in uses if u.limit in SHRUNK), default=0.0)
 
 
 def grid(space: Space, enough: float) -> Sampled:

@@ -8,10 +8,14 @@ import numpy as np
 
 from symgen.data.columns import fixing
 from symgen.data.raw import Reading
-from symgen.data.signals import Samples, sampled
+from symgen.data.signals import (
+    LOWEST,
+    Samples,
+    comparison_band,
+    sampled,
+)
 from symgen.data.units import plausible_units
 from symgen.errors import IdentificationError, LogError, plain
-from symgen.estimation.band import LOWEST, comparison_band
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.faults.fault import Fault

@@ -10,8 +10,13 @@ import numpy as np
 
 from symgen.data.mask import Bools, rms, touched
 from symgen.data.raw import FloatArray
-from symgen.data.signals import Samples, lowpass, lowpass_and_slopes, white_noise
-from symgen.estimation.band import OPEN
+from symgen.data.signals import (
+    OPEN,
+    Samples,
+    lowpass,
+    lowpass_and_slopes,
+    white_noise,
+)
 from symgen.faults.channels import moves
 from symgen.faults.fault import Fault
 from symgen.faults.rules import Rule, Symptom, apply

@@ -11,7 +11,7 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import Reason
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.confirm import Item, Weighed, confirm
+from symgen.hypotheses.confirm import Item, Weighed, confirm, joints_of
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.priors import PHYSICS, prior_of
@@ -98,7 +98,7 @@ def reason_of(w: Weighed, found: Found) -> Reason:
     """Return a hypothesis with what the validation logs say of it."""
     robot, item = found.declared.robot, w.item
     row = _definition(item)
-    joints = _joints(item)
+    joints = joints_of(item)
     labels = robot.listed(list(joints)) if joints else "the whole arm"
     where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
     advice = prior_of(row).advice
@@ -113,12 +113,6 @@ def _definition(item: Item) -> Definition:
     if isinstance(item, Contact):
         return item.definition
     return item.candidate.definition
-
-
-def _joints(item: Item) -> tuple[int, ...]:
-    if isinstance(item, Changed):
-        return item.change.joints
-    return item.joints if isinstance(item, Contact) else item.candidate.joints
 
 
 def _channels(item: Item) -> str:

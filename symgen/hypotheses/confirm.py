@@ -85,11 +85,35 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
         if not failing:
             out = [*weighed, *out]
             break
-        worst = min(failing, key=lambda w: w.fell)
-        items = _leave_out(items, worst.item)
-        dropped = [w for w in weighed if w.item not in items]
-        out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
+        for worst in _weakest_of_joints(failing):
+            kept = _leave_out(items, worst.item)
+            dropped = [w for w in weighed if w.item in items and w.item not in kept]
+            out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
+            items = kept
     return restricted(found, items), tuple(out)
+
+
+def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
+    """Return the weakest item, and with it the weakest of other joints, which it hardly concerns.
+
+    Args:
+        failing: items that are not adopted beside all the others.
+    """
+    first, *others = sorted(failing, key=lambda w: w.fell)
+    out, taken = [first], {*joints_of(first.item)}
+    for w in others if taken else ():
+        joints = {*joints_of(w.item)}
+        if joints and not joints & taken:
+            out.append(w)
+            taken |= joints
+    return out
+
+
+def joints_of(item: Item) -> tuple[int, ...]:
+    """Return the positions of an item's joints; none for the whole arm."""
+    if isinstance(item, Changed):
+        return item.change.joints
+    return item.joints if isinstance(item, Contact) else item.candidate.joints
 
 
 def restricted(found: Found, items: Sequence[Item]) -> Found:

@@ -20,7 +20,7 @@ from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import Score, Seen, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, torque_at
+from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, torque_at, with_rests
 from symgen.hypotheses.score import PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -76,9 +76,24 @@ class Problem:
         return self.base.X if self.known is None else self.known
 
     @cached_property
+    def estimate(self) -> FloatArray:
+        """(p,) parameters of the model as `identify` fits them, with rests, or given."""
+        return with_rests(self.base).X if self.known is None else self.known
+
+    @cached_property
     def held_rows(self) -> Rows:
         """The rows of the model on the validation logs."""
         return make_rows(self.evaluator, self.held, self.known)
+
+    @cached_property
+    def joined(self) -> Problem:
+        """The problem of all logs: the validation logs first, as a fold of their own."""
+        held = self.held_rows
+        W = np.concatenate([held.W, self.base.W])
+        y = np.concatenate([held.y, self.base.y])
+        base = fitted((*self.held, *self.logs), W, y)
+        fold_of_held = np.full(len(held.y), self.fold.max() + 1)
+        return replace(self, base=base, held=(), fold=np.concatenate([fold_of_held, self.fold]))
 
     def changed(self, change: Change) -> Problem:
         """Return the problem with what a change says undone in all logs, or in the robot file."""
@@ -138,8 +153,7 @@ class Problem:
 
         parts = []
         for log in self.logs:
-            chunks = log.unmasked.modelled(links, _BLOCK, log.smooth_stride)
-            parts.append(np.concatenate([x for _, x in chunks]))
+            parts.append(log.unmasked.modelled(links, _BLOCK, log.smooth_stride))
         W = np.concatenate([np.concatenate(parts), self.base.W[:, :, others]], axis=2)
         return replace(self, base=fitted(self.logs, W, self.base.y))
 

@@ -122,10 +122,10 @@ def rebuilt(found: Found) -> Found:
     for c in found.changes:
         problem = problem.changed(c.change)
     problem = problem.without(found.contacts)
-    return replace(found, problem=problem, effects=_columns_in(problem, found.effects))
+    return replace(found, problem=problem, effects=columns_in(problem, found.effects))
 
 
-def _columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
+def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()

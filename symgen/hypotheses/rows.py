@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from symgen.data.mask import SLOW, STOP, STOPPED, Bools, mean_speeds, rms, stops, touched
+from symgen.data.mask import rms
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
@@ -31,17 +31,7 @@ _WHITENING = 3  # rounds in which the weights of the joints follow their residua
 _EXACT = 1e-6  # of the torque: no joint is known better
 _FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
 _REVERSAL = 0.005  # of the RMS speed
-SETTLING = 5  # rounds in which columns that contain the model's torque follow it
-
-
-def static(log: FilteredLog) -> Bools:
-    """Return the kept rows that static friction of a resting joint affects, (K, n).
-
-    There the friction can take any value between its limits, which no column can represent.
-    """
-    largest = np.abs(mean_speeds(log.q, log.step, STOP)).max(axis=0)
-    still = stops(log.q, log.step, np.where(largest > 0, SLOW * STOPPED * largest, -1.0))
-    return np.column_stack([touched(joint, log.reach // 2)[log.kept] for joint in still.T])
+SETTLING = 3  # rounds in which columns that contain the model's torque follow it
 
 
 def in_band(
@@ -88,7 +78,7 @@ def modelled(
     log: FilteredLog, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 ) -> FloatArray:
     """Return a function of q, qd, qdd in the comparison band at the kept samples, (K, ...)."""
-    return np.concatenate([x for _, x in log.unmasked.modelled(model)])
+    return log.unmasked.modelled(model)
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,15 +215,27 @@ def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> Float
 def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:
     """Solve y = W X, with joints weighted by the standard deviation of their residual.
 
-    Rows that static friction affects only determine what the other rows leave undetermined.
+    Rows that a rest of their joint affects only determine what the others leave undetermined.
     """
-    moves = np.concatenate([_moving(log) for log in logs])
-    still = np.concatenate([static(log) for log in logs])
-    found = solved(logs, W, y, np.where(still, 0.0, moves))
-    if not still.any():
+    n = y.shape[1]
+    moving = np.concatenate([_moving(log, np.zeros(n)) for log in logs])
+    found = solved(logs, W, y, moving)
+    if all(log.resting is None for log in logs):
         return found
+    moves = np.concatenate([_moving(log, np.ones(n)) for log in logs])
     whole = replace(found, moves=moves)
     return found if found.rank == whole.rank else solved(logs, W, y, moves)
+
+
+def with_rests(rows: Rows) -> Rows:
+    """Return rows in which rests have the weight that they have in an estimate."""
+    if all(log.resting is None for log in rows.logs):
+        return rows
+    moves = []
+    for log in rows.logs:
+        weight = np.ones(rows.n) if log.band.rests is None else np.array(log.band.rests.weight)
+        moves.append(_moving(log, weight))
+    return solved(rows.logs, rows.W, rows.y, np.concatenate(moves))
 
 
 def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: FloatArray) -> Rows:
@@ -255,10 +257,17 @@ def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: Flo
     return Rows(tuple(logs), W, y, X, sigma, moves)
 
 
-def _moving(log: FilteredLog) -> FloatArray:
-    """Return 1.0 where a joint moves faster than 0.5 % of its RMS speed, unmasked, (K, n)."""
-    moves = (np.abs(log.qd) > _REVERSAL * rms(log.qd))[log.kept]
-    return np.asarray((moves & log.clear[log.kept]).astype(float))
+def _moving(log: FilteredLog, rests: FloatArray) -> FloatArray:
+    """Return the weights of rows (K, n): 1.0 in motion, 0.0 at reversals and where masked.
+
+    Args:
+        log: a log in the band of the run.
+        rests: (n,) weight of the rows that a rest of their joint affects.
+    """
+    moves = (np.abs(log.qd) > _REVERSAL * rms(log.qd))[log.kept] & log.clear[log.kept]
+    if log.resting is None:
+        return moves.astype(float)
+    return np.where(log.resting, rests * log.clear[log.kept], moves * 1.0)
 
 
 _TINY = 1e-300

@@ -32,7 +32,7 @@ from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Found, Key, Registry, rebuilt
+from symgen.hypotheses.registry import Changed, Found, Key, Registry, columns_in, rebuilt
 from symgen.hypotheses.rows import explained
 from symgen.hypotheses.score import Columns, Folded, ScoreFit, price_of_size
 from symgen.hypotheses.terms import NAME as UNNAMED
@@ -62,19 +62,20 @@ def search(
     Args:
         problem: the model and its logs.
         registry: what may be missing or wrong.
-        least: smallest torque that matters, as a part of a joint's torque.
-        steps: most hypotheses that are added; None for all.
+        least: smallest torque that matters, as a part of a joint's torque; what is above the
+            misfit is accepted.
+        steps: most hypotheses that are added, without their alternatives; None for all.
         progress: called with a text about what is being tried.
     """
+    # What the training motion hardly shows may matter on other motion: adoption decides that.
+    least = min(least, problem.misfit)
     judge = _Judge(registry, least)
     found, seen = Found(problem, problem), {frozenset[Key]()}
     options: list[Score] = []
-    for count in itertools.count(1):
+    for count in itertools.count(1) if steps is None else range(1, steps + 1):
         progress(f"trying {len(registry.pool)} candidates for effect {count}")
         stage = found.problem.stage(found.effects)
         options = judge.options(stage)
-        if steps is not None and count > steps:
-            break
         others = judge.others(stage, found)
         every = sorted((*options, *others), key=_odds, reverse=True)
         probable = [o for o in every if o.odds > 0 and o.worth >= least]
@@ -85,10 +86,32 @@ def search(
             break
         found = new
         seen.add(found.keys)
+    if registry.contacts:
+        found = _with_contacts_of_held(found, least)
+    if steps is not None:
+        return found
     effects = sorted(judge.compared(found), key=lambda s: -s.gain)
     taken = {s.candidate.key for s in effects}
     rejected = tuple(judge.reasoned(s) for s in options if s.candidate.key not in taken)
     return replace(found, effects=tuple(effects), rejected=rejected, tried=len(registry.pool))
+
+
+def _with_contacts_of_held(found: Found, least: float) -> Found:
+    """Return what is found with the contacts of the validation logs, which are no model's error."""
+    if not found.problem.held:
+        return found
+    contacts: list[Contact] = []
+    whole = found.problem.joined
+    size, held = whole.base.size, found.problem.held
+    effects = columns_in(whole, found.effects)
+    while True:
+        contact = likeliest_contact(whole.stage(effects).score, held, size)
+        if contact is None or contact.odds <= 0 or contact.worth < least:
+            break
+        contacts.append(contact)
+        whole = whole.without([contact])
+        held = whole.logs[: len(held)]
+    return rebuilt(replace(found, contacts=(*found.contacts, *contacts)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +127,7 @@ class _Group:
 class _Judge:
     """Judges the hypotheses of a registry beside what is accepted.
 
-    It keeps the columns that do not depend on the model, which only another problem changes.
+    It keeps the columns of a problem.
     """
 
     def __init__(self, registry: Registry, least: float) -> None:
@@ -113,7 +136,7 @@ class _Judge:
         self._undone = frozenset[Key]()
         #: Changes of the motion by what is undone already.
         self._moved: dict[frozenset[Key], list[Changed]] = {}
-        self._fixed: list[_Group] = []
+        self._groups: list[_Group] = []
         self._terms: Expressions | None = None
 
     def options(self, stage: Stage, joints: frozenset[int] | None = None) -> list[Score]:
@@ -168,9 +191,10 @@ class _Judge:
         """
         out, near = [], [o for o in probable if o.odds > probable[0].odds - SURE]
         for o in probable:
-            if o in near and len(near) > 1 and isinstance(o, Score) and o.candidate.smooth:
-                *_, fine = settled_constants(stage.problem, [*stage.effects, o], stage.seen)
-                o = max(o, self._scored(stage, fine), key=_odds)
+            if o in near and isinstance(o, Score):
+                o = self._scored(stage, o)
+                if len(near) > 1 and o.candidate.smooth:
+                    o = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
             out.append(o)
         return sorted(out, key=_odds, reverse=True)
 
@@ -183,8 +207,7 @@ class _Judge:
             return rebuilt(replace(found, changes=(*found.changes, new)))
         if new.candidate.exact is not None:
             return self.added(found, stage, exact_change(stage, new))
-        effects = settled_constants(stage.problem, [*found.effects, new], stage.seen)
-        return replace(found, effects=tuple(effects))
+        return replace(found, effects=(*found.effects, _refined(stage, new)))
 
     def pruned(self, found: Found) -> Found:
         """Drop what is not probable beside the rest, the least probable first."""
@@ -252,11 +275,11 @@ class _Judge:
         return replace(s, fault=fault)
 
     def _prepare(self, stage: Stage) -> None:
-        """Compute the columns that do not depend on the model, if the problem is another one."""
+        """Compute the columns of all candidates, if the problem is another one."""
         if stage.problem is self._problem:
             return
         self._problem, self._undone = stage.problem, stage.problem.undone
-        self._fixed = self._grouped(stage, uses_model=False)
+        self._groups = self._grouped(stage)
         self._terms = expressions(stage.problem) if self.registry.expressions else None
 
     def _fits(
@@ -264,22 +287,22 @@ class _Judge:
     ) -> Iterator[tuple[Candidate, Columns, ScoreFit]]:
         """Yield the candidates that may be added to a stage, with their columns and scores.
 
-        Columns without the model's torque are computed once for a problem.
+        Columns are computed once for a problem. Those with the model's torque, which follows what
+        is accepted, are computed again for what is probable.
         """
         self._prepare(stage)
-        moving = self._grouped(stage, uses_model=True)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
         taken = {s.candidate.key for s in stage.effects}
-        for group in (*self._fixed, *moving, *self._together(stage, terms)):
+        for group in (*self._groups, *self._together(stage, terms)):
             free = [self._admitted(c, taken, joints) for c in group.candidates]
             if any(free):
                 fits = stage.score.each(group.folded, group.sizes)
                 rows = zip(group.candidates, group.columns, fits, strict=True)
                 yield from itertools.compress(rows, free)
 
-    def _grouped(self, stage: Stage, *, uses_model: bool) -> list[_Group]:
+    def _grouped(self, stage: Stage) -> list[_Group]:
         """Return candidates with their columns beside a stage, without those of no number."""
-        pool = [c for c in self.registry.pool if c.uses_model == uses_model]
+        pool = self.registry.pool
         found = zip(pool, stage.seen.each(pool), strict=True)
         finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
         return self._together(stage, finite)
@@ -365,6 +388,12 @@ class _Judge:
         fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
         return replace(found, odds=found.odds - own.cost, cost=own.cost)
+
+
+def _refined(stage: Stage, new: Score) -> Score:
+    """Return an effect with its constants fitted beside a stage, whose constants stay."""
+    beside = replace(stage.problem, base=stage.rows)
+    return settled_constants(beside, [new], stage.seen)[0]
 
 
 def _odds(s: Score | Changed | Contact) -> float:

@@ -13,10 +13,10 @@ import numpy as np
 from symgen.data.signals import Samples
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import bias_of_least_squares
-from symgen.estimation.floor import noise_fit, quiet
+from symgen.estimation.floor import quiet
+from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import digest
-from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.motion_error import in_motion, motion_error
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -69,7 +69,7 @@ class Outcome:
         seen: of the validation logs.
         windows: number of independent equations.
         repairs: what was mended in the logs.
-        notes, provenance: of the logs, beside those of every run.
+        notes: of the logs, beside those of every run.
     """
 
     settled: Settled
@@ -80,7 +80,6 @@ class Outcome:
     windows: float
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...] = ()
-    provenance: tuple[tuple[str, str], ...] = ()
 
 
 def outcome(
@@ -90,7 +89,6 @@ def outcome(
     torques: Sequence[TorqueFit],
     repairs: tuple[Fault, ...],
     notes: tuple[str, ...] = (),
-    provenance: tuple[tuple[str, str], ...] = (),
 ) -> Outcome:
     """Return how a solution fits the logs.
 
@@ -99,7 +97,7 @@ def outcome(
         model: of the equations.
         equations: of the training and of the validation logs, or their summaries.
         torques: of both, at X.
-        repairs, notes, provenance: see `Outcome`.
+        repairs, notes: see `Outcome`.
     """
     own, seen = torques
     if model.name == "torque":
@@ -108,7 +106,7 @@ def outcome(
         train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
-    return Outcome(settled, *residuals, own, seen, windows, repairs, notes, provenance)
+    return Outcome(settled, *residuals, own, seen, windows, repairs, notes)
 
 
 def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -> Estimate:
@@ -119,21 +117,22 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         found: the solution, and how it fits all logs.
         criteria: what it is judged by.
     """
-    run, model, train, held = chosen.run, chosen.model, chosen.train, chosen.held
+    run, best, held = chosen.run, chosen.best, chosen.held
+    model, train = best.model, best.train
     evaluator, robot = run.evaluator, run.evaluator.model.robot
     settled = found.settled
     solution, method, bias = settled.solution, settled.method, ""
-    if method.name not in UNBIASED and chosen.columns is None:
+    if method.name not in UNBIASED and best.columns is None:
         system = system_of(evaluator, train)
-        solution, bias = bias_of_least_squares(system, solution, chosen.plain)
+        solution, bias = bias_of_least_squares(system, solution, best.solution)
     X, std = solution.X, solution.std
-    if chosen.columns is not None:
-        known = chosen.columns.known
+    if best.columns is not None:
+        known = best.columns.known
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
     parameters = _parameter_estimates(evaluator, X, std)
-    error = in_motion(found.seen).residual
-    floor = floor_below(noise_fit(evaluator, run.held, X).residual, error)
+    judged = motion_error(evaluator, run.held, X, found.seen)
+    error, floor = judged.error, judged.noise
     unexplained = _unexplained(error, floor, criteria.least)
     limits = restrictions(chosen.together, robot)
     uses = Uses(
@@ -188,7 +187,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         prior=prior,
         correlation=solution.covariance / np.outer(size, size),
         notes=(*_notes(chosen, solution, found), *found.notes),
-        provenance=(*provenance(evaluator, data, _settings(method)), *found.provenance),
+        provenance=provenance(evaluator, data, _settings(method)),
         traces=(*own_traces, *found.own.traces, *found.seen.traces),
     )
 
@@ -257,7 +256,7 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
         out.append(
             f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
         )
-    shares = [p.equations[0].weight for p in chosen.train]
+    shares = [p.equations[0].weight for p in chosen.best.train]
     if any(w != 1.0 for w in shares):
         listed = ", ".join(f"{w:g}" for w in shares)
         out.append(f"squared residuals of the logs are weighted by {listed}")

@@ -15,12 +15,11 @@ from symgen.identification.estimate import (
     ParameterEstimate,
     read_estimate,
 )
+from symgen.policy import BEYOND
 from symgen.schemas import as_json
 from symgen.views import Viewable
 
 SCHEMA = "symgen.comparison/1"
-#: Combined standard deviations from which a parameter counts as moved.
-MOVED = 3.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Compared:
     @property
     def moved(self) -> bool:
         """Whether the difference is above 3 of its standard deviations."""
-        return abs(self.sigmas) > MOVED
+        return abs(self.sigmas) > BEYOND
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +108,9 @@ class Comparison(Viewable):
         if not judged:
             return f"No standard deviation of the {count} common parameters is known."
         # of the normal law beyond 3 standard deviations
-        chance = f"{judged * math.erfc(MOVED / math.sqrt(2)):.2g}"
+        chance = f"{judged * math.erfc(BEYOND / math.sqrt(2)):.2g}"
         told = (
-            f"{len(self.moved)} of {judged} parameters moved by more than {MOVED:g} combined "
+            f"{len(self.moved)} of {judged} parameters moved by more than {BEYOND:g} combined "
             f"standard deviations; chance alone would move {chance} of them on average."
         )
         if self.verdict == "unknown" and self.shared:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symgen.data.raw import FloatArray
 from symgen.errors import ParameterError, SymgenError
 from symgen.estimation.band import Band
 from symgen.estimation.values import (
@@ -41,7 +41,6 @@ from symgen.views import Viewable
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FloatArray = NDArray[np.float64]
 SCHEMA = "symgen.estimate/2"
 MARKER = "estimate.json"
 #: Between the sentences of a headline: a file holds it in one line.

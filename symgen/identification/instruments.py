@@ -6,10 +6,7 @@ Instruments need a motion whose errors are independent of those in W and y. Thes
 - encoders for tachometers: W uses q and qd as measured. Z uses q after a zero-phase low-pass in the
   band of the motion, and its derivative, but not the tachometer. This is valid for tachometer noise
   of any spectrum. Encoder noise within the band is in both; it enters W only through q, not through
-  its derivative;
-- every second sample for the others: W uses the odd samples, Z the even ones. This is valid for
-  white noise, such as that of encoders that move by more than a step between samples. Each half has
-  more noise than the whole log, so symgen uses this only to test an estimate.
+  its derivative.
 
 Speeds that were derived from the encoders are no second sensor: in the band, W and any smoothed Z
 have the same noise. Without a commanded motion, symgen refuses this case.
@@ -30,7 +27,7 @@ from symgen.data.signals import Samples, interpolated, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import IdentificationError, LogError
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.values import FloatArray
 from symgen.identification.solving import EquatedLog
@@ -41,7 +38,7 @@ from symgen.runtime.evaluator import Evaluator
 def instrumented(
     evaluator: Evaluator, part: EquatedLog, model: EquationModel, commanded: Source | None
 ) -> EquatedLog:
-    """Return a part whose equations have instruments.
+    """Return a part whose equations have instruments: their rows along another motion.
 
     Args:
         evaluator: the compiled model.
@@ -65,7 +62,9 @@ def instrumented(
         )
     else:
         free = filter_log(log.samples, replace(log.band, velocity="derived"))
-    return with_instruments(evaluator, part, model, free)
+    rows = model.equations(evaluator, free)
+    pairs = zip(part.equations, rows, strict=True)
+    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
@@ -87,40 +86,6 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
             "noise; accepted: the motion that was asked for"
         )
     return motion
-
-
-def with_instruments(
-    evaluator: Evaluator, part: EquatedLog, model: EquationModel, motion: FilteredLog
-) -> EquatedLog:
-    """Return a part whose equations have instruments: their rows along another motion.
-
-    Args:
-        evaluator: the compiled model.
-        part: part of a log.
-        model: model of its equations.
-        motion: the log with the positions and speeds of that motion.
-    """
-    rows = model.equations(evaluator, motion)
-    pairs = zip(part.equations, rows, strict=True)
-    return replace(part, equations=tuple(replace(e, Z=z.W) for e, z in pairs))
-
-
-def halves(log: FilteredLog) -> tuple[FilteredLog, FilteredLog] | None:
-    """Return the motion from the even and from the odd samples, both at the stamps of the log.
-
-    Their noise is independent if it is white. The result is None if half of the samples are not
-    enough for the band.
-    """
-    samples = log.samples
-    if not log.band.filters(2 * samples.step):
-        return None
-
-    def half(first: int) -> FilteredLog:
-        own = slice(first, None, 2)
-        q, qd = (interpolated(samples.t[own], x[own])(samples.t) for x in (samples.q, samples.qd))
-        return filter_log(replace(samples, q=q, qd=qd), log.band)
-
-    return half(0), half(1)
 
 
 def _onto(motion: Samples, samples: Samples) -> tuple[FloatArray, FloatArray]:

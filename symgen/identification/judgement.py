@@ -26,15 +26,14 @@ from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
-from symgen.identification.settle import Settled
-from symgen.identification.simulation import STATES, mixed_states
+from symgen.identification.settle import Settled, like_no_robot
+from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
 from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 OPEN = "the motion does not determine all parameters"
-_NAMED = 8  # largest number of parameters that a text names
 _SEARCH = "symgen diagnose searches for the cause"
 _SCALED = (
     "the gains of [controller] are known up to a common factor, which scales all torques, masses, "
@@ -78,7 +77,8 @@ def prediction_use(
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
-        reasons += _like_no_robot(settled, accept)
+        if settled.physical.reason is not None and settled.physical.held_out is not None:
+            reasons += like_no_robot(*settled.physical.held_out, accept)
     else:
         grade = "poor"
         reasons += _not_excited(run, settled.solution, accept)
@@ -124,27 +124,22 @@ def parameters_use(
     if bias:
         reasons.append(Reason("biased", text=bias))
     hidden = [p.name for p in parameters if math.isnan(p.std)]
+    bound, count = settled.at_bound, len(parameters)
+    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
+    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
     impossible = settled.physical.reason
     if impossible is not None and not hidden:
         text = f"not physically possible: {impossible.text}"
         reasons.append(replace(impossible, text=text))
-    if hidden:
-        text = f"{OPEN}: {first_of(hidden, _NAMED)}"
-        reasons.append(Reason("not_determined", value=float(len(hidden)), text=text))
-    bound = settled.at_bound
-    weak = [p.name for p in parameters if p.relative_std_percent > KNOWN and p.name not in bound]
-    if weak:
-        text = f"{len(weak)} of {len(parameters)} are weak (std above {KNOWN:g} %): "
-        text += first_of(weak, _NAMED)
-        reasons.append(Reason("weak", value=float(len(weak)), text=text))
-    if bound:
-        text = f"{len(bound)} of {len(parameters)} are at a bound of possible robots: "
-        text += first_of(bound, _NAMED)
-        reasons.append(Reason("at_bound", value=float(len(bound)), text=text))
-    known = [p.name for p in parameters if p.relative_std_percent <= KNOWN and p.name not in bound]
-    if scaled:
-        known = []
-    return ParametersUse(tuple(reasons), tuple(known), len(parameters))
+    for kind, some, what in (
+        ("not_determined", hidden, OPEN),
+        ("weak", weak, f"{len(weak)} of {count} are weak (std above {KNOWN:g} %)"),
+        ("at_bound", bound, f"{len(bound)} of {count} are at a bound of possible robots"),
+    ):
+        if some:
+            text = f"{what}: {first_of(some)}"
+            reasons.append(Reason(kind, value=float(len(some)), text=text))
+    return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
 def suspicions(run: Run, solution: Solution, accept: float) -> list[Reason]:
@@ -180,24 +175,6 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
         f"{robot.listed(places)} together in one training log; symgen excite plans such a motion"
     )
     return [Reason("not_excited", _numbers(robot, places), held.relative, limit, text)]
-
-
-def _like_no_robot(settled: Settled, accept: float) -> list[Reason]:
-    """Return a reason if no possible robot moves like the logs, while impossible parameters do.
-
-    Torques or positions of the wrong sign and reversed time fit as well with negative masses or
-    friction that drives.
-    """
-    if settled.physical.reason is None or settled.physical.held_out is None:
-        return []
-    free, bounded = settled.physical.held_out
-    if bounded <= max(accept, VARIES * free):
-        return []
-    text = (
-        f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
-        "check the signs of torques and positions, and that time increases"
-    )
-    return [Reason("no_robot", value=bounded, limit=max(accept, VARIES * free), text=text)]
 
 
 def _mostly_noise(noise: Residual) -> list[Reason]:
@@ -283,15 +260,8 @@ def uncertain_torque(
         covariance: C of X, (p, p).
         mixed: whether the joints of a state are drawn from the logs independently of each other.
     """
-    q, qd, qdd = (
-        np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in ("q", "qd", "qdd")
-    )
-    if mixed:
-        states = mixed_states(q, qd, qdd)
-    else:
-        every = slice(None, None, max(1, len(q) // STATES))
-        states = [np.ascontiguousarray(x[every]) for x in (q, qd, qdd)]
-    W = evaluator["torque_regressor"](*states)
+    chosen = mixed_states if mixed else some_states
+    W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))
     C = covariance[: W.shape[2], : W.shape[2]]
     variance = np.maximum(np.einsum("kja,ab,kjb->j", W, C, W) / len(W), 0.0)
     variance[evaluator.model.robot.passive] = 0.0

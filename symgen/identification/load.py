@@ -18,6 +18,7 @@ from symgen.estimation.values import FloatArray
 from symgen.identification.possible import Cone, deviations, nearest_moves
 from symgen.identification.pseudo_inertia import (
     IDENTITY,
+    LENGTH,
     MATRIX,
     about_centre,
     parameters_of,
@@ -28,9 +29,8 @@ from symgen.robot.tables import Frame
 COM = ("cx", "cy", "cz")
 #: Names of mass, centre and inertia about it, in the order of `read_off`.
 LABELS = ("mass", *COM, *names.INERTIA)
-_LENGTH = 0.1  # m, the size of a load in whose units its parameters compare
-#: Units of ten link parameters for that length and a mass of 1 kg.
-UNITS = np.array([*[_LENGTH**2] * 6, *[_LENGTH] * 3, 1.0])
+#: Units of ten link parameters, for a body of LENGTH and 1 kg.
+UNITS = np.array([*[LENGTH**2] * 6, *[LENGTH] * 3, 1.0])
 #: What is small in these units: steps of derivatives, smallest eigenvalue of the pseudo-inertia of
 #: a possible load, and share of a direction that logs do not determine.
 SMALL = 1e-6

@@ -39,10 +39,8 @@ from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import FloatArray
 from symgen.identification.load import SMALL, UNITS, Load
 from symgen.identification.parameters import link_columns
+from symgen.identification.solving import ROUNDS, SETTLED
 from symgen.runtime.evaluator import Evaluator
-
-_STEPS = 30
-_SETTLED = 1e-3  # of the standard deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,10 +122,10 @@ class LoadProblem:
         robot, found = self.evaluator.model.robot, self.step(start, gains)
         if not (gains or robot.loaded):
             return found
-        for _ in range(_STEPS):
+        for _ in range(ROUNDS):
             found = self.around(found.fit).step(found.fit, gains)
             change = np.abs(found.solution.X)
-            if (change <= _SETTLED * found.solution.std + 1e-12).all():
+            if (change <= SETTLED * found.solution.std + 1e-12).all():
                 break
         else:
             raise IdentificationError(

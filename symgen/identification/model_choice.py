@@ -56,7 +56,7 @@ from symgen.identification.solving import (
     system_of,
 )
 from symgen.parallel import Say, silent
-from symgen.policy import LEAST
+from symgen.policy import KNOWN
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -64,9 +64,6 @@ from symgen.runtime.evaluator import Evaluator
 _COMPARED = EquationModel("torque", 0.0)
 #: Speeds closer than this to a linear relation are proportional.
 PROPORTIONAL = 0.03
-#: Noise takes so much of what a column has for itself, at most: least squares is biased by as much,
-#: and a parameter counts as known up to 30 % (Fuller 1987, section 1.1).
-_ATTENUATED = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +146,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
 
 
-def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float = LEAST) -> Run:
+def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -> Run:
     """Ask what may be missing or wrong, and shift torques that are late.
 
     Where these are late by more than a kept row, no model has told the band: it is chosen again.
@@ -226,6 +223,11 @@ class Candidate:
     torques: tuple[TorqueFit, ...] = ()
     error: Exception | None = None
 
+    @property
+    def kept(self) -> list[int] | None:
+        """Places of the parameters that are solved for; None for all."""
+        return None if self.columns is None else self.columns.kept
+
 
 @dataclass(frozen=True, eq=False)
 class ChosenModel:
@@ -233,34 +235,19 @@ class ChosenModel:
 
     Attributes:
         run: the logs.
-        model: of the equations.
-        train, held: the logs with its equations.
-        blocks: summaries by blocks of time, of its equations and of the torques.
+        best: the model; its solution is None where an effect of the load had to settle.
+        held: the validation logs with its equations.
         found: the models that were fitted, the chosen one first.
         fault: of the motion, in words, or "".
-        plain: weighted least squares of these equations, where they determine it and no effect of
-            the load had to settle.
-        torques: of the training and the validation logs at its X.
-        columns: which parameters the equations determine; None for all.
         together: joints whose speeds are proportional to each other throughout, in groups.
     """
 
     run: Run
-    model: EquationModel
-    train: list[EquatedLog]
+    best: Candidate
     held: list[EquatedLog]
-    blocks: tuple[Blocks, Blocks]
-    found: tuple[Alternative, ...] = ()
-    fault: str = ""
-    plain: Solution | None = None
-    torques: tuple[TorqueFit, ...] = ()
-    columns: IdentifiableColumns | None = None
-    together: tuple[tuple[int, ...], ...] = ()
-
-    @property
-    def kept(self) -> list[int] | None:
-        """Places of the parameters that are solved for; None for all."""
-        return None if self.columns is None else self.columns.kept
+    found: tuple[Alternative, ...]
+    fault: str
+    together: tuple[tuple[int, ...], ...]
 
 
 def choose_model(
@@ -313,19 +300,7 @@ def choose_model(
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
     _require_equations(held, robot)
-    return ChosenModel(
-        run,
-        best.model,
-        train,
-        held,
-        best.blocks,
-        found,
-        fault,
-        best.solution,
-        best.torques,
-        best.columns,
-        together,
-    )
+    return ChosenModel(run, replace(best, train=train), held, found, fault, together)
 
 
 def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[EquatedLog]:
@@ -384,10 +359,9 @@ def _best_model(
 
 def _solved(run: Run, candidate: Candidate) -> Candidate:
     """Return a candidate with its solution, or with the error of the solver."""
-    kept = None if candidate.columns is None else candidate.columns.kept
-    plain = Method(Wls.name)
+    plain, model = Method(Wls.name), candidate.model
     try:
-        solution = solve(run.evaluator, candidate.train, plain, candidate.model, kept)
+        solution = solve(run.evaluator, candidate.train, plain, model, candidate.kept)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=run.torques(solution.X))
@@ -396,10 +370,14 @@ def _solved(run: Run, candidate: Candidate) -> Candidate:
 def _determined_columns(
     run: Run, train: Sequence[EquatedLog], model: EquationModel
 ) -> IdentifiableColumns | None:
-    """Return which parameters some equations determine beyond noise; None for all."""
+    """Return which parameters some equations determine beyond noise; None for all.
+
+    Noise takes as much of what a column has for itself as a known parameter may be wrong, at most:
+    least squares is biased by that (Fuller 1987, section 1.1).
+    """
     W = system_of(run.evaluator, train).W
     noise = noise_columns(run.evaluator, run.train, model)
-    columns = identifiable_columns(W, noise / math.sqrt(_ATTENUATED))
+    columns = identifiable_columns(W, noise / math.sqrt(KNOWN))
     return None if len(columns.known) == W.shape[1] else columns
 
 

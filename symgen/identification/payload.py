@@ -34,7 +34,7 @@ from symgen.identification.load_problem import LoadFit, LoadProblem, load_proble
 from symgen.identification.parameters import Given, read_given
 from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
-from symgen.policy import SHOWN
+from symgen.policy import BEYOND, SHOWN
 from symgen.robot.expressions import shortened
 from symgen.robot.tables import Drive, Frame
 from symgen.robot.toml_io import read_robot
@@ -48,8 +48,6 @@ SCHEMA = "symgen.payload/1"
 MARKER = "payload.json"
 #: Quantities of the traces: torque of a model without the load, and of one with it.
 WITHOUT, WITH = "torque without the load", "torque with the load"
-#: Standard deviations of a mass up to which the logs show no load.
-_NO_LOAD = 3.0
 
 
 @dataclass(frozen=True)
@@ -390,7 +388,7 @@ def _require_mass(carried: Load, link: str) -> None:
             "in which it is turned against gravity, or --mass"
         )
     mass, std = read_off(carried.s)[0], carried.std()[0]
-    if mass < _NO_LOAD * std:
+    if mass < BEYOND * std:
         raise IdentificationError(
             f"the logs show no load on the link of {link}: its mass is {mass:.3g} kg with a "
             f"standard deviation of {std:.3g} kg; accepted: logs recorded with the load"

@@ -23,10 +23,10 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model
+from symgen.data.raw import Bools
 from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
@@ -40,10 +40,12 @@ from symgen.identification.possible import (
 )
 from symgen.identification.pseudo_inertia import (
     BASIS,
+    LENGTH,
     about_centre,
     least_eigenvalues,
     triangle_vector,
 )
+from symgen.identification.simulation import motion_states, some_states
 from symgen.names import REVOLUTE
 from symgen.robot.body import Body
 from symgen.robot.types import Robot
@@ -196,7 +198,7 @@ def _closest(problem: Constraints, prior: Mapping[str, float]) -> FloatArray:
     return s
 
 
-def _fix(problem: Constraints, links: NDArray[np.bool_], target: FloatArray) -> Constraints:
+def _fix(problem: Constraints, links: Bools, target: FloatArray) -> Constraints:
     """Return constraints in which some links have the parameters of the target (s,)."""
     held = np.isin(problem.free, problem.links[links])
     fixed = np.array(problem.free)[held]
@@ -209,8 +211,8 @@ def _fix(problem: Constraints, links: NDArray[np.bool_], target: FloatArray) -> 
 def _nearest_links(
     room: Constraints,
     target: FloatArray,
-    named: NDArray[np.bool_],
-    is_body: NDArray[np.bool_],
+    named: Bools,
+    is_body: Bools,
     margin: float,
 ) -> FloatArray:
     """Return y (m,) of the x = onto y + at whose links are nearest to a target.
@@ -274,8 +276,6 @@ _VARIABLES = len(_LOWER) + len(_DIAGONAL)
 
 #: kg: no robot moves like less than a few coins at every joint, nor like more than a lorry.
 LIGHTEST, HEAVIEST = 0.02, 5000.0
-_BODY = 0.1  # m of a last link beyond its frame
-_STATES = 200
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
@@ -287,8 +287,7 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
         X: (p,) base parameters.
     """
     reach = _reach(evaluator.model.robot.with_values())
-    q = np.concatenate([log.q[log.kept] for log in logs])
-    q = np.ascontiguousarray(q[:: max(1, len(q) // _STATES)])
+    (q,) = some_states(motion_states(logs)[0])
     inertia = np.mean(np.einsum("kjj->kj", mass_matrices(evaluator, q, X)), axis=0)
     masses = np.abs(inertia) / reach**2
     least, most = float(masses.min()), float(masses.max())
@@ -305,7 +304,7 @@ def _reach(robot: Robot) -> FloatArray:
     """Return the reach of the robot from each joint, m (1 if prismatic), (n,)."""
     lengths = {j.number: sum(abs(float(x)) for x in (j.b, j.d, j.r)) for j in robot.joints}
     out = [
-        _BODY + sum(x for number, x in lengths.items() if number > joint.number)
+        LENGTH + sum(x for number, x in lengths.items() if number > joint.number)
         if joint.sigma == REVOLUTE
         else 1.0
         for joint in robot.movable

@@ -33,13 +33,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen import names
 from symgen.codegen.model import Model, regrouping
+from symgen.data.raw import Places
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
-from symgen.identification.pseudo_inertia import IDENTITY, MATRIX, UNIT, least_eigenvalues
+from symgen.identification.pseudo_inertia import IDENTITY, LENGTH, MATRIX, UNIT, least_eigenvalues
 from symgen.robot.expressions import six_digits
 from symgen.robot.types import Robot
 
@@ -184,8 +184,8 @@ class Constraints:
     free: list[int]
     onto: FloatArray
     at: FloatArray
-    links: NDArray[np.intp]
-    positive: NDArray[np.intp]
+    links: Places
+    positive: Places
 
     @classmethod
     def of(cls, model: Model, X: Sequence[float] | FloatArray) -> Constraints:
@@ -297,7 +297,7 @@ def _length(robot: Robot) -> float:
     """Return a typical length in m: the mean of those of the geometry, or 0.1."""
     plain = robot.with_values()
     lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
-    return sum(lengths) / len(lengths) if lengths else 0.1
+    return sum(lengths) / len(lengths) if lengths else LENGTH
 
 
 @dataclass(frozen=True, eq=False)

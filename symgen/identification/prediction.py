@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.codegen.model import derive
 from symgen.data.log import Log
-from symgen.data.raw import Reading
+from symgen.data.raw import Reading, csv_bytes
 from symgen.data.signals import lowpass
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
@@ -81,9 +81,7 @@ class Prediction(Viewable):
         labels = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
         rows = np.column_stack([*columns, self.kinetic, self.potential])
-        file, header = io.StringIO(), ",".join(["t", *labels, "kinetic", "potential"])
-        np.savetxt(file, rows, "%.9g", ",", header=header, comments="")
-        return file.getvalue().encode()
+        return csv_bytes(["t", *labels, "kinetic", "potential"], rows)
 
 
 def predict(

@@ -17,6 +17,9 @@ from symgen import names
 from symgen.estimation.values import FloatArray
 from symgen.robot.body import steiner
 
+#: Length of a body, m, where nothing else says it.
+LENGTH = 0.1
+
 
 def pseudo_inertia(link: Sequence[float] | FloatArray) -> FloatArray:
     """Return the pseudo-inertia (4, 4) of a link.

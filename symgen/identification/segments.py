@@ -32,17 +32,15 @@ from symgen.data.signals import TAIL, Samples, sampled
 from symgen.data.tables import reads_rows
 from symgen.errors import LogError, first_of
 from symgen.estimation.band import Band
-from symgen.estimation.covariance import bartlett, sandwich, scores, widened
+from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.decimation import decimation
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import PASSES, Ols
+from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log, stride_of
 from symgen.estimation.logs import held_from, open_log
-from symgen.estimation.misfit import Products, covariances
 from symgen.estimation.solve import (
-    Solution,
-    condition,
-    inverse_information,
+    PASSES,
+    least_squares_solution,
     log_weights,
     with_the_others_zero,
 )
@@ -177,7 +175,7 @@ class OpenSegment(NamedTuple):
         """Return its own equations and up to `lag` - 1 before them, and how many these are."""
         first, last = map(int, np.searchsorted(e.t, self.times))
         lead = min(lag - 1, first) if last > first else 0
-        return e.where(slice(first - lead, last), e.name), lead
+        return e.where(slice(first - lead, last)), lead
 
 
 def _open(segment: Segment, settings: Settings) -> OpenSegment:
@@ -381,7 +379,9 @@ class LongLogs(OpenLogs):
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve least squares of all segments: fold, solve, and fold what the solution leaves."""
         run, logs = chosen.run, self.sampled.logs
-        settings = Settings(*self.about, self.sampled.reading, run.band, chosen.model, run.delay)
+        settings = Settings(
+            *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
+        )
         segments = [x for k, log in enumerate(logs) for x in settings.segments(k, log)]
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
@@ -397,22 +397,18 @@ class LongLogs(OpenLogs):
             {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
         )
         names = run.evaluator.model.base.names
-        kept = list(range(len(names)) if chosen.kept is None else chosen.kept)
+        kept = list(range(len(names)) if chosen.best.kept is None else chosen.best.kept)
         self.progress(f"solving for {len(kept)} parameters")
         parts = [s.columns(kept) for s in train.values()]
         passes = 0 if method.name == Ols.name else PASSES
-        weights, X, scale, R = log_weights(parts, tuple(names[k] for k in kept), passes)
-        bread = inverse_information(scale, R)
-        products = (Products.of_summary(s, w) for s, w in zip(parts, weights, strict=True))
-        white, misfit = covariances(X, bread, products)
-        part = Solution(X, white, misfit, condition(R), tuple(map(float, weights)))
+        weights, solved = log_weights(parts, tuple(names[k] for k in kept), passes)
+        X = np.zeros(len(names))
+        X[kept] = solved[0]
+        lags = [s.lag for s in parts]
+        summed = dict(zip(train, zip(weights, lags, strict=True), strict=True))
+        meat, fits = self._errors(settings, X, summed, again)
+        part = least_squares_solution(parts, weights, solved, meat[np.ix_(kept, kept)])
         solution = with_the_others_zero(part, kept, len(names))
-        summed = dict(
-            zip(train, zip(part.weights, (s.lag for s in parts), strict=True), strict=True)
-        )
-        meat, fits = self._errors(settings, solution.X, summed, again)
-        noise = widened(sandwich(bread, meat[np.ix_(kept, kept)], parts), white)
-        solution = with_the_others_zero(replace(part, noise=noise), kept, len(names))
         settled = settle(chosen, method, solution)
         X = settled.solution.X
         if X is not solution.X:
@@ -422,7 +418,7 @@ class LongLogs(OpenLogs):
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
             settled,
-            chosen.model,
+            chosen.best.model,
             (list(train.values()), list(held.values())),
             fits,
             (*merge_faults(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),

@@ -21,7 +21,7 @@ from symgen.identification.estimate import Consistency
 from symgen.identification.model_choice import ChosenModel
 from symgen.identification.possible import Possible, nearest_possible
 from symgen.identification.solving import CONSISTENT, Method
-from symgen.policy import LEAST, POSSIBLE
+from symgen.policy import LEAST, POSSIBLE, VARIES
 from symgen.robot.types import Robot
 
 #: Kind of the reason that the possible robots near least squares predict worse.
@@ -60,14 +60,14 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
     model = chosen.run.evaluator.model
     base = method.unconstrained
     reason: Reason | None = None
-    if chosen.columns is not None:
+    if chosen.best.columns is not None:
         reason = Reason("not_excited", text="the motion does not determine all parameters")
         return Settled(least, base, Consistency(None, reason))
     try:
         near = nearest_possible(model, least.X, least.covariance)
         if not near.fault:
             return Settled(least, method if method.name == CONSISTENT else base, Consistency(0.0))
-        errors = held_out_errors(model, chosen.blocks, least.covariance)
+        errors = held_out_errors(model, chosen.best.blocks, least.covariance)
     except ParameterError as error:
         if method.name == CONSISTENT:
             raise
@@ -92,6 +92,26 @@ def largest_error(least: float) -> float:
     e + max(LEAST, POSSIBLE e), with LEAST a part of the torque and POSSIBLE one of the error.
     """
     return least + max(LEAST, POSSIBLE * least)
+
+
+def like_no_robot(free: float, bounded: float, accept: float) -> list[Reason]:
+    """Return a reason if no possible robot moves like the logs, while impossible parameters do.
+
+    Torques or positions of the wrong sign and reversed time fit as well with negative masses or
+    friction that drives.
+
+    Args:
+        free, bounded: torque errors of least squares and of the nearest possible robot.
+        accept: largest torque error of a usable model.
+    """
+    limit = max(accept, VARIES * free)
+    if bounded <= limit:
+        return []
+    text = (
+        f"no possible robot moves like this: the nearest one has {percent(bounded)} torque error; "
+        "check the signs of torques and positions, and that time increases"
+    )
+    return [Reason("no_robot", value=bounded, limit=limit, text=text)]
 
 
 def held_out_errors(

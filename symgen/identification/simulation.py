@@ -19,7 +19,7 @@ from symgen.estimation.playback import (
     windows_of,
 )
 from symgen.estimation.torque_error import percent
-from symgen.estimation.values import FloatArray, Reason
+from symgen.estimation.values import SEED, FloatArray, Reason
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.parameters import mass_matrices
 from symgen.identification.uses import SimulationUse
@@ -28,8 +28,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
 WINDOWS_PLAYED = 24
-#: States that are drawn to look at a model elsewhere, and their seed.
-STATES, SEED = 500, 1988
+#: States at which a model is looked at.
+STATES = 500
 _FRICTION = ("FS", "FV", "FSM", "FVM")
 
 
@@ -81,6 +81,18 @@ def simulation_use(
     )
 
 
+def motion_states(logs: Sequence[FilteredLog]) -> list[FloatArray]:
+    """Return q, qd and qdd of logs at their kept samples, (N, n) each."""
+    keys = ("q", "qd", "qdd")
+    return [np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in keys]
+
+
+def some_states(*motion: FloatArray) -> list[FloatArray]:
+    """Return about STATES states of a motion, (N, n) each, evenly over it."""
+    every = slice(None, None, max(1, len(motion[0]) // STATES))
+    return [np.ascontiguousarray(x[every]) for x in motion]
+
+
 def mixed_states(*motion: FloatArray) -> list[FloatArray]:
     """Return states whose joints are drawn from a motion, (N, n) each, independently."""
     count, n = motion[0].shape
@@ -92,8 +104,8 @@ def _mass_matrix_reasons(
     evaluator: Evaluator, train: Sequence[FilteredLog], X: FloatArray
 ) -> list[Reason]:
     """Return a reason if the mass matrix is not positive definite somewhere."""
-    q = np.concatenate([log.q[log.kept] for log in train])
-    positions = np.concatenate([q[:: max(1, len(q) // STATES)], *mixed_states(q)])
+    q = motion_states(train)[0]
+    positions = np.concatenate([*some_states(q), *mixed_states(q)])
     M = mass_matrices(evaluator, positions, X)
     least = np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2)[:, 0]
     share = float(np.mean(least <= 0))

@@ -9,26 +9,25 @@ from pathlib import Path
 
 import numpy as np
 
-from symgen.data.signals import noise_of_differences
 from symgen.errors import IdentificationError, first_of
+from symgen.estimation.cutoff import channel_noise
 from symgen.estimation.equation_model import EquationModel, require_model
 from symgen.estimation.estimators import (
     ESTIMATORS,
     METHODS,
     NOISE_BIAS,
     Estimator,
-    InstrumentalVariables,
     Ols,
     Prior,
     TotalLeastSquares,
     Wls,
 )
 from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.instrumental import InstrumentalVariables
 from symgen.estimation.logs import Source, listed_logs
 from symgen.estimation.solve import Solution, weighed, with_the_others_zero
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import FloatArray
-from symgen.faults.channels import least_step
+from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
 #: Methods for which logs can be given weights.
@@ -98,13 +97,13 @@ FOLDED = (AUTO, Wls.name, Ols.name, CONSISTENT)
 _WITH_PRIOR = (AUTO, Wls.name, CONSISTENT)
 #: Methods that account for noise in the regressor.
 UNBIASED = (InstrumentalVariables.name, TotalLeastSquares.name)
-#: Of the draw of noise that columns are compared with.
-SEED = 1988
 _CONSTRAINED = (
     NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
     "where a constraint binds)"
 )
-_ROUNDS, _SETTLED = 30, 1e-3  # of the standard deviation
+#: Rounds in which what depends on X follows it, and the change of X, in standard deviations, at
+#: which it has settled.
+ROUNDS, SETTLED = 30, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,14 +150,13 @@ class Method:
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
         """Return the method for a name or an estimator object."""
-        if isinstance(method, (Wls, Ols)) and method in (Wls(), Ols()):
+        if isinstance(method, (Wls, Ols)):
             method = method.name
         if isinstance(method, str):
             return cls(method, forgetting)
-        prior = method.prior if isinstance(method, Wls) else None
         if isinstance(method, Prior):
-            prior = method
-        return cls("wls" if prior else method.name, forgetting, prior, method)
+            return cls(Wls.name, forgetting, method, method)
+        return cls(method.name, forgetting, None, method)
 
     def __post_init__(self) -> None:
         if self.given is None and self.name not in ALL_METHODS:
@@ -252,7 +250,7 @@ def solve(
     p = len(system.names)
     if kept is not None:
         if method.name == CONSISTENT:
-            listed = first_of([n for k, n in enumerate(system.names) if k not in kept], 8)
+            listed = first_of([n for k, n in enumerate(system.names) if k not in kept])
             raise IdentificationError(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
@@ -273,8 +271,7 @@ def noise_columns(
 
         E = W(q + noise, qd + noise) - W(q, qd)
 
-    for one draw of white noise. Its size is that of the channels, estimated from sixth differences,
-    and at least that of rounding to their smallest step.
+    for one draw of white noise of the size that the channels have.
 
     Args:
         evaluator: the compiled model.
@@ -287,10 +284,7 @@ def noise_columns(
         noisy = {}
         for key in ("q", "qd"):
             x = getattr(s, key)
-            steps = np.array([least_step(column) for column in x.T])
-            rounded = np.where(np.isfinite(steps), steps, 0.0) / math.sqrt(12)
-            size = np.maximum(noise_of_differences(x), rounded)
-            noisy[key] = x + size * draw.normal(size=x.shape)
+            noisy[key] = x + channel_noise(x) * draw.normal(size=x.shape)
         pair = (model.equations(evaluator, filter_log(x, band)) for x in (s, replace(s, **noisy)))
         out += [b.W - a.W for a, b in zip(*pair, strict=True)]
     return np.concatenate(out)
@@ -314,14 +308,14 @@ def settle_load(
     """
     require_model(evaluator.model.robot, model.name)
     base = evaluator.model.base
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         names = base.names if model.at is not None else base.names[: base.linear]
         rows = tuple(e for log in logs for e in model.equations(evaluator, log))
         solution = Wls().solve(LinearSystem(names, rows))
         X = np.pad(solution.X, (0, len(base.names) - len(names)))
         moved = np.inf if model.at is None else np.abs(X - np.array(model.at))
         model = replace(model, at=tuple(map(float, X)))
-        if len(names) == len(X) and np.all(moved <= _SETTLED * solution.std + 1e-12 * np.abs(X)):
+        if len(names) == len(X) and np.all(moved <= SETTLED * solution.std + 1e-12 * np.abs(X)):
             return model
     raise IdentificationError(
         "effects of the load do not settle: their share of the torque is too large"

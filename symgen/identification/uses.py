@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
+from symgen import policy
 from symgen.estimation.playback import Horizon
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Reason
 
 #: Relative standard deviation up to which a parameter is known, in percent.
-KNOWN = 30.0
+KNOWN = 100 * policy.KNOWN
 
 
 def joined(reasons: Sequence[Reason]) -> str:

@@ -133,7 +133,7 @@ def identify(
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
-    run = ask_search(opened, run, cutoff)
+    run = ask_search(opened, run, cutoff, least)
     chosen = choose_model(run, models, by, shares, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)
@@ -171,18 +171,18 @@ class LogsInMemory(OpenLogs):
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
         """Solve the equations of the chosen model, reusing the least squares of the choice."""
-        run = chosen.run
-        rows = sum(e.rows for p in chosen.train for e in p.equations)
+        run, best = chosen.run, chosen.best
+        rows = sum(e.rows for p in best.train for e in p.equations)
         names = run.evaluator.model.base.names
         self.progress(f"solving {rows} equations for {len(names)} parameters")
-        least = chosen.plain if method.is_wls else None
-        about = run.evaluator, chosen.train, method, chosen.model
-        settled = settle(chosen, method, least or solve(*about, chosen.kept))
+        least = best.solution if method.is_wls else None
+        about = run.evaluator, best.train, method, best.model
+        settled = settle(chosen, method, least or solve(*about, best.kept))
         X = settled.solution.X
         is_plain = least is not None and X is least.X
-        torques = chosen.torques if is_plain else run.torques(X)
-        train, held = (system_of(run.evaluator, logs).logs for logs in (chosen.train, chosen.held))
-        return outcome(settled, chosen.model, (train, held), torques, run.repairs)
+        torques = best.torques if is_plain else run.torques(X)
+        train, held = (system_of(run.evaluator, logs).logs for logs in (best.train, chosen.held))
+        return outcome(settled, best.model, (train, held), torques, run.repairs)
 
 
 def _open_in_memory(

@@ -22,9 +22,7 @@ def test_it_is_the_low_pass_at_the_kept_samples(stride: int, samples: int) -> No
     x = _motion(np.arange(samples) * STEP)
     d = decimation(samples, STEP, stride, CUTOFF)
     nodes = x[::stride]
-    found = np.full((len(d.kept), 2), np.nan)
-    for part, values in d.chunks(lambda first, last: nodes[first:last]):
-        found[part] = values
+    found = d.filtered(lambda first, last: nodes[first:last])
     expected = lowpass(x, STEP, CUTOFF)[d.kept]
     inner = (d.kept > 5 / CUTOFF / STEP) & (d.kept < samples - 5 / CUTOFF / STEP)
     assert np.abs(found - expected)[inner].max(initial=0) < 1e-6
@@ -35,8 +33,8 @@ def test_it_is_the_low_pass_at_the_kept_samples(stride: int, samples: int) -> No
 @pytest.mark.parametrize("stride", [1, 7])
 def test_a_constant_passes_as_it_is(stride: int) -> None:
     d = decimation(3000, STEP, stride, CUTOFF)
-    for _, values in d.chunks(lambda first, last: np.full((last - first, 3), 1.7)):
-        assert np.abs(values - 1.7).max() < 1e-12
+    values = d.filtered(lambda first, last: np.full((last - first, 3), 1.7))
+    assert np.abs(values - 1.7).max() < 1e-12
 
 
 def test_the_kept_rows_do_not_depend_on_the_nodes_and_are_those_of_an_engineer() -> None:
@@ -52,9 +50,7 @@ def test_a_log_of_hardly_more_than_the_filter_is_continued_on_both_sides(samples
     x = np.column_stack([0.3 + 2.0 * t, np.full(samples, 1.7)])
     for stride in (1, 7):
         d = decimation(samples, STEP, stride, CUTOFF)
-        found = np.full((len(d.kept), 2), np.nan)
-        for part, values in d.chunks(lambda a, b, k=stride: x[::k][a:b]):
-            found[part] = values
+        found = d.filtered(lambda a, b, k=stride: x[::k][a:b])
         assert np.abs(found - x[d.kept]).max() < 0.01
 
 
@@ -80,13 +76,13 @@ def test_it_is_the_sum_over_nodes_by_the_response_of_a_zero_phase_butterworth(st
     x = np.sin(2 * np.pi * 0.9 * t)[:, None] + np.exp(-((t - 8) ** 2))[:, None]
     d = decimation(samples, STEP, stride, CUTOFF)
     expected = _filtered_by_hand(x, d, lambda away: np.interp(away, grid, h))
-    found = np.concatenate([v for _, v in d.chunks(lambda a, b: x[::stride][a:b])])
+    found = d.filtered(lambda a, b: x[::stride][a:b])
     inner = (d.kept > 1300) & (d.kept < samples - 1300)
     assert inner.sum() > 30
     np.testing.assert_allclose(found[inner], expected[inner], atol=2e-4)
 
 
-def test_chunks_are_asked_for_what_is_near_them_alone_and_come_in_order() -> None:
+def test_a_block_is_asked_for_what_is_near_it_alone() -> None:
     samples = 200_000
     d = decimation(samples, STEP, 3, CUTOFF)
     asked: list[int] = []
@@ -96,12 +92,7 @@ def test_chunks_are_asked_for_what_is_near_them_alone_and_come_in_order() -> Non
         asked.append(last - first)
         return np.ones((last - first, 2, 3))
 
-    end = 0
-    for part, found in d.chunks(values):
-        assert part.start == end
-        assert found.shape == (part.stop - part.start, 2, 3)
-        end = part.stop
-    assert end == len(d.kept)
+    assert d.filtered(values).shape == (len(d.kept), 2, 3)
     assert len(asked) > 4
     assert max(asked) < 15_000
     assert sum(asked) < 1.4 * d.nodes
@@ -126,8 +117,7 @@ def test_where_rows_are_kept(samples, cutoff, every, margin) -> None:
     assert (d.stride, d.nodes) == (1, samples)
 
 
-def test_long_logs_without_a_low_pass_come_in_chunks() -> None:
-    d = decimation(20_000, STEP, 1, 120.0)
-    parts = [(part, len(values)) for part, values in d.chunks(lambda a, b: np.ones((b - a, 1)))]
-    assert [part.start for part, _ in parts] == [0, 8192, 16384]
-    assert [length for _, length in parts] == [8192, 8192, 20_000 - 16384]
+def test_without_a_low_pass_every_sample_is_kept_as_it_is() -> None:
+    x = np.random.default_rng(1).normal(size=(1000, 2))
+    found = decimation(1000, STEP, 1, 120.0).filtered(lambda a, b: x[a:b])
+    np.testing.assert_array_equal(found, x)

@@ -10,15 +10,14 @@ import scipy.stats
 from oracles.precision import at_least_white, long_run, wider
 
 import symgen
-from symgen.estimation import estimators
-from symgen.estimation.estimators import (
+from symgen.estimation.estimators import Wls
+from symgen.estimation.instrumental import (
     InstrumentalVariables,
-    Wls,
     bias_of_least_squares,
     durbin_wu_hausman,
 )
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.values import Endogeneity
+from symgen.estimation.values import Endogeneity, OtherEstimate
 
 NAMES = ("ZZ1", "MX2", "FV1")
 TRUE = np.array([1.5, -0.4, 3.0])
@@ -169,9 +168,7 @@ class TestBias:
     def _said(self, monkeypatch, X, spread, p_value=1e-4, std=None, tests=True) -> str:
         solution = Wls().solve(_system(_log(16)))
         test = Endogeneity("all", 20.0, (3, 290.0), p_value)
-        contrast = estimators.OtherEstimate.by(
-            "wls", NAMES, self.LEAST, self.STD if std is None else std
-        )
+        contrast = OtherEstimate.by("wls", NAMES, self.LEAST, self.STD if std is None else std)
         answer = replace(
             solution,
             X=np.array(X),

@@ -12,7 +12,7 @@ from symgen.estimation.estimators import Ols, Wls
 from symgen.estimation.features import RUBS, WAVES, Features, features_of
 from symgen.estimation.filtered_log import filter_log, unfiltered
 from symgen.estimation.system import Equations, LinearSystem
-from symgen.estimation.windows import place_windows
+from symgen.estimation.windows import place_windows, window_rows
 
 #: Cosines and sines of the waves that are smooth; the others jump with the sign of a speed.
 SMOOTH = np.r_[: WAVES - RUBS, WAVES : 2 * WAVES - RUBS]
@@ -95,8 +95,14 @@ def _samples() -> Samples:
 def test_equations_of_windows_see_the_integral_of_each_function(model: str) -> None:
     log = unfiltered(_samples())
     known, w = features_of([log], (0, 0, 0)), place_windows(log, 0.3)
-    rows = known.over_windows(model, *log.nodes(w.stride), w, log.step)
-    values = (known if model == "momentum" else known.powers)(log.q, log.qd)
+    functions = known if model == "momentum" else known.powers
+
+    def terms(q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rates = functions(q, qd)
+        return rates[:, :, :0], rates
+
+    rows = window_rows(terms, *log.nodes(w.stride), w, log.step).transpose(1, 0, 2)
+    values = functions(log.q, log.qd)
     for row, first, last in zip(rows, *w.spans(len(log.t)), strict=True):
         expected = simpson(values[first : last + 1], dx=log.step, axis=0)
         np.testing.assert_allclose(row[..., SMOOTH], expected[..., SMOOTH], atol=1e-7)

@@ -67,7 +67,7 @@ def test_rows_are_weighed_one_by_one() -> None:
 @pytest.mark.parametrize("passes", [0, 1, 2, 3])
 def test_each_pass_weighs_logs_by_the_residual_of_the_one_before(passes: int) -> None:
     logs = [_log(4, 30, 0.1, weight=4.0), _log(5, 50, 2.0), _log(6, 20, 0.5, weight=0.25)]
-    weights, X, *_ = log_weights(summaries(_system(*logs)), NAMES, passes)
+    weights, (X, *_) = log_weights(summaries(_system(*logs)), NAMES, passes)
     own = np.array([2.0, 1.0, 0.5])
     expected = own.copy()
     W, y = _stacked(logs, expected)

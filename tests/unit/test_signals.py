@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symgen.data.bandwidth import motion_bandwidth
 from symgen.data.log import make_log, read_log
 from symgen.data.signals import (
     Samples,
@@ -126,17 +125,6 @@ def test_a_cutoff_outside_the_band_is_refused_with_the_nyquist_frequency(cutoff)
 # --- bandwidth -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("highest", [1.0, 2.0, 5.0])
-@pytest.mark.parametrize(("count", "step"), [(5000, 1e-3), (20000, 1e-3), (2000, 5e-3)])
-def test_the_cutoff_is_five_to_twelve_times_the_motion_with_an_encoder_or_without(
-    highest, count, step
-):
-    q, _ = sines(np.arange(count) * step, highest, seed=count)
-    clean, counted = motion_bandwidth(q, step), motion_bandwidth(encoder(q), step)
-    assert 4.9 * highest <= counted <= 12.0 * highest
-    assert counted == pytest.approx(clean, rel=0.02)
-
-
 @pytest.mark.parametrize(
     ("log", "least", "most"), [("emps/train.csv", 20, 100), ("tx40/train.csv", 10, 50)]
 )
@@ -221,13 +209,13 @@ def test_the_cutoff_of_the_user_is_taken_and_named():
 
 
 def test_positions_near_the_nyquist_frequency_are_differentiated_without_a_filter():
-    t = np.arange(5000) * 2e-3
+    t = np.arange(1000) * 1e-2
     q, qd = sines(t, 2.0)
     steady = np.column_stack([np.full(len(t), 0.4), 0.3 * t + 0.1])
     samples = prepare(make_log("arm", t, np.column_stack([q, steady]), np.zeros((len(t), 4))))
     assert samples.cutoff_hz is None
-    assert "not filtered because the motion reaches" in samples.notes[0]
-    assert rms(samples.qd[:, :2] - qd) < 1e-8 * rms(qd)
+    assert "unfiltered, as the Nyquist frequency is" in samples.notes[0]
+    assert rms(samples.qd[:, :2] - qd) < 1e-4 * rms(qd)
     np.testing.assert_allclose(samples.qd[:, 2:], [[0.0, 0.3]] * len(t), rtol=0, atol=1e-10)
 
 

@@ -8,8 +8,10 @@ it may be, and the verdict.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from stored_logs import made, stored
 
@@ -170,3 +172,27 @@ def test_the_extended_robot_computes_what_the_diagnosis_says(tmp_path: Path) -> 
     truth = 42.87 * off * np.exp(-((off / 0.269) ** 2))
     assert np.abs(tau[:, 0] - truth).max() < 0.05 * np.abs(truth).max()
     assert not tau[:, 1].any()
+
+
+def test_a_contact_in_the_validation_log_is_named_and_left_out() -> None:
+    log = stored("sound")
+    train, test = made("train", log.train), made("test", log.test)
+    tau = test.tau.copy()
+    touched = (test.t > 3.0) & (test.t < 3.6)
+    tau[touched, 1] += 0.5 * np.abs(tau[:, 1]).max()
+    found = symgen.diagnose(log.robot, train, validation=replace(test, tau=tau))
+    assert [(e.name, e.joints, e.adopted) for e in found.effects] == [
+        ("external_contact", (2,), True)
+    ]
+    start = found.effects[0].parameters[0].value
+    assert start == pytest.approx(3.0, abs=0.2)
+    assert found.after.total < found.before.total / 5
+
+
+def test_torques_of_all_joints_turned_are_a_wrong_measurement() -> None:
+    """Negative masses explain them as well, and no robot has these."""
+    log = stored("sound")
+    turned = [replace(x, tau=-x.tau) for x in (made("train", log.train), made("test", log.test))]
+    found = symgen.diagnose(log.robot, turned[0], validation=turned[1])
+    assert found.verdict == "bad-measurement"
+    assert "no possible robot" in found.advice[0]

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles import planar2r
+from stored_logs import made, stored
 from support import shared_file
 
 import symgen
@@ -196,3 +197,11 @@ def test_a_stop_between_two_moves_is_a_rest() -> None:
     values = {p.name: p for p in found.parameters}
     for name, true in zip(("FS1", "FS2"), friction, strict=True):
         assert abs(values[name].value / true - 1) < 0.01
+
+
+@pytest.mark.parametrize(("least", "kinds"), [(0.008, ["stribeck_friction"]), (0.9, [])])
+def test_what_matters_less_than_asked_for_is_not_suspected(least: float, kinds: list[str]) -> None:
+    case = stored("stribeck")
+    train, test = made("train", case.train), made("test", case.test)
+    found = symgen.identify(case.robot, train, validation=test, model="torque", least=least)
+    assert [reason.kind for reason in found.suspected] == kinds

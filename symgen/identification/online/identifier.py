@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from symgen.data.raw import FloatArray
 from symgen.errors import BuildError, IdentificationError, LogError
 from symgen.estimation.equation_model import NEEDED
 from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
 
-FloatArray = NDArray[np.float64]
 _MODELS = ("energy", "momentum")
 _MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
 _OUTLIER, _NOT_EXCITED = 4, 8  # as NAME.h numbers them
@@ -143,11 +143,6 @@ class Identifier:
         self._time = float(time[taken - 1]) if taken else None
         if refused:
             raise LogError(f"sample {refused} of the log is refused: not finite, or not later")
-
-    def restart(self) -> None:
-        """Drop the open windows and keep the estimate: the next sample begins a new log."""
-        self._call("_restart", self._state)
-        self._time = None
 
     def read(self) -> tuple[FloatArray, FloatArray]:
         """Return the estimate X and its standard deviations, (p,) each, in the order of X.

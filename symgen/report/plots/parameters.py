@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.identification.comparison import MOVED, Comparison
+from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.identification.uses import KNOWN
+from symgen.policy import BEYOND
 from symgen.report.plots.curves import (
     COLOURS,
     NAMED_AXIS,
@@ -63,10 +64,10 @@ def moved(comparison: Comparison) -> Figure:
     """Draw the differences of parameters in combined standard deviations, hatched above 3."""
     found = comparison.parameters
     sigmas = np.array([p.sigmas for p in found])
-    names = (f"within {MOVED:g}", f"moved: over {MOVED:g}")
+    names = (f"within {BEYOND:g}", f"moved: over {BEYOND:g}")
     hover = [f"{p.name}: {p.sigmas:.3g} std" for p in found]
     beyond = np.array([p.moved for p in found])
-    figure = bars([p.name for p in found], sigmas, beyond, names, hover, (-MOVED, MOVED))
+    figure = bars([p.name for p in found], sigmas, beyond, names, hover, (-BEYOND, BEYOND))
     figure.update_xaxes(title="parameter").update_yaxes(title="difference, combined std")
     return styled(figure, "Difference", 420, min_width=14 * len(found))
 

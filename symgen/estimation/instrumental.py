@@ -1,0 +1,267 @@
+"""Instrumental variables, and what they say of least squares.
+
+They remove the bias that least squares has where the columns of W carry noise that is also in
+y - W X. Instruments Z (as large as W) that follow the true motion but not this noise give an
+estimate without it,
+
+    X = (Z'W)^-1 Z'y            (Young 1970; Janot, Vandanjon, Gautier 2014)
+
+Where Z comes from is said in `symgen.identification.instruments`. The Durbin-Wu-Hausman test asks
+whether what Z does not explain of W helps to explain y (Hausman 1978; Davidson and MacKinnon 1993,
+section 7.9):
+
+    y = W X + V d + e,   V = W - Z (Z'Z)^-1 Z'W,   d = 0 where least squares is consistent
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from symgen.errors import IdentificationError
+from symgen.estimation.covariance import robust_covariance, sandwich, summed_scores
+from symgen.estimation.solve import (
+    PASSES,
+    SINGULAR,
+    Solution,
+    column_norms,
+    inverse_information,
+    merged,
+    require_rows,
+    residual_weights,
+    sum_of_scores,
+    undetermined,
+    weighted_least_squares,
+    weighted_triangle,
+)
+from symgen.estimation.summary import summaries, triangle
+from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
+from symgen.policy import BEYOND, KNOWN
+
+#: Columns whose part that the instruments leave is smaller than this share are not suspect.
+_SUSPECT = 1e-7
+#: Level of the Durbin-Wu-Hausman test below which least squares is called biased.
+LEVEL = 0.01
+#: Correlation of a direction of W with the instruments under which they are called weak.
+_WEAK = 0.3
+#: Share of a parameter from which a bias matters.
+_MATERIAL = 0.05
+_UNTESTED = "no Durbin-Wu-Hausman test: the logs hold too few independent equations"
+
+
+@dataclass(frozen=True)
+class InstrumentalVariables:
+    """Instrumental variables X = (Z'W)^-1 Z'y, logs weighed by the deviation of their residual.
+
+    Its covariance is the sandwich with instruments, (Z'W)^-1 S (W'Z)^-1 with S the long-run
+    covariance of z e. Beside it stand weighted least squares and the Durbin-Wu-Hausman test.
+
+    Attributes:
+        least: weighted least squares of the same equations, where it is known.
+    """
+
+    least: Solution | None = None
+    name: ClassVar[str] = "iv"
+    excludes: ClassVar[str] = (
+        "bias where the noise of the instruments is not independent of that of the regressor, and "
+        "errors of the model"
+    )
+
+    def solve(self, system: LinearSystem) -> Solution:
+        """Solve y = W X with the instruments of the equations, Z of every log.
+
+        Raises:
+            IdentificationError: there are no instruments, or they do not follow the regressor.
+        """
+        require_rows(system)
+        if any(e.Z is None for e in system.logs):
+            raise IdentificationError(
+                "method iv needs instruments; accepted: logs with measured speeds qd, whose "
+                "instruments come from the encoders, or the commanded motion of every log"
+            )
+        least = self.least or weighted_least_squares(system)
+        weights: FloatArray = np.array(least.weights)
+        reduced, parts = _Reduced.of(system, weights), summaries(system)
+        for _ in range(PASSES if len(parts) > 1 else 0):
+            weights = residual_weights(parts, reduced.X)
+            reduced = _Reduced.of(system, weights)
+        X, A = reduced.X, reduced.Rz.T @ reduced.Rzw
+        bread = np.linalg.inv(A) / np.outer(reduced.scale, reduced.size)
+        rows, crosses = [], []
+        for e, w in zip(system.logs, weights, strict=True):
+            Z, F = _z(e), np.zeros((len(e.y), 0)) if e.features is None else e.features
+            rows.append(w**2 * (e.y - e.W @ X)[:, None] * Z)
+            crosses.append(Z.T @ np.hstack([Z, F]))
+        meat = summed_scores(rows, parts)
+        test = durbin_wu_hausman(system, weights)
+        notes = [_UNTESTED if test is None else in_words(test, system.names, least, X)]
+        if reduced.shared < _WEAK:
+            notes.append(
+                "weak instruments: a combination of columns has a correlation of "
+                f"{reduced.shared:.2g} with them; its estimate is uncertain, also beyond its std"
+            )
+        return Solution(
+            X,
+            *robust_covariance(X, bread, meat, parts, weights, crosses),
+            float(np.linalg.cond(A)),
+            tuple(map(float, weights)),
+            tuple(notes),
+            () if test is None else (test,),
+            (OtherEstimate.by("wls", system.names, least.X, least.std),),
+        )
+
+
+def _z(equations: Equations) -> FloatArray:
+    """Return the instruments, which were asked for before."""
+    assert equations.Z is not None
+    return equations.Z
+
+
+@dataclass(frozen=True, eq=False)
+class _Reduced:
+    """Weighted [Z W y] = Q [Rz Rzw rzy; 0 Rv rv], with columns of Z and W of unit norm.
+
+    Attributes:
+        X: the instrumental-variables estimate, (p,).
+        size, scale: norms of the columns of Z and of W, (p,).
+        Rz, Rzw, Rv: (p, p); Q'W is [Rzw; Rv], and Rv is the triangle of what Z leaves of W.
+        shared: smallest canonical correlation of W with Z.
+    """
+
+    X: FloatArray
+    size: FloatArray
+    scale: FloatArray
+    Rz: FloatArray
+    Rzw: FloatArray
+    Rv: FloatArray
+    shared: float
+
+    @classmethod
+    def of(cls, system: LinearSystem, weights: FloatArray) -> _Reduced:
+        """Reduce equations with instruments, one weight a log."""
+        p, names = len(system.names), system.names
+        rows = (triangle(np.column_stack([_z(e), e.W, e.y])) for e in system.logs)
+        R = weighted_triangle(rows, weights)
+        norms = column_norms(R[:, : 2 * p])
+        R[:, : 2 * p] /= norms
+        Rz, Rzw, Rv = R[:p, :p], R[:p, p : 2 * p], R[p : 2 * p, p : 2 * p]
+        Rw = triangle(R[:, p : 2 * p])
+        lost = undetermined(Rw, names)
+        if lost:
+            raise IdentificationError(lost)
+        canonical = np.linalg.svd(np.linalg.solve(Rw.T, Rzw.T), compute_uv=False)
+        shared = float(canonical[-1])
+        if undetermined(Rz, names) or shared <= SINGULAR:
+            raise IdentificationError(
+                "the information matrix is singular: these instruments do not determine the "
+                "parameters"
+            )
+        X = np.linalg.solve(Rzw, R[:p, 2 * p]) / norms[p:]
+        return cls(X, norms[:p], norms[p:], Rz, Rzw, Rv, shared)
+
+
+def durbin_wu_hausman(system: LinearSystem, weights: FloatArray) -> Endogeneity | None:
+    """Test whether least squares is biased.
+
+    F is the Wald statistic of d = 0 over its degrees of freedom, with the covariance that is robust
+    to correlated residuals.
+
+    Args:
+        system: equations with instruments.
+        weights: one a log.
+
+    Returns:
+        The test; None where no column differs from what the instruments explain of it, or where
+        the logs hold too few equations.
+    """
+    reduced, p = _Reduced.of(system, weights), len(system.names)
+    # V = (W - Z explained) / scale, in an orthonormal basis of its columns
+    explained = np.linalg.solve(reduced.Rz * reduced.size, reduced.Rzw * reduced.scale)
+    _, singular, turn = np.linalg.svd(reduced.Rv)
+    kept = singular > _SUSPECT
+    basis = turn[kept].T / singular[kept] / reduced.scale[:, None]
+    extra = basis.shape[1]
+    if extra == 0:
+        return None
+    rows = []
+    for e, w in zip(system.logs, weights, strict=True):
+        V = (e.W - _z(e) @ explained) @ basis
+        rows.append(replace(e, W=w * np.column_stack([e.W, V]), y=w * e.y, Z=None, features=None))
+    augmented = LinearSystem((*system.names, *["d"] * extra), tuple(rows))
+    parts, even = summaries(augmented), np.ones(len(rows))
+    freedom = sum(s.independent for s in parts) - p - extra
+    if freedom < 1:
+        return None
+    try:
+        X, scale, R = merged((s.factor for s in parts), even, augmented.names)
+    except IdentificationError:
+        return None
+    meat = sum_of_scores(augmented, parts, even, X)
+    covariance = sandwich(inverse_information(scale, R), meat, parts)[p:, p:]
+    count = int(np.linalg.matrix_rank(covariance, hermitian=True))
+    size = X[p:] @ np.linalg.pinv(covariance, hermitian=True) @ X[p:]
+    statistic = float(size) / count
+    return Endogeneity("all", statistic, (count, freedom), _f_tail(statistic, count, freedom))
+
+
+def bias_of_least_squares(
+    system: LinearSystem, solution: Solution, least: Solution | None = None
+) -> tuple[Solution, str]:
+    """Compare weighted least squares with instrumental variables, where there are instruments.
+
+    Args:
+        system: the equations that were solved.
+        solution: by a method that takes the regressor as exact.
+        least: weighted least squares of these equations, where it is known.
+
+    Returns:
+        The solution with tests and comparison, and in words a bias that the intervals do not hold,
+        or "": significant, above 3 std, and above 5 % of a parameter that is known to 30 %.
+    """
+    if any(e.Z is None for e in system.logs):
+        return solution, ""
+    try:
+        other = InstrumentalVariables(least).solve(system)
+    except IdentificationError:
+        return replace(solution, notes=(*solution.notes, _UNTESTED)), ""
+    spread, size = other.std, np.abs(other.X)
+    compared = replace(
+        solution,
+        notes=(*solution.notes, *other.notes),
+        endogeneity=other.endogeneity,
+        comparison=(*solution.comparison, OtherEstimate.by("iv", system.names, other.X, spread)),
+    )
+    plain = other.comparison[0]
+    moves = np.abs(other.X - plain.X)
+    known = (spread < KNOWN * size) & (moves > _MATERIAL * size)
+    certain = any(test.p_value < LEVEL for test in other.endogeneity)
+    ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
+    worst = int(np.argmax(ratio))
+    if not certain or ratio[worst] <= BEYOND:
+        return compared, ""
+    return compared, (
+        f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
+        f"{ratio[worst]:.2g} std, {100 * moves[worst] / size[worst]:.2g} %; compare method iv"
+    )
+
+
+def in_words(test: Endogeneity, names: Sequence[str], least: Solution, X: FloatArray) -> str:
+    """Return a note on a test, and on how far least squares is from the other estimate X, (p,)."""
+    moves = np.abs(X - least.X) / np.where(least.std > 0, least.std, np.inf)
+    worst = int(np.argmax(moves))
+    return (
+        "instrumental variables differ from plain least squares by at most "
+        f"{moves[worst]:.2g} std, for {names[worst]} (F({test.df[0]}, {test.df[1]:.0f}) = "
+        f"{test.statistic:.3g}, p = {test.p_value:.2g})"
+    )
+
+
+def _f_tail(statistic: float, numerator: float, denominator: float) -> float:
+    """Return the probability that F(numerator, denominator) is above a value."""
+    from scipy.special import fdtrc
+
+    return float(fdtrc(numerator, denominator, max(statistic, 0.0)))
