@@ -23,8 +23,8 @@ from symgen.codegen.verification import DIGITS, SEED, TOLERANCE
 from symgen.errors import PackageError
 from symgen.files import json_text, write_folder
 from symgen.robot.identifiers import is_robot_name
+from symgen.robot.tables import Frame
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Frame
 from symgen.symbolic.base_parameters import bound
 
 SCHEMA = "symgen.manifest/1"

@@ -17,10 +17,7 @@ def readme(package: Package) -> str:
     robot, base = package.model.robot, package.model.base
     panels = (f"{k.name}_panels" for k in package.kernels if panelled(k))
     stems = (*(k.name for k in package.kernels), *panels, *package.runtime)
-    effects = []
-    for e in robot.effects:
-        for joint, torque in e.torque:
-            effects.append((_markdown(e.name), joint, text(torque), e.nonlinear))
+    effects = [(_markdown(e.name), e.joint, text(e.torque), e.nonlinear) for e in robot.effects]
     return package.render(
         "c/README.md",
         casadi=package.kernels[-1].name if "casadi" in package.targets else "",

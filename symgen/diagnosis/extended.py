@@ -24,7 +24,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, model_of
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import Changed, Found
-from symgen.hypotheses.rows import Rows, rows_of, with_rests
+from symgen.hypotheses.rows import Rows, make_rows, with_rests
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
@@ -93,7 +93,7 @@ def extend_model(found: Found) -> Extended:
     evaluator, rows = problem.evaluator, problem.base
     if not problem.given and robot is not problem.robot:
         evaluator = model_of(robot)
-        rows = rows_of(evaluator, rows.logs)
+        rows = make_rows(evaluator, rows.logs)
     # With given parameters, the columns of all effects stand beside the model.
     beside = tuple(s for s in effects if problem.given or s not in declared)
     rows = rows.with_columns(seen(s.candidate) for s in beside)
@@ -227,10 +227,12 @@ def _found(
 ) -> FoundEffect:
     c, d = score.candidate, score.candidate.definition
     suffix, _ = _place(robot, c)
-    alike = tuple(Alike(s.candidate.name, numbers(robot, s.candidate.joints)) for s in score.alike)
+    alike = tuple(
+        Alike(s.candidate.name, joint_numbers(robot, s.candidate.joints)) for s in score.alike
+    )
     return FoundEffect(
         name=c.name,
-        joints=numbers(robot, c.joints),
+        joints=joint_numbers(robot, c.joints),
         parameters=parameters,
         expression=numbered(d, suffix) or d.formula or d.says,
         p_value=_p_value(parameters),
@@ -251,7 +253,7 @@ def _undone(robot: Robot, w: Weighed) -> FoundEffect:
 
     assert isinstance(w.item, Changed)
     change = w.item.change
-    joints = numbers(robot, change.joints)
+    joints = joint_numbers(robot, change.joints)
     suffix = joints[-1] if joints else ""
     constants = (
         FoundParameter(f"{name}{suffix}", value, math.nan, unit)
@@ -280,7 +282,7 @@ def _touched(robot: Robot, weighed: Sequence[Weighed]) -> Iterator[FoundEffect]:
         if isinstance(w.item, Contact):
             by_joints.setdefault(w.item.joints, []).append((w, w.item))
     for at, same in by_joints.items():
-        joints = numbers(robot, at)
+        joints = joint_numbers(robot, at)
         times = []
         for k, (_, c) in enumerate(same):
             suffix = f"{joints[-1]}{f'_{k}' if k else ''}"
@@ -305,7 +307,7 @@ def _touched(robot: Robot, weighed: Sequence[Weighed]) -> Iterator[FoundEffect]:
         )
 
 
-def numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
+def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
     """Return the joint numbers, as in the robot file, of some positions."""
     return tuple(robot.movable[j].number for j in positions)
 
@@ -317,7 +319,7 @@ def _named(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
 
 def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
     """Return the joint number that ends the names of an effect, and the type of its first joint."""
-    joints = numbers(robot, candidate.joints)
+    joints = joint_numbers(robot, candidate.joints)
     return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
 
 

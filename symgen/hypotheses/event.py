@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
-from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, PredictiveScore
+from symgen.hypotheses.priors import priors
+from symgen.hypotheses.score import FREEDOM, TEMPERATURE, PredictiveScore, ScoreFit
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
 
@@ -56,7 +57,7 @@ class Span:
     rows: NDArray[np.bool_]
     price: float
 
-    def fit(self, score: PredictiveScore) -> tuple[float, Fit]:
+    def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
         at = np.array(self.joints)
@@ -112,7 +113,7 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     fell = np.maximum(was - fit.left, 0.0)[joints]
     part = fell / size[joints] ** 2
     gain = float(np.sum(part) / max(float(np.sum((was / size**2)[joints])), _TINY))
-    odds = evidence + math.log(definitions()[NAME].odds)
+    odds = evidence + math.log(priors()[NAME].odds)
     torque, worth = (float(np.sqrt(x.max())) for x in (fell, part))
     return Contact(span, odds, worth, gain, torque)
 

@@ -24,7 +24,7 @@ DOORS = {
     "pandas": ("identification/estimate",),
     "clarabel": ("identification/possible",),
     "plotly": ("report", "views"),
-    "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
+    "pydantic": ("schemas",),
     "click": ("cli", "report/terminal"),
     "rich": ("cli/progress", "report/terminal"),
 }
