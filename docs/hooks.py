@@ -1,15 +1,21 @@
-"""Hooks of MkDocs: pages from scripts, and equations that need no network.
+"""Hooks of MkDocs: pages from scripts, tables from code and figures, equations without a network.
 
-.mkdocs.yml uses them.
+.mkdocs.yml uses them. A page has a comment such as <!-- insert: options -->; docs/inserts.py makes
+the text that stands there.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parent
+#: What a page takes from docs/inserts.py: <!-- insert: NAME ARGUMENT -->
+INSERT = re.compile(r"^<!-- insert: (?P<name>\w+) ?(?P<argument>\S*) -->$", re.M)
+#: A link to an example where there is one: <!-- example: NAME -->
+EXAMPLE = re.compile(r"^<!-- example: (?P<name>\w+) -->$", re.M)
 
 
 def literate(script: Path) -> str:
@@ -53,11 +59,12 @@ def equation(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_config(config: Any) -> Any:
-    """Draw ```math as equations, and add the threat model, whatever the name of its file."""
+    """Draw ```math as equations, and list the examples in the contents of the site."""
     fence = {"name": "math", "class": "math", "format": equation}
     config.mdx_configs.setdefault("pymdownx.superfences", {})["custom_fences"] = [fence]
-    explanation = config.nav[-1]["Explanation"]
-    explanation.extend({"Threat model": p.name} for p in sorted(DOCS.glob("threat?model.md")))
+    start = config.nav[0]["Start"]
+    pages = [f"examples/{script.stem}.md" for script in sorted((DOCS / "examples").glob("*.py"))]
+    start[-1] = {"Examples": ["examples.md", *pages]}
     return config
 
 
@@ -69,3 +76,25 @@ def on_files(files: Any, config: Any) -> Any:
         name = f"examples/{script.stem}.md"
         files.append(File.generated(config, name, content=literate(script)))
     return files
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Put tables and examples where a page asks for them."""
+    markdown = EXAMPLE.sub(lambda m: example(m["name"]), markdown)
+    if not INSERT.search(markdown):
+        return markdown
+    sys.path.insert(0, str(DOCS))
+    try:
+        import inserts
+    finally:
+        sys.path.remove(str(DOCS))
+    return INSERT.sub(lambda m: getattr(inserts, m["name"])(m["argument"]), markdown)
+
+
+def example(name: str) -> str:
+    """Return a link to an example, with its title; nothing where there is no such example."""
+    script = DOCS / "examples" / f"{name}.py"
+    if not script.exists():
+        return ""
+    title = script.read_text("utf-8").removeprefix('"""').splitlines()[0]
+    return f"**Example:** [{title}](examples/{name}.md)"

@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html import unescape
 from html.parser import HTMLParser
@@ -108,12 +109,12 @@ _ON_A_PHONE = """<script>addEventListener("load", () => setTimeout(() => {
 }, 400));</script>"""
 
 
-def seen_on_a_phone(site: Path, folder: Path) -> dict[str, tuple[int, list[str]]]:
-    """Return for each page of a site how wide its window is, and what is wrong in it."""
+def seen_on_a_phone(
+    site: Path, folder: Path, names: Iterable[str]
+) -> dict[str, tuple[int, list[str]]]:
+    """Return for some pages of a site how wide their window is, and what is wrong in them."""
     shutil.copytree(site, folder, dirs_exist_ok=True)
-    pages = sorted(
-        p for p in folder.rglob("*.html") if "article" in (html := p.read_text("utf-8")) and html
-    )
+    pages = [folder / name for name in names]
     for page in pages:
         measure = _ON_A_PHONE.replace("PAGE", json.dumps(str(page.relative_to(folder))))
         page.write_text(page.read_text("utf-8").replace("</body>", measure + "</body>"), "utf-8")

@@ -25,6 +25,8 @@ _BLOCK = re.compile(
 )
 #: What is shown and not run: output, equations, drawings of the tree.
 SHOWN = {"output", "text", "math"}
+#: A block that is a file of docs/files.
+_FILE = re.compile(r'--8<-- "(?P<name>[^"]+)"\n')
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
@@ -78,7 +80,9 @@ def blocks(page: Path) -> Iterator[Block]:
     for m in _BLOCK.finditer(text):
         told = tuple(w.strip() for w in (m["told"] or "").split(",") if w.strip())
         line = text.count("\n", 0, m.start("code"))
-        yield Block(line, m["kind"], m["file"] or "", told, m["code"])
+        included = _FILE.fullmatch(m["code"])
+        code = (DOCS / "files" / included["name"]).read_text("utf-8") if included else m["code"]
+        yield Block(line, m["kind"], m["file"] or "", told, code)
 
 
 def assert_same_output(got: str, want: str) -> None:

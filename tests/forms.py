@@ -1,6 +1,6 @@
-"""Forms of the list of kernels that stand in files: the stub of their methods, and a table.
+"""The stub of the methods of an evaluator, which follows from the list of kernels.
 
-`python tests/forms.py` writes them; tests/unit/test_kernel_methods.py compares.
+`python tests/forms.py` writes it; tests/unit/test_kernel_methods.py compares.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from symgen.codegen.kernels import DEFINITIONS
 
 PROJECT = Path(__file__).parents[1]
 STUB = PROJECT / "symgen/runtime/kernel_methods.pyi"
-PAGE = PROJECT / "docs/c.md"
-BEGIN, END = "<!-- kernels: python tests/forms.py -->\n", "<!-- end of kernels -->\n"
 INDENT, WIDTH = 8 * " ", 88
 HEAD = '''"""The kernels as methods of an evaluator; `python tests/forms.py` writes this file."""
 
@@ -48,20 +46,5 @@ def methods() -> Iterator[str]:
         yield f'\n{line}\n{INDENT}"""{text}\n{INDENT}"""\n'
 
 
-def page() -> str:
-    """Return docs/c.md with its table of functions."""
-    before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
-    _, _, after = rest.partition(END)
-    rows = ["| group | function | outputs | meaning |", "|---|---|---|---|"]
-    groups = list(dict.fromkeys(d.group for d in DEFINITIONS))
-    for d in sorted(DEFINITIONS, key=lambda d: groups.index(d.group)):
-        inputs = ", ".join(a.name for a in d.inputs if a.name != GRAVITY)
-        outputs = ", ".join(a.text for a in d.outputs)
-        meaning = d.doc.format(linear="p", standard="standard_names in manifest.json")
-        rows.append(f"| {d.group} | `{d.name}({inputs})` | {outputs} | {meaning} |")
-    return before + BEGIN + "\n".join(rows) + "\n" + END + after
-
-
 if __name__ == "__main__":
     STUB.write_text(stub(), "utf-8")
-    PAGE.write_text(page(), "utf-8")

@@ -24,7 +24,7 @@ _MJCF = """<mujoco model="mjarm"><worldbody><body name="upper"><joint name="shou
 
 def furnish(folder: Path) -> None:
     """Put them into a folder; `arm.toml` is the one that the page on robots shows."""
-    robot_page = DOCS / "own-robot.md"
+    robot_page = DOCS / "robot-files.md"
     arm = next(b.code for b in blocks(robot_page) if b.file == "arm.toml")
     (folder / "arm.toml").write_text(arm)
     drive = "[drive]\ntorque_constant = [1.0, 1.0]\n"
@@ -57,6 +57,7 @@ def furnish(folder: Path) -> None:
             _write(folder / "measured.csv", "t,tau1,tau2", table[:200, [0, 5, 6]])
             _write(folder / "run.csv", "time,shoulder,elbow,m_s,m_e", table[:, [0, 1, 2, 5, 6]])
             _write(folder / "a.csv", columns, table)
+            (folder / "recorder.csv").write_text(_german(t, q, tau))
         if file == "test":
             _write(folder / "b.csv", columns, table)
     states = [
@@ -86,6 +87,16 @@ def _par() -> str:
     from unit.test_par import ARM
 
     return ARM
+
+
+def _german(t: np.ndarray, q: np.ndarray, tau: np.ndarray) -> str:
+    """Return a log in ms and degrees, with semicolons and decimal commas."""
+    lines = [
+        "Zeit [ms];joint_1 pos [deg];joint_2 pos [deg];joint_1 torque [Nm];joint_2 torque [Nm]"
+    ]
+    for row in np.column_stack([1000 * t, np.degrees(q), tau]):
+        lines.append(";".join(f"{x:.5f}" for x in row).replace(".", ","))
+    return "\n".join(lines) + "\n"
 
 
 def _write(path: Path, columns: str, table: np.ndarray) -> None:

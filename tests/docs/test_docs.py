@@ -13,7 +13,7 @@ from html import unescape
 from pathlib import Path
 
 import pytest
-from browser import BROWSER, seen_on_a_phone
+from browser import BROWSER, seen_on_a_phone, visit
 from documented import (
     DOCS,
     EXAMPLES,
@@ -28,6 +28,9 @@ from documented import (
 from support import PROJECT
 from workshop import furnish, house
 
+sys.path.insert(0, str(DOCS))
+import inserts
+
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 #: Pages that a reader follows in an empty folder; each has a picture of what its commands write.
 _TUTORIALS = [
@@ -35,20 +38,29 @@ _TUTORIALS = [
     for name in ("quick-start", "tutorial-controller", "tutorial-diagnose", "tutorial-simulator")
 ]
 _PICTURES = DOCS / "pictures"
-_GALLERY = DOCS / "gallery.md"
 _RUN = [
     p
     for p in PAGES
-    if p not in (*_TUTORIALS, _GALLERY)
-    and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
+    if p not in _TUTORIALS and any(b.kind not in SHOWN and not b.elsewhere for b in blocks(p))
 ]
+#: Pages that are made from code, with tables of many screens.
+_LONG = ("commands", "json", "reference")
 _SLOW_EXAMPLES = {"hidden_spring", "motion_and_load", "paper_1988"}
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
 #: A script of the tests with what follows it, as pages name it.
 _SCRIPT = re.compile(r"(?:python|pytest)[^`\n]*? (?P<script>tests/[\w/]+\.py)(?P<options>[^`\n]*)")
+#: A file of the code or of the tests, as pages name it.
+_SOURCE = re.compile(r"`((?:symgen|tests|docs|robot|symbolic|codegen|runtime|data|faults|estimation"
+                     r"|hypotheses|identification|diagnosis|experiment|report|templates)"
+                     r"/[\w./-]+\.(?:py|toml|json|ipynb))`")  # fmt: skip
+_INSERT = re.compile(r"^<!-- insert: (\w+) ?(\S*) -->$", re.M)
 _FENCE = re.compile(r"^```.*?^```$", re.M | re.S)
-#: How a section ends: a full sentence, a table, a block, a picture, or entries of the reference.
-_ENDS = re.compile(r"([.!?]\)?|\||\(block\)|!\[[^\]]*\]\([^)]*\)|^:::.*(\n +.*)*)\Z", re.M)
+#: How a section ends: a sentence, a table, a block, a picture, an insert, or entries of names.
+_ENDS = re.compile(
+    r"([.!?]\)?|\||\(block\)|<!-- (?:insert|example): .* -->|!\[[^\]]*\]\([^)]*\)"
+    r"|^:::.*(\n +.*)*)\Z",
+    re.M,
+)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +98,7 @@ def test_broken_links_stop_the_build(tmp_path: Path) -> None:
 
 
 def test_pages_of_the_site_ask_for_nothing_from_elsewhere(site: Path) -> None:
-    for page in ("index.html", "reference.html", "examples/two_links.html"):
+    for page in ("index.html", "reference.html", "json.html", "examples/two_links.html"):
         text = (site / page).read_text("utf-8")
         assert not re.search(r'(?:src|href)="(?:https?:)?//(?!squidfunk)', text), page
 
@@ -102,12 +114,29 @@ def test_a_reader_sees_equations_and_not_their_source(site: Path) -> None:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
-def test_nothing_on_a_page_is_clipped_on_a_phone(site: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "pages", ["a-l", "m-z", pytest.param("examples and long ones", marks=pytest.mark.slow)]
+)
+def test_nothing_on_a_page_is_clipped_on_a_phone(site: Path, tmp_path: Path, pages: str) -> None:
     """At 390 px no page scrolls sideways, and none shows markup in place of an equation."""
-    seen = seen_on_a_phone(site, tmp_path)
-    assert {f"{page.stem}.html" for page in DOCS.glob("*.md")} <= set(seen)
+    written = sorted(f"{page.stem}.html" for page in DOCS.glob("*.md") if page.stem not in _LONG)
+    first = [name for name in written if name < "m"]
+    others = [f"{stem}.html" for stem in _LONG] + [f"examples/{p.stem}.html" for p in EXAMPLES]
+    names = {"a-l": first, "m-z": written[len(first) :]}.get(pages, others)
+    seen = seen_on_a_phone(site, tmp_path, names)
+    assert set(names) == set(seen)
     assert {width for width, _ in seen.values()} == {390}
-    assert not {page: said for page, (_, said) in seen.items() if said}
+    assert not {page: wrong for page, (_, wrong) in seen.items() if wrong}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
+def test_the_search_works_from_a_folder(site: Path, tmp_path: Path) -> None:
+    """A browser that reaches no host finds pages of a site that it opens without a server."""
+    found = f"{(site / 'index.html').as_uri()}?q=backlash"
+    seen = visit(f"<meta http-equiv='refresh' content='0;url={found}'>", tmp_path)
+    assert "matching documents" in seen.dom
+    assert not seen.requests
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
@@ -218,9 +247,33 @@ def test_a_quotation_that_was_not_printed_is_refused(quotation: str) -> None:
 
 
 def test_every_page_is_in_the_table_of_contents() -> None:
-    told = (PROJECT / ".mkdocs.yml").read_text("utf-8")
+    contents = (PROJECT / ".mkdocs.yml").read_text("utf-8")
     for page in (PROJECT / "docs").glob("*.md"):
-        assert page.name in told or page.stem.replace("_", "-") == "threat-model", page
+        assert f" {page.name}\n" in contents or f" {page.name}  #" in contents, page
+
+
+def test_every_page_can_be_reached_from_the_readme() -> None:
+    readme = (PROJECT / "README.md").read_text("utf-8")
+    for page in DOCS.glob("*.md"):
+        own = page.stem in ("index", "examples", "reference")  # the README, its folder, Python
+        assert own or f"](docs/{page.name})" in readme, page
+
+
+def test_tables_of_figures_are_made_from_files() -> None:
+    """Each insert of a page gives a table, and no page keeps the comment."""
+    for page in PAGES:
+        for name, argument in _INSERT.findall(page.read_text("utf-8")):
+            assert getattr(inserts, name)(argument).count("|") > 4 or name == "examples", name
+
+
+def test_fields_and_options_are_those_of_the_code() -> None:
+    fields = inserts.fields("estimate.json")
+    assert "| `uses.prediction.grade` | text |" in fields
+    assert "| `parameters[].relative_std_percent` | number |" in fields
+    options = inserts.options("")
+    assert "### identify" in options
+    assert "`--accept FLOAT RANGE`" in options
+    assert options.count("`--time-unit TEXT`") == 1
 
 
 def test_tutorials_and_examples_have_pictures() -> None:
@@ -229,27 +282,13 @@ def test_tutorials_and_examples_have_pictures() -> None:
     assert made == {p.stem for p in _PICTURES.glob("*.svg")}
 
 
-def test_the_gallery_shows_small_pictures_that_its_script_takes() -> None:
-    script = (_PICTURES / "gallery.py").read_text("utf-8")
-    shown = re.findall(r"\]\(pictures/([^)]+)\)", _GALLERY.read_text("utf-8"))
-    assert sorted(shown) == sorted(p.name for p in _PICTURES.glob("*.webp"))
-    for name in shown:
-        assert f'"{name}"' in script, name
-        assert (_PICTURES / name).stat().st_size < 150_000, name
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="no chromium, google-chrome or chrome is installed")
-def test_commands_of_the_gallery_write_the_pages_of_its_pictures(
-    workshop: Path, tmp_path: Path, monkeypatch
-) -> None:
-    """Each picture has the size of the committed one; pixels depend on the browser."""
-    folder = tmp_path / "here"
-    _run(_GALLERY, list(blocks(_GALLERY)), workshop, folder, monkeypatch)
-    done = shell(f"python {_PICTURES / 'gallery.py'} {folder}", tmp_path)
-    assert done.returncode == 0, done.stderr
-    for shown in _PICTURES.glob("*.webp"):  # the head of the file has the size in pixels
-        assert (tmp_path / shown.name).read_bytes()[20:30] == shown.read_bytes()[20:30], shown
+def test_pictures_of_reports_are_small_and_a_script_takes_them() -> None:
+    script = (_PICTURES / "screenshots.py").read_text("utf-8")
+    texts = [page.read_text("utf-8") for page in PAGES]
+    for picture in _PICTURES.glob("*.webp"):
+        assert f'"{picture.name}"' in script, picture
+        assert any(f"pictures/{picture.name})" in text for text in texts), picture
+        assert picture.stat().st_size < 150_000, picture
 
 
 def _same_picture(name: str, folder: Path) -> None:
@@ -286,6 +325,13 @@ def test_scripts_that_a_page_names_exist_and_have_its_options(page: Path) -> Non
         assert script.exists(), command[0]
         for option in re.findall("--[a-z-]+", command["options"]):
             assert option in script.read_text("utf-8"), command[0]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_files_of_the_code_that_a_page_names_exist(page: Path) -> None:
+    """Of the project, or of symgen/; placeholders such as NAME and generated files aside."""
+    for name in _SOURCE.findall(page.read_text("utf-8")):
+        assert (PROJECT / name).exists() or (PROJECT / "symgen" / name).exists(), name
 
 
 def test_links_of_the_readme_lead_somewhere() -> None:

@@ -57,9 +57,8 @@ def test_a_kernel_has_the_arrays_of_its_entry(evaluator, name: str) -> None:
         np.testing.assert_array_equal(output, again)
 
 
-def test_the_stub_and_the_table_of_functions_are_those_of_the_list() -> None:
+def test_the_stub_is_that_of_the_list() -> None:
     assert forms.STUB.read_text("utf-8") == forms.stub()
-    assert forms.PAGE.read_text("utf-8") == forms.page()
 
 
 def test_help_describes_a_method() -> None:

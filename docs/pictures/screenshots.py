@@ -1,6 +1,7 @@
-"""Draw report*.webp from the FOLDER of the gallery's commands: python gallery.py FOLDER
+"""Draw report*.webp from pages of results: python screenshots.py FOLDER
 
-It needs Chromium or Chrome. The pictures are screenshots of report pages.
+FOLDER is one in which `symgen demo` and the `symgen payload` of the page on payloads ran. It needs
+Chromium or Chrome. The pictures are screenshots of report pages.
 """
 
 from __future__ import annotations
@@ -19,9 +20,6 @@ PAGES = (
     ("report.webp", "symgen-demo/better/report.html", 1104),
     ("report_diagnosis.webp", "symgen-demo/diagnosis/report.html", 1090),
     ("report_payload.webp", "load/report.html", 1020),
-    ("report_prediction.webp", "prediction/report.html", 1000),
-    ("report_excitation.webp", "motion.html", 1104),
-    ("report_comparison.webp", "comparison.html", 790),
 )
 BROWSERS = ("chromium", "google-chrome", "chrome")
 #: Writes a picture again as WebP, which is a third of its size.
@@ -50,7 +48,7 @@ def browse(folder: str, *options: str) -> str:
     """Run a browser without a window and a network, and return what it prints."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
-        raise SystemExit(f"gallery.py: none of {', '.join(BROWSERS)} is on the PATH")
+        raise SystemExit(f"screenshots.py: none of {', '.join(BROWSERS)} is on the PATH")
     own = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
            "--virtual-time-budget=5000", "--host-resolver-rules=MAP * ~NOTFOUND",
            f"--user-data-dir={folder}/profile")  # fmt: skip

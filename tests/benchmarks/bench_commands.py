@@ -1,0 +1,65 @@
+"""Processor time of each command on the arm of the pages, with an empty cache and again.
+
+    python tests/benchmarks/bench_commands.py --into tests/benchmarks/commands.json
+
+The arm has two joints, its logs 10 s at 200 Hz. The first run of a command derives and compiles the
+model; later runs take it from the cache.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from workshop import furnish
+
+COMMANDS = {
+    "generate": "generate arm.toml --into package",
+    "excite": "excite arm.toml --duration 10 --searches 1 --into motion.csv",
+    "simulate": "simulate arm.toml --parameters P.toml --duration 10 --into made.csv",
+    "identify": "identify arm.toml train.csv --validation test.csv --into found",
+    "predict": "predict arm.toml test.csv --parameters result --into tested",
+    "diagnose": "diagnose arm.toml train.csv --validation test.csv --into why",
+    "payload": "payload arm.toml carried.csv --parameters result --into load",
+    "demo": "demo",
+}
+
+
+def seconds(command: str, folder: Path, cache: Path) -> float:
+    """Return the processor time of a command and of its children, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [sys.executable, "-m", "symgen", *command.split()],
+        cwd=folder, env=os.environ | {"SYMGEN_CACHE": str(cache)}, capture_output=True, check=False,
+    )  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main() -> None:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--into", type=Path, default=Path("commands.json"))
+    options = parser.parse_args()
+    figures = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        furnish(folder)
+        for command, line in COMMANDS.items():
+            cache = folder / f"cache_{command}"
+            first = seconds(line, folder, cache)
+            again = seconds(line, folder, cache)
+            figures[command] = {"first": round(first, 1), "again": round(again, 1)}
+            print(command, figures[command], flush=True)
+    options.into.write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    main()
