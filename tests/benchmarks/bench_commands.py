@@ -20,25 +20,31 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from workshop import furnish
 
+#: Commands and their output, which is another one in each turn.
 COMMANDS = {
-    "generate": "generate arm.toml --into package",
-    "excite": "excite arm.toml --duration 10 --searches 1 --into motion.csv",
-    "simulate": "simulate arm.toml --parameters P.toml --duration 10 --into made.csv",
-    "identify": "identify arm.toml train.csv --validation test.csv --into found",
-    "predict": "predict arm.toml test.csv --parameters result --into tested",
-    "diagnose": "diagnose arm.toml train.csv --validation test.csv --into why",
-    "payload": "payload arm.toml carried.csv --parameters result --into load",
-    "demo": "demo",
+    "generate": "generate arm.toml --into {turn}_package",
+    "excite": "excite arm.toml --duration 10 --searches 1 --into {turn}_motion.csv",
+    "simulate": "simulate arm.toml --parameters P.toml --duration 10 --into {turn}_made.csv",
+    "identify": "identify arm.toml train.csv --validation test.csv --into {turn}_found",
+    "predict": "predict arm.toml test.csv --parameters result --into {turn}_tested",
+    "diagnose": "diagnose arm.toml train.csv --validation test.csv --into {turn}_why",
+    "payload": "payload arm.toml carried.csv --parameters result --into {turn}_load",
+    "demo": "demo --into {turn}_demo",
 }
+#: Exit codes of commands that ran: the answer is yes, or no.
+ANSWERS = (0, 1)
 
 
 def seconds(command: str, folder: Path, cache: Path) -> float:
     """Return the processor time of a command and of its children, s."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "symgen", *command.split()],
-        cwd=folder, env=os.environ | {"SYMGEN_CACHE": str(cache)}, capture_output=True, check=False,
+        cwd=folder, env=os.environ | {"SYMGEN_CACHE": str(cache)}, capture_output=True, text=True,
+        check=False,
     )  # fmt: skip
+    if done.returncode not in ANSWERS:
+        raise SystemExit(f"symgen {command}: {done.stderr}")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -54,9 +60,11 @@ def main() -> None:
         furnish(folder)
         for command, line in COMMANDS.items():
             cache = folder / f"cache_{command}"
-            first = seconds(line, folder, cache)
-            again = seconds(line, folder, cache)
-            figures[command] = {"first": round(first, 1), "again": round(again, 1)}
+            taken = {
+                turn: round(seconds(line.format(turn=turn), folder, cache), 1)
+                for turn in ("first", "again")
+            }
+            figures[command] = taken
             print(command, figures[command], flush=True)
     options.into.write_text(json.dumps(figures, indent=1) + "\n", "utf-8")
 
