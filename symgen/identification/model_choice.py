@@ -191,7 +191,6 @@ def _shifted(run: Run, change: Change) -> Run:
         done="shifted",
         values=(("DT", delay, math.nan),),
         kind="delay",
-        value=delay,
     )
     train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
     repairs = (*run.repairs, fault)
