@@ -78,10 +78,9 @@ def ask(
             shown.append(reason)
         else:
             suspected.append(reason)
-        if isinstance(w.item, Changed) and w.adopted and "DT" in w.item.change.constants:
+        if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
             delays.append(w.item.change)
-    common = tuple(change for change in delays if not change.joints)
-    return Answer(tuple(shown), tuple(suspected), common, worst)
+    return Answer(tuple(shown), tuple(suspected), tuple(delays), worst)
 
 
 def _worst(stage: Stage) -> float:

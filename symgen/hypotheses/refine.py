@@ -78,11 +78,9 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
         stage = point(*constants)
         system, along = stage.rows, slopes(stage, seen)
         columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
-        rows = columns * (system.moves / system.sigma)[:, :, None]
-        flat = rows.reshape(system.y.size, -1)
-        basis = system.basis.reshape(system.y.size, -1)
-        free = (flat - basis @ (basis.T @ flat)).reshape(rows.shape)
-        return -(free * (system.sigma / sigma)[:, None]).reshape(flat.shape)
+        free = system.beside(system.whitened(columns))
+        scale = np.tile(system.sigma / sigma, len(system.y))  # rows are joint by joint
+        return -free * scale[:, None]
 
     try:
         fit = least_squares(

@@ -65,18 +65,22 @@ class Rows:
         """Whitened residual (K, n)."""
         return self.moves * self.left / self.sigma
 
-    @property
-    def _whitened(self) -> FloatArray:
-        """Whitened regressor, (K n, p)."""
+    def whitened(self, columns: FloatArray) -> FloatArray:
+        """Return columns (K, n, m) as rows of the fit, (K n, m)."""
         weight = (self.moves / self.sigma)[:, :, None]
-        return (self.W * weight).reshape(self.y.size, self.W.shape[2])
+        return (columns * weight).reshape(self.y.size, -1)
+
+    def beside(self, rows: FloatArray) -> FloatArray:
+        """Return the part of whitened columns (K n, m) that the model does not explain."""
+        basis = self.basis.reshape(self.y.size, -1)
+        return rows - basis @ (basis.T @ rows)
 
     @cached_property
     def basis(self) -> FloatArray:
         """Orthonormal basis (K, n, r) of the columns of the whitened model."""
-        rows = self._whitened
-        if rows.shape[1] == 0:
+        if self.W.shape[2] == 0:
             return np.zeros((*self.y.shape, 0))
+        rows = self.whitened(self.W)
         norms = column_norms(rows)
         _, values, turn = np.linalg.svd(triangle(rows) / norms)
         kept = values > SINGULAR * values[0]
@@ -108,11 +112,8 @@ class Rows:
 
 def explained(rows: Rows, columns: Columns) -> FloatArray:
     """Return the part of the whitened residual that columns explain beside the model, (K, n)."""
-    weight = (rows.moves / rows.sigma)[:, :, None]
-    flat = (dense(columns, rows.y.shape) * weight).reshape(rows.y.size, -1)
-    flat = flat / column_norms(flat)
-    basis = rows.basis.reshape(rows.y.size, -1)
-    left, values, _ = np.linalg.svd(flat - basis @ (basis.T @ flat), full_matrices=False)
+    flat = rows.whitened(dense(columns, rows.y.shape))
+    left, values, _ = np.linalg.svd(rows.beside(flat / column_norms(flat)), full_matrices=False)
     free = left[:, values > _FREE]
     return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
 
