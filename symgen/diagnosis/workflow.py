@@ -364,15 +364,10 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
     verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
     where = () if verdict == "consistent" else places(found, adopted, c.gaps)
-    rejected = tuple(
-        Rejected(s.definition.name, numbers(robot, s.joints), s.fault)
-        for s in found.rejected[:_LISTED]
-    )
-    doubts = tuple(
-        Rejected(s.definition.name, numbers(robot, s.joints), w.reason)
-        for w in c.weighed
-        if not w.adopted and isinstance(s := w.item, Score)
-    )
+    doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
+    refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
+    refused += [(s, s.fault) for s in found.rejected[:_LISTED]]
+    rejected = (Rejected(s.definition.name, numbers(robot, s.joints), why) for s, why in refused)
     train = found.problem.base
     cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
@@ -384,7 +379,7 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         floor=c.gaps.floor,
         where=where,
         effects=c.effects,
-        rejected=(*doubts, *rejected),
+        rejected=tuple(rejected),
         advice=(*(r.text for r in c.reasons), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
         notes=_notes(opened, band, c),
         extended=c.model.robot,

@@ -75,26 +75,6 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
     return masked(samples, inside & long[after - 1], range(samples.q.shape[1]))
 
 
-def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask values that are missing for too long to be interpolated.
-
-    Args:
-        log: the log before it was resampled.
-        samples: the log with uniform steps.
-    """
-    return apply(GAPS, samples, log)
-
-
-def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask clipped torques and stuck channels in a log with uniform steps.
-
-    Args:
-        log: the log before it was resampled.
-        samples: the log with uniform steps.
-    """
-    return apply(SAMPLED, samples, log)
-
-
 # Logs as recorded.
 
 

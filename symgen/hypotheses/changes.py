@@ -120,11 +120,11 @@ def torque_changes(robot: Robot) -> Iterator[list[Change]]:
     yield from ([c] for c in _torque_signs(robot))
     yield from _orders(robot, ("tau",))
     yield [late((), sign * d) for sign in (1, -1) for d in _DELAYS]
-    if robot.n > 1:
-        for j in range(robot.n):
-            yield [late((j,), d) for d in _DELAYS]
-    for joints in ((), *((j,) for j in range(robot.n if robot.n > 1 else 0))):
-        yield [slow(joints, T) for T in _DELAYS]
+    single = [(j,) for j in range(robot.n)] if robot.n > 1 else []
+    for joints in single:
+        yield [late(joints, d) for d in _DELAYS]
+    for some in ((), *single):
+        yield [slow(some, T) for T in _DELAYS]
 
 
 def motion_changes(robot: Robot) -> Iterator[list[Change]]:
