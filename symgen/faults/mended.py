@@ -69,11 +69,8 @@ def mended_channels(
 
 
 def largest(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
-    """Return the few channels with the largest changes, one for each channel and log."""
-    best: dict[tuple[str, str], MendedChannel] = {}
-    for c in sorted(channels, key=lambda c: -c.size):
-        best.setdefault((c.log, c.channel), c)
-    return tuple(best.values())[:_MOST]
+    """Return the few channels with the largest changes."""
+    return tuple(sorted(channels, key=lambda c: -c.size)[:_MOST])
 
 
 def _around_change(

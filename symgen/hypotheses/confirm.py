@@ -24,10 +24,9 @@ from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Found, Item, leave_out
 from symgen.hypotheses.rows import SETTLING
-from symgen.hypotheses.score import dense, repeats_motion
+from symgen.hypotheses.score import TINY, dense, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
-_TINY = 1e-300
 REPEATED = "the validation log only repeats the motion of the training logs, which confirms nothing"
 
 
@@ -144,18 +143,19 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
     floor = _floor(found)
     out = []
     for item in items:
+        if isinstance(item, Contact):
+            out.append(_on_training(item))
+            continue
         without, size_without = held_squares(found, leave_out(items, item))
-        if isinstance(item, Contact) or not np.any(without != whole):
-            # It acts on the training logs alone, where the search has used other motion of them.
-            left = float(np.sqrt(max(1.0 - item.gain, 0.0)))
-            out.append(Weighed(item, item.worth, left))
+        if np.array_equal(without, whole):
+            out.append(_on_training(item))
             continue
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
         rise = now - was
         fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
         fell, j = float(fall.max()), int(np.argmax(fall))
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
-        left = float(above[0] / max(above[1], _TINY))
+        left = float(above[0] / max(above[1], TINY))
         reason = ""
         if _needs_none(item):
             pass
@@ -174,6 +174,11 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
     return out
 
 
+def _on_training(item: Item) -> Weighed:
+    """Return an item that acts on the training logs alone; the search used other motion of them."""
+    return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
+
+
 def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
     """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
 
@@ -190,7 +195,7 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
     measured = np.concatenate([log.unmasked.measured for log in held.logs])
     error = np.sum(weight * (held.y - W @ stage.rows.X) ** 2, axis=0)
     size = np.sum(weight * measured**2, axis=0)
-    return error, np.maximum(size, _TINY)
+    return error, np.maximum(size, TINY)
 
 
 def _floor(found: Found) -> FloatArray:

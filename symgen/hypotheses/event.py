@@ -24,7 +24,15 @@ from numpy.typing import NDArray
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
-from symgen.hypotheses.score import FREEDOM, TEMPERATURE, Fit, Key, PredictiveScore, worth_and_gain
+from symgen.hypotheses.score import (
+    FREEDOM,
+    TEMPERATURE,
+    TINY,
+    Fit,
+    Key,
+    PredictiveScore,
+    worth_and_gain,
+)
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
 
@@ -32,7 +40,6 @@ NAME = "external_contact"
 #: Longest contact, as a part of its log; ratio of the lengths that are tried; starts in a length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
 _RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in a contact
-_TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,8 +222,8 @@ def _gains(
     """
 
     def cost(squares: FloatArray, counts: FloatArray, floor: FloatArray) -> FloatArray:
-        variance = np.maximum(squares, 0.0) / np.maximum(counts, _TINY) + floor
-        return np.asarray(counts * np.log(np.maximum(variance, _TINY)))
+        variance = np.maximum(squares, 0.0) / np.maximum(counts, TINY) + floor
+        return np.asarray(counts * np.log(np.maximum(variance, TINY)))
 
     squares, counts = (x.sum(axis=2) for x in inside)
     by_fold = floor[:, None]

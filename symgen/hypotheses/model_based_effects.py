@@ -37,7 +37,6 @@ from symgen.symbolic.variation import Variation, variation
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
 _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
-_HIDDEN = 1e-4  # singular value over the largest, under which a torque is zero
 #: Crossing of the play: step in s, smallest over largest link inertia.
 _FINE, _LIGHT = 1e-3, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
@@ -128,7 +127,7 @@ def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
     """
     units = _units(v)
     model, size, turn = np.linalg.svd(_random(v, units), full_matrices=False)
-    least = _HIDDEN * size.max()
+    least = SINGULAR * size.max()
     model, without = model[:, size > least], turn[size <= least].T
     others = np.concatenate([_random(v, units, g) @ without for g in fields], axis=1)
     _, values, blend = np.linalg.svd(others - model @ (model.T @ others), full_matrices=False)

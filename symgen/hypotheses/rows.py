@@ -19,7 +19,7 @@ from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
 from symgen.estimation.system import torque_rows
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.score import Columns, dense
+from symgen.hypotheses.score import TINY, Columns, dense
 from symgen.runtime.evaluator import Evaluator
 
 _WHITENING = 3  # rounds in which the weights of the joints follow their residuals
@@ -188,7 +188,7 @@ def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: Flo
     ]
     torque = rms(y)
     # A channel without any torque has no spread.
-    floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + _TINY)
+    floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + TINY)
     sigma = bounded_deviation(np.maximum(np.std(y, axis=0), floor), torque)
     X = np.zeros(W.shape[2])
     for _ in range(_WHITENING):
@@ -210,6 +210,3 @@ def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
     if log.resting is None:
         return moves.astype(float)
     return np.where(log.resting, log.clear[log.kept] * np.asarray(rests), moves * 1.0)
-
-
-_TINY = 1e-300

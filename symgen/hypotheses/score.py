@@ -45,7 +45,8 @@ _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
-_TINY = 1e-300
+#: Least divisor of what may be zero.
+TINY = 1e-300
 
 
 def price_of_size(part: float) -> float:
@@ -74,7 +75,7 @@ def worth_and_gain(
     at = list(joints) or slice(None)
     fell = (was - now) / size**2
     worth = float(np.sqrt(max(fell.max(), 0.0)))
-    gain = fell[at].sum() / max(float((was / size**2)[at].sum()), _TINY)
+    gain = fell[at].sum() / max(float((was / size**2)[at].sum()), TINY)
     return worth, float(gain)
 
 
@@ -88,7 +89,7 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     from scipy.cluster.vq import kmeans2
 
     q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
-    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), _TINY) for x in (q, qd)])
+    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _set_apart(logs, _filled(region, count))
@@ -131,7 +132,7 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     asked = np.concatenate([states(log, log.kept) for log in others])
-    spread = np.maximum(known.std(axis=0), _TINY) * np.sqrt(known.shape[1])
+    spread = np.maximum(known.std(axis=0), TINY) * np.sqrt(known.shape[1])
     far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
@@ -288,9 +289,9 @@ class PredictiveScore:
 
     def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the score and the held-out variance by joint, of squares (..., n, folds)."""
-        count = np.maximum(self.counts, _TINY)
+        count = np.maximum(self.counts, TINY)
         variance = squares / count + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, _TINY))
+        logs = np.log(np.maximum(variance, TINY))
         score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
         return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
 
@@ -310,7 +311,7 @@ class PredictiveScore:
         Other rows may have a say where a log is changed; then this compares.
         """
         variance = self.alone.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, _TINY))
+        logs = np.log(np.maximum(variance, TINY))
         return -0.5 / TEMPERATURE * float(np.sum(counts * logs))
 
     @cached_property
@@ -353,7 +354,7 @@ class PredictiveScore:
         score, _ = other._scored(before)
         there = np.where(inside, self.weight, 0.0)
         squares = np.sum((there * other.held_out) ** 2, axis=0)
-        variance = squares / np.maximum(np.sum(there**2, axis=0), _TINY)
+        variance = squares / np.maximum(np.sum(there**2, axis=0), TINY)
         return other.alone.score - float(score), other.alone, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
@@ -400,7 +401,7 @@ class PredictiveScore:
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
         power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
-        part = self.sigma[joints] / np.maximum(rows[joints], _TINY)
+        part = self.sigma[joints] / np.maximum(rows[joints], TINY)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
         coefficients = last / own.norms
         for k, score in enumerate(scores):

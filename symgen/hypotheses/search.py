@@ -35,7 +35,7 @@ from symgen.hypotheses.registry import (
     leave_out,
 )
 from symgen.hypotheses.rows import explained
-from symgen.hypotheses.score import Columns, Fit, Folded, Key, price_of_size, worth_and_gain
+from symgen.hypotheses.score import TINY, Columns, Fit, Folded, Key, price_of_size, worth_and_gain
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
@@ -48,7 +48,6 @@ _SAME, _ALIKE = 0.98, 0.8
 _LISTED = 0.05
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_TINY = 1e-300
 
 
 def search(
@@ -382,4 +381,4 @@ def _odds(s: Item) -> float:
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
     sizes = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return abs(float(np.sum(a * b))) / max(sizes, _TINY)
+    return abs(float(np.sum(a * b))) / max(sizes, TINY)
