@@ -34,12 +34,14 @@ class Answer:
         shown: faults of recorder or file that are shown as the cause.
         suspected: everything else that is probable.
         delays: delays of the torques of all joints, which can be undone.
+        contacts: contacts, whose samples can be left out.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
 
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delays: tuple[Change, ...] = ()
+    contacts: tuple[Contact, ...] = ()
     worst: float = 0.0
 
 
@@ -69,7 +71,10 @@ def ask(
     found = search(problem, make_registry(problem), least, STEPS, progress)
     _, weighed = confirm(found, least)
     shown, suspected, delays = [], [], []
+    contacts = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
     for w in weighed:
+        if w.item in contacts:
+            continue
         reason = reason_of(w, found)
         row = w.item.definition
         # What changes within a log belongs to no one state of the robot.
@@ -80,7 +85,7 @@ def ask(
             suspected.append(reason)
         if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
             delays.append(w.item.change)
-    return Answer(tuple(shown), tuple(suspected), tuple(delays), worst)
+    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), worst)
 
 
 def _worst(stage: Stage) -> float:

@@ -115,9 +115,14 @@ class Change:
         return list(self.joints or self.among or range(n))
 
 
-def torque_changes(robot: Robot) -> Iterator[list[Change]]:
-    """Yield the hypotheses of which the rows need no other regressor, each with its grid."""
-    yield from ([c] for c in _torque_signs(robot))
+def torque_changes(robot: Robot, work: FloatArray) -> Iterator[list[Change]]:
+    """Yield the hypotheses of which the rows need no other regressor, each with its grid.
+
+    Args:
+        robot: whose logs they are.
+        work: (n,) that the torques do in all logs, J.
+    """
+    yield from ([c] for c in _torque_signs(robot, work))
     yield from _orders(robot, ("tau",))
     yield [late((), sign * d) for sign in (1, -1) for d in _DELAYS]
     single = [(j,) for j in range(robot.n)] if robot.n > 1 else []
@@ -153,16 +158,20 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
         yield [Change(rows["gravity_direction"], (), {}, constants, gravity=g)]
 
 
-def _torque_signs(robot: Robot) -> Iterator[Change]:
+def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
     """Yield all sets of torques that are turned, up to half of the joints; single ones if many.
 
-    A set and its complement fit alike: the smaller one is meant.
+    A set and the rest of the joints fit alike. Friction takes energy, so the torques of all joints
+    together do positive work: that tells which of the two is turned.
     """
     driven = [j for j in range(robot.n) if j not in robot.passive]
     most = len(driven) // 2 if robot.n <= _SETS else 1
     for count in range(1, max(1, most) + 1):
         for joints in itertools.combinations(driven, count):
-            yield Change(definitions()["wrong_sign"], joints, {"tau": -1.0})
+            turned = joints
+            if 2 * work[list(joints)].sum() > work.sum():
+                turned = tuple(j for j in driven if j not in joints)
+            yield Change(definitions()["wrong_sign"], turned, {"tau": -1.0})
 
 
 def _orders(robot: Robot, keys: Iterable[str]) -> Iterator[list[Change]]:

@@ -35,7 +35,8 @@ _ROUNDS = 3  # of Newton's method for the size of a change
 def torque_trials(stage: Stage) -> Iterator[Changed]:
     """Yield the changes of torques, each with the most probable size."""
     torque = cache(stage.problem.torque)
-    for grid in torque_changes(stage.problem.robot):
+    work = np.sum([np.sum(s.qd * s.tau, axis=0) * s.step for s in stage.problem.logs], axis=0)
+    for grid in torque_changes(stage.problem.robot, work):
         yield _torque_trial(stage, grid, torque)
 
 
