@@ -285,13 +285,13 @@ def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
 
 #: Rules for samples with uniform steps; they know the log as recorded.
 GAPS = (
-    Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "mask_samples, for all joints", _mask),
+    Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "masked, for all joints", _mask),
     Rule("gap", ("tau",), _gap, "empty cells in a row", "masked", _mask),
 )
 SAMPLED = (
     Rule("saturated", ("tau",), _saturated, "clipped at {limit}", "masked", _mask),
     Rule(
-        "stuck", ("q",), _stuck, "stuck", "mask_samples, for all joints",
+        "stuck", ("q",), _stuck, "stuck", "masked, for all joints",
         lambda samples, c, at: bridged(samples, at, [c.joint or 0]),
     ),
     Rule(
