@@ -75,10 +75,12 @@ from symgen.robot.toml_io import (
     read_robot as read_robot,
 )
 from symgen.robot.toml_text import robot_toml as robot_toml
-from symgen.robot.types import (
-    Joint as Joint,
+from symgen.robot.tables import (
     Frame as Frame,
     Limits as Limits,
+)
+from symgen.robot.types import (
+    Joint as Joint,
     Robot as Robot,
 )
 from symgen.runtime.evaluator import (

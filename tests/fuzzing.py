@@ -164,10 +164,10 @@ def read_motion(path: Path) -> None:
 
 def read_result(path: Path) -> None:
     """Read a result and print it; of one in 200, make the page."""
-    from symgen.report.store import read_result, result_page
+    from symgen.report.store import load_result, result_page
     from symgen.report.terminal import print_result
 
-    result: Any = read_result(path)
+    result: Any = load_result(path)
     _finite(getattr(result, "X", None), getattr(result, "condition_number", None))
     out = io.StringIO()
     with contextlib.redirect_stdout(out):

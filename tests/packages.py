@@ -14,7 +14,7 @@ from typing import Any
 import sympy as sp
 
 import symgen
-from symgen.codegen.kernels import Kernel, Output
+from symgen.codegen.kernel import Kernel, Output
 from symgen.symbolic.tape import TapeBuilder
 
 STRICT = [

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from symgen.cli.options import PATH, finish, into, reading_options
-from symgen.cli.progress import say
+from symgen.cli.progress import say_progress
 from symgen.errors import ParameterError
 
 
@@ -33,4 +33,4 @@ def compare_sim(paths: tuple[Path, ...], into: Path, **options: Any) -> int:
         raise ParameterError(
             "compare-sim: accepted: one or more .xml or .urdf files, then one or more logs"
         )
-    return finish(compare_simulations(files, logs, progress=say, **options), into)
+    return finish(compare_simulations(files, logs, progress=say_progress, **options), into)

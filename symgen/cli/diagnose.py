@@ -7,7 +7,16 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import CUTOFF, LOGS, PERCENT, ROBOT, again, into, listed, reading_options
+from symgen.cli.options import (
+    CUTOFF,
+    LOGS,
+    PERCENT,
+    ROBOT,
+    again,
+    into,
+    reading_options,
+    split_list,
+)
 from symgen.cli.progress import stages
 from symgen.report.terminal import print_result
 
@@ -49,7 +58,7 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
     """
     import symgen
 
-    tried = None if effects is None else listed(effects)
+    tried = None if effects is None else split_list(effects)
     with stages(_DIAGNOSING) as told:
         diagnosis = symgen.diagnose(
             effects=tried, least=least / 100, misfit=misfit / 100, progress=told, **options

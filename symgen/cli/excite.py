@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, WINDOW, listed, numbers, taken
-from symgen.cli.progress import meter, say
+from symgen.cli.options import PATH, ROBOT, WINDOW, numbers, split_list, taken
+from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_result
 
 
@@ -106,13 +106,13 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
         read = _range if key == "position" else float
         found = numbers(f"--{key}", options[key], accepted, (1, count), read)
         options[key] = found and found * (count // len(found))
-    kinds = listed(options["kind"])
+    kinds = split_list(options["kind"])
     options["kind"] = kinds[0] if len(kinds) == 1 else kinds
     limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
         plan = symgen.excite(
             source, limits=limits, motion=motion, search=search,
-            progress=say, meter=advance, **options,
+            progress=say_progress, meter=advance, **options,
         )  # fmt: skip
     found = exported(plan, source, into, to) | {page: result_page(plan).encode()}
     write_files(found.items())

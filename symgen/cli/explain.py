@@ -12,9 +12,9 @@ from symgen.report.terminal import say, table
 @click.argument("effect", required=False, shell_complete=effect_names)
 def explain(effect: str | None) -> None:
     """Explain EFFECT: its formula, and how to declare it. Without EFFECT, list all."""
-    from symgen.report.explain import explained, listed
+    from symgen.report.explain import effect_list, explain_effect
 
     if effect is None:
-        table(("effect", "kind", "what it is"), listed())
+        table(("effect", "kind", "what it is"), effect_list())
     else:
-        say(explained(effect))
+        say(explain_effect(effect))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from symgen.cli.options import PATH, PERCENT, reading_options
-from symgen.cli.progress import say
+from symgen.cli.progress import say_progress
 from symgen.errors import PackageError, SymgenError
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def export(
     found, known = exports.read_identified(estimate, robot)
     for log in logs:  # a log that cannot be read leaves no file
         open_samples(log, known or read_robot(copied), reading)
-    say("deriving the model, and finding link parameters")
+    say_progress("deriving the model, and finding link parameters")
     marked = copied.read_bytes().startswith(b"\xef\xbb\xbf") if copied.is_file() else False
     encoding = "utf-8-sig" if marked else "utf-8"
     if samples:
@@ -94,7 +94,7 @@ def export(
         click.echo(f"note: the format cannot hold {listed}")
     code = 0
     for log in logs:
-        say(f"comparing with {log}")
+        say_progress(f"comparing with {log}")
         errors = exports.file_errors(paths, log, found, known or copied, reading)
         each = [100 * error for error in errors.files]
         told = f"{each[0]:.3g} %"

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, listed
-from symgen.cli.progress import meter, say
+from symgen.cli.options import PATH, ROBOT, split_list
+from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_model
 
 #: Approximate share of the time that derivation takes; proof and writing take the rest.
@@ -55,8 +55,8 @@ def generate(
     built-in robot. With --check, the exit code is 0 where the package is equal, 1 where it is not.
     """
     import symgen
+    from symgen.codegen.kernels import ALL, KERNELS
     from symgen.codegen.package import default_prefix
-    from symgen.codegen.recipes import ALL, STANDARD
     from symgen.files import RECORD, check_replaceable
     from symgen.identification.parameters import read_values
 
@@ -64,10 +64,11 @@ def generate(
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
     if check is None:
         check_replaceable(folder, "manifest.json")
-    asked = () if kernels == "all" else listed(kernels)
-    chosen = tuple(dict.fromkeys([*(asked or ALL), *(STANDARD if standard else ())]))
+    asked = () if kernels == "all" else split_list(kernels)
+    about = [name for name, d in KERNELS.items() if standard and d.standard]
+    chosen = tuple(dict.fromkeys([*(asked or ALL), *about]))
     named = chosen if asked else None  # "all" means the kernels that the robot has
-    say(f"deriving {source.name}")
+    say_progress(f"deriving {source.name}")
     with meter("deriving") as advance:
         model = symgen.derive(source, chosen, meter=lambda part: advance(_DERIVING * part))
         values = None if parameters is None else read_values(parameters, model)

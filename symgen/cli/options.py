@@ -44,7 +44,7 @@ def effect_names(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
     return [name for name in definitions() if name.startswith(incomplete)]
 
 
-def listed(text: str | None) -> tuple[str, ...]:
+def split_list(text: str | None) -> tuple[str, ...]:
     """Split a text at commas."""
     return () if text is None else tuple(part.strip() for part in text.split(","))
 
@@ -71,7 +71,7 @@ def numbers(
     if text is None:
         return None
     with suppress(ValueError):
-        found = tuple(map(read, listed(text)))
+        found = tuple(map(read, split_list(text)))
         if not counts or len(found) in counts:
             return found
     raise click.UsageError(f"{option} {text[:100]}: accepted: {accepted}")
@@ -234,7 +234,7 @@ def reading_options(command: Command, start: str = "--from") -> Command:
         from symgen.errors import IdentificationError, LogError
         from symgen.robot.imported import FORMATS
 
-        options |= {key: listed(options[key]) for key in ("joints", "mask")}
+        options |= {key: split_list(options[key]) for key in ("joints", "mask")}
         options["unit"] = units_from(options["unit"] or "")
         options["separator"] = options["separator"].replace("tab", "\t").replace("\\t", "\t")
         reading = taken(Reading, options)

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from symgen.cli.options import CUTOFF, PARAMETERS, ROBOT, finish, into, reading_options
-from symgen.cli.progress import say
+from symgen.cli.progress import say_progress
 
 
 @click.command()
@@ -22,5 +22,5 @@ def predict(into: Path, **options: Any) -> None:
     """Predict torque and energy of LOG with known parameters of ROBOT, and report the error."""
     import symgen
 
-    say("deriving and compiling the model")
+    say_progress("deriving and compiling the model")
     finish(symgen.predict(**options), into)

@@ -15,7 +15,7 @@ _COUNT = re.compile(r"([\d,]+) of ([\d,]+)")
 _LONG = 2.0
 
 
-def say(message: str) -> None:
+def say_progress(message: str) -> None:
     """Print a progress message to stderr."""
     click.echo(click.style(f"  {message}", dim=True), err=True)
 
@@ -33,7 +33,7 @@ def meter(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
-    """Yield a `say` that also moves a bar when a stage begins.
+    """Yield a `say_progress` that also moves a bar when a stage begins.
 
     A message with a count, "days: 3 of 12 days", moves the bar within its stage.
 
@@ -44,7 +44,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
     with _bar() as (bar, task, advance):
 
         def told(message: str) -> None:
-            say(message)
+            say_progress(message)
             word = message.split(maxsplit=1)[0].rstrip(":")
             share = shares.get(word, 0.0)
             if word in shares and (count := _COUNT.search(message)):

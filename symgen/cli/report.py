@@ -23,13 +23,13 @@ def report(folder: Path, other: Path | None, into: Path | None) -> int:
     """
     import symgen
     from symgen.files import check_new, write_files
-    from symgen.report.store import read_result, result_page, result_robot
+    from symgen.report.store import load_result, result_page, result_robot
 
     if into is not None:
         if into.suffix != ".html":
             raise click.UsageError(f"--into {into}: accepted: a path that ends in .html")
         check_new(into)
-    result = read_result(folder) if other is None else symgen.compare(folder, other)
+    result = load_result(folder) if other is None else symgen.compare(folder, other)
     if into is not None:
         write_files([(into, result_page(result, result_robot(folder)).encode())])
     good = print_result(result)

@@ -15,7 +15,7 @@ from symgen.cli.options import (
     SEED,
     recording_options,
 )
-from symgen.cli.progress import meter, say
+from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_simulation
 
 
@@ -49,7 +49,7 @@ def simulate(runs: int, into: Path, **options: Any) -> None:
     for path in paths:
         check_new(path)
     with meter("simulating") as advance:
-        done = symgen.simulate(runs=runs, progress=say, meter=advance, **options)
+        done = symgen.simulate(runs=runs, progress=say_progress, meter=advance, **options)
     write_files(done.files(into))
     print_simulation(done, symgen.read_robot(options["robot"]))
     click.echo(f"written: {', '.join(map(str, paths))}")

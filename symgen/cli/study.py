@@ -20,7 +20,7 @@ from symgen.cli.options import (
     one_of,
     recording_options,
 )
-from symgen.cli.progress import meter, say
+from symgen.cli.progress import meter, say_progress
 
 
 @click.command()
@@ -65,5 +65,5 @@ def study(methods: tuple[str, ...], into: Path, **options: Any) -> int:
 
     usual = methods or ("ols", "wls", "iv")
     with meter("studying") as advance:
-        found = symgen.study(methods=usual, progress=say, meter=advance, **options)
+        found = symgen.study(methods=usual, progress=say_progress, meter=advance, **options)
     return finish(found, into)

@@ -13,7 +13,7 @@ from itertools import groupby
 
 import sympy as sp
 
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.errors import SymgenError
 from symgen.symbolic.tape import Steps, Values
 
@@ -49,40 +49,6 @@ def literal(value: sp.Expr, dtype: str) -> str:
 
 def _decimal(digits: str) -> str:
     return digits if any(mark in digits for mark in ".en") else f"{digits}.0"
-
-
-def status(kernel: Kernel, dtype: str, prefix: str) -> list[str]:
-    """Return the statements that find and return the status of a kernel, from its array `guard`.
-
-    Guards have the order of the elimination: after the first failure, nothing has a meaning.
-    NaN makes every comparison by `<=` false, and x - x is 0 if x is finite.
-
-    Args:
-        kernel: with guards.
-        dtype: double or float.
-        prefix: prefix of the package's names.
-    """
-    zero = literal(sp.S.Zero, dtype)
-    going = "&& (status == 0); ++i) {"
-    lines = [
-        f"int status = {prefix}_OK;",
-        f"for (size_t i = 0u; (i < {len(kernel.guards)}u) {going}",
-        f"    if (!(guard[i] > {zero})) {{",
-        f"        status = (guard[i] <= {zero}) ? {prefix}_NOT_POSITIVE_DEFINITE "
-        f": {prefix}_NOT_FINITE;",
-        "    }",
-        "}",
-    ]
-    finite = [(o.size, f"(({o.name}[i] - {o.name}[i]) == {zero})") for o in kernel.outputs]
-    for size, same in finite:
-        lines += [
-            f"for (size_t i = 0u; (i < {size}u) {going}",
-            f"    if (!{same}) {{",
-            f"        status = {prefix}_NOT_FINITE;",
-            "    }",
-            "}",
-        ]
-    return [*lines, "return status;"]
 
 
 class Printer:
@@ -153,13 +119,10 @@ class Printer:
         return CFunction(tuple(lines), needs_math, bool(calls))
 
     def verdict(self) -> list[str]:
-        """Return the status of a guarded kernel."""
+        """Return the array of the guards of a kernel; the template makes its status of them."""
         count = len(self.kernel.guards)
-        if not count:
-            return []
-        guards = ", ".join(self.expression(e) for e in self.tape.outputs[self.kernel.size :])
-        first = f"const {self.dtype} guard[{count}] = {{ {guards} }};"
-        return [first, *status(self.kernel, self.dtype, str(self.prefix))]
+        guards = [self.expression(e) for e in self.tape.outputs[self.kernel.size :]]
+        return [f"const {self.dtype} guard[{count}] = {{ {', '.join(guards)} }};"] if count else []
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:
         return f"const {self.dtype} {symbol.name} = {self.expression(expr)};"
@@ -176,7 +139,7 @@ class Printer:
             at.setdefault(None, []).extend(self.cleared(output.name, zeros))
             for i, result in enumerate(results):
                 place = f"{output.name}[{i}]"
-                if result != 0 and self.expression(result) != place:  # not unchanged entries
+                if result != 0 and self.word.get(result) != place:  # not unchanged entries
                     (symbol,) = result.free_symbols & steps or {None}
                     line = self.stored(place, result)
                     at.setdefault(symbol, []).append(line)

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import sympy as sp
 
 from symgen.cache import digest, private_folder
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.errors import BuildError
 from symgen.files import replace_whole, templates
 from symgen.robot.toml_text import robot_toml

@@ -4,62 +4,67 @@ from __future__ import annotations
 
 import random
 import textwrap
-from collections.abc import Sequence
-from typing import Any
 
-from symgen.codegen.kernels import Kernel
-from symgen.codegen.model import Model
+from symgen.codegen.backends import Package
 from symgen.codegen.verification import SEED, physical_parameters
-from symgen.files import rendered
 
 #: Kernels that the controller calls, beside the identifier, and those of the optimal control.
-CONTROLLER = frozenset({"inverse_dynamics", "forward_dynamics", "mass_matrix"})
-OPTIMAL_CONTROL = frozenset({"inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix"})
+_CONTROLLER = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
+_OPTIMAL_CONTROL = ("inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix")
 #: Error of every mass, inertia and friction that the controller assumes, percent.
 PERCENT = 5
 #: Required ratio of the tracking errors of PD and of computed torque with these parameters.
-BETTER = 10
+_BETTER = 10
+_LINE = 95
 
 
-def called_by(program: frozenset[str], kernels: Sequence[Kernel]) -> bool:
-    """Whether a package with these kernels has all that a program calls."""
-    return program <= {k.name for k in kernels}
+def has_controller(package: Package) -> bool:
+    """Whether the package has the controller's example, which calls the identifier."""
+    return "c" in package.targets and bool(package.runtime) and package.has(*_CONTROLLER)
 
 
-def facts(model: Model, dtype: str) -> dict[str, Any]:
-    """Return the parameters of the controller's example as C literals: actual and assumed ones.
-
-    Args:
-        model: from `derive`.
-        dtype: double or float.
-    """
-    suffix = "f" if dtype == "float" else ""
-
-    def literals(error: float) -> list[str]:
-        X = physical_parameters(model, random.Random(SEED), error)
-        return [f"{round(x, 6)!r}{suffix}" for x in X]
-
-    return {
-        "g": ", GRAVITY" if model.robot.gravity_input else "",
-        "better": BETTER,
-        "actual": literals(0.0),
-        "assumed": literals(PERCENT / 100),
-    }
+def controller(package: Package) -> dict[str, str]:
+    """Return the controller's example in C, for parameters that are wrong; {} without kernels."""
+    if not has_controller(package):
+        return {}
+    gravity = ", GRAVITY" if package.model.robot.gravity_input else ""
+    out = {}
+    for file in ("simulated.h", "controller.c"):
+        out[f"example/{package.name}_{file}"] = package.render(
+            f"c/example/{file}",
+            g=gravity,
+            better=_BETTER,
+            percent=PERCENT,
+            actual=_literals(package, 0.0),
+            assumed=_literals(package, PERCENT / 100),
+        )
+    return out
 
 
-def optimal_control(name: str, model: Model) -> str:
-    """Return example/NAME_optimal_control.py.
+def _literals(package: Package, error: float) -> list[str]:
+    """Return the parameters as C literals, with a relative error."""
+    suffix = "f" if package.dtype == "float" else ""
+    X = physical_parameters(package.model, random.Random(SEED), error)
+    return [f"{round(x, 6)!r}{suffix}" for x in X]
 
-    Args:
-        name: prefix of the package.
-        model: model of the robot; its parameters are physically possible, without dry friction.
-    """
+
+def has_optimal_control(package: Package) -> bool:
+    """Whether the package can have the optimal control, which needs smooth torques."""
+    return not package.model.robot.effects and package.has(*_OPTIMAL_CONTROL)
+
+
+def optimal_control(package: Package) -> dict[str, str]:
+    """Return the optimal control with CasADi, without dry friction; {} without kernels."""
+    if not has_optimal_control(package):
+        return {}
+    model = package.model
     X = physical_parameters(model, random.Random(SEED))
     for i, parameter in enumerate(model.base.parameters):
         standard = model.base.standard[parameter.index]
         joint = standard.joint
         smooth = standard.prefix == "FS" and model.robot.joint(joint).coulomb_width > 0
         X[i] = 0.0 if standard.prefix in ("FS", "FSM") and not smooth else round(X[i], 6)
-    lines = textwrap.wrap(", ".join(map(repr, X)) + ",", 95)
+    lines = textwrap.wrap(", ".join(map(repr, X)) + ",", _LINE)
     tilted = model.robot.gravity_input
-    return rendered("casadi/optimal_control.py", name=name, lines=lines, tilted=tilted)
+    text = package.render("casadi/optimal_control.py", lines=lines, tilted=tilted)
+    return {f"example/{package.name}_optimal_control.py": text}

@@ -1,175 +1,350 @@
-"""Kernels: named functions of the model, with a tape and output arrays."""
+"""The kernels: one entry each, from which all their forms are made.
+
+An entry states the name, a description, the inputs and outputs with their shapes, and the
+derivation. C declarations, batches, panels, CasADi functions, the manifest, the methods of an
+evaluator with their stub, and the table of docs/c.md follow from it.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import partial
 
-import sympy as sp
-
-from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.tape import Tape
-
-#: Input that chooses a link. On the tape it is one symbol for each link: 1 if chosen, else 0.
-LINK = "link"
-#: Inputs that are scalars.
-SCALARS = ("mass",)
-#: Inputs that all samples of a batch share.
-SHARED = ("X", "g")
-#: What is wrong with a call whose pivot of the mass matrix is not positive, and what to do.
-NO_MASS = (
-    "the mass matrix is not positive definite; accepted: parameters X of a robot that can exist"
+from symgen.codegen.definition import (
+    GRAVITY,
+    Array,
+    Columns,
+    Definition,
+    Size,
+    Subject,
+    of_base,
+    of_plant,
+    of_robot,
+)
+from symgen.symbolic import (
+    derivatives,
+    dynamics,
+    energy,
+    forward,
+    friction,
+    passive,
+    placement,
+    regressor,
+    regrouping,
 )
 
 
-@dataclass(frozen=True)
-class Output:
-    """One output array of a kernel: name, shape, and the parameter of each column."""
-
-    name: str
-    shape: tuple[int, ...]
-    columns: tuple[str, ...] = ()
-
-    @property
-    def size(self) -> int:
-        """Number of entries."""
-        return math.prod(self.shape)
+def _linear(s: Subject) -> list[tuple[str, int]]:
+    """Return the base parameters with a column."""
+    return [(b.name, b.index) for b in s.base.parameters[: s.base.linear]]
 
 
-@dataclass(frozen=True)
-class Argument:
-    """One argument of a kernel.
-
-    Attributes:
-        name: name in the interface.
-        size: number of entries; for `link`, the number of links.
-        read: whether the kernel reads it.
-        written: whether the kernel writes it.
-    """
-
-    name: str
-    size: int
-    read: bool
-    written: bool
-
-    @property
-    def link(self) -> bool:
-        """Whether it chooses a link (a size_t in C)."""
-        return self.name == LINK
-
-    @property
-    def plain(self) -> bool:
-        """Whether it is a scalar, passed by value."""
-        return self.link or self.name in SCALARS
-
-    @property
-    def shared(self) -> bool:
-        """Whether all samples of a batch share it."""
-        return self.plain or self.name in SHARED
-
-    def declared(self, real: str, *, batch: bool = False) -> str:
-        """Return its C declaration for one sample, with the length of the array.
-
-        Compilers use the length to warn about short arrays.
-        """
-        if self.plain:
-            return f"{'size_t' if self.link else real} {self.name}"
-        kind = real if self.written else f"const {real}"
-        return f"{kind} *{self.name}" if batch else f"{kind} {self.name}[{self.size}]"
+def _inertial(s: Subject) -> list[tuple[str, int]]:
+    return [(b.name, b.index) for b in s.base.parameters if b.inertial]
 
 
-@dataclass(frozen=True)
-class Kernel:
-    """One function of the model.
-
-    Attributes:
-        name: name in the interface, for example energy_regressor.
-        doc: description in one line.
-        tape: the program. Its outputs are the entries of all arrays, then one number for each
-            guard; the result is valid only if these are positive.
-        outputs: the arrays that it writes.
-        guards: for each guard, what is wrong where it is the first that is not positive.
-        batch: whether there is a version for N samples.
-    """
-
-    name: str
-    doc: str
-    tape: Tape
-    outputs: tuple[Output, ...]
-    guards: tuple[str, ...] = ()
-    batch: bool = True
-
-    @property
-    def size(self) -> int:
-        """Number of entries of all outputs."""
-        return sum(output.size for output in self.outputs)
-
-    @cached_property
-    def arguments(self) -> tuple[Argument, ...]:
-        """Its arguments in C: inputs, then outputs. An argument changed in place is both."""
-        written = {o.name: o.size for o in self.outputs}
-        read = {name: len(symbols) for name, symbols in self.tape.inputs}
-        sizes = read | {name: size for name, size in written.items() if name not in read}
-        return tuple(Argument(n, size, n in read, n in written) for n, size in sizes.items())
-
-    @property
-    def inputs(self) -> tuple[Argument, ...]:
-        """The arguments that it reads."""
-        return tuple(a for a in self.arguments if a.read)
-
-    @property
-    def links(self) -> int:
-        """Number of links for its input `link`; 0 if it has none."""
-        return next((a.size for a in self.arguments if a.link), 0)
-
-    @property
-    def fallible(self) -> bool:
-        """Whether a call can fail; the C function then returns a status."""
-        return bool(self.guards or self.links)
-
-    def listed(self, real: str, *, batch: bool = False) -> str:
-        """Return the C declarations of its arguments."""
-        return ", ".join(a.declared(real, batch=batch) for a in self.arguments)
-
-    def prototypes(self, prefix: str, real: str) -> tuple[str, ...]:
-        """Return its C prototypes, for one sample and, if available, for N samples.
-
-        Args:
-            prefix: prefix of the function name.
-            real: the floating type.
-        """
-        returns = "int" if self.fallible else "void"
-        batch = f"{returns} {prefix}_{self.name}_batch(size_t N, {self.listed(real, batch=True)});"
-        single = f"{returns} {prefix}_{self.name}({self.listed(real)});"
-        return (single, batch) if self.batch else (single,)
-
-    @cached_property
-    def filled(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the entries of all outputs that are not always zero."""
-        split = self.split(self.tape.outputs)
-        return tuple(tuple(k for k, x in enumerate(part) if x != 0) for _, part in split)
-
-    def split(self, entries: Sequence[Any]) -> Iterator[tuple[Output, Sequence[Any]]]:
-        """Yield each output with its part of a flat sequence of entries."""
-        begin = 0
-        for output in self.outputs:
-            yield output, entries[begin : begin + output.size]
-            begin += output.size
+def _rubbing(s: Subject) -> list[tuple[str, int]]:
+    """Return the base parameters of friction and effects, which stand behind the inertial ones."""
+    first = sum(p.inertial for p in s.base.standard)
+    return [(name, place - first) for name, place in _linear(s) if place >= first]
 
 
+def _rubs(s: Subject) -> bool:
+    """Whether a robot has friction or effects with columns."""
+    return bool(_rubbing(s))
+
+
+def _standard(s: Subject, *, inertial: bool) -> list[tuple[str, int]]:
+    """Return the standard parameters with a column, or the inertial ones."""
+    kept = [p.name for p in s.base.standard if (p.inertial if inertial else not p.load)]
+    return [(name, place) for place, name in enumerate(kept)]
+
+
+_N = Size("n", lambda s: s.robot.n)
+_LINKS = Size("links", lambda s: len(s.robot.joints))
+_P = Size("p", lambda s: len(s.base.parameters))
+_P_INERTIAL = Size("p_inertial", lambda s: s.base.inertial)
+_S = Size("s", lambda s: len(s.base.standard))
+_LINEAR = Columns("p", _linear)
+_INERTIAL = Columns("p_inertial", _inertial)
+_RUBBING = Columns("p - p_inertial", _rubbing)
+_ALL_STANDARD = Columns("s", partial(_standard, inertial=False))
+_STANDARD_INERTIAL = Columns("s_inertial", partial(_standard, inertial=True))
+
+_Q = Array("q", (_N,))
+_QD = Array("qd", (_N,))
+_QDD = Array("qdd", (_N,))
+_TAU = Array("tau", (_N,))
+_QDR = Array("qdr", (_N,))
+_QDDR = Array("qddr", (_N,))
+_B = Array("b", (_N,))
+_X = Array("X", (_P,))
+_X_INERTIAL = Array("X", (_P_INERTIAL,))
+_STANDARD = Array("standard", (_S,))
+_LINK = Array("link", ())
+_POINT = Array("point", (3,))
+_MASS = Array("mass", ())
+_COM = Array("com", (3,))
+_INERTIA = Array("inertia", (6,))
+#: Gravity, of kernels that depend on it.
+_G = Array(GRAVITY, (3,))
+
+
+DEFINITIONS = (
+    Definition(
+        "regressors",
+        "energy_regressor",
+        "columns DE + DU of kinetic plus potential energy: E + U = out . X",
+        (_Q, _QD, _G),
+        (Array("out", (_INERTIAL,)),),
+        of_robot(energy.energy_tape),
+    ),
+    Definition(
+        "regressors",
+        "friction_power",
+        "columns of the power that friction takes: P = out . X[p_inertial..{linear})",
+        (_Q, _QD),
+        (Array("out", (_RUBBING,)),),
+        of_robot(friction.power_tape),
+        exists=_rubs,
+    ),
+    Definition(
+        "regressors",
+        "friction_torque",
+        "columns of friction torque: out X[p_inertial..{linear})",
+        (_Q, _QD),
+        (Array("out", (_N, _RUBBING)),),
+        of_robot(friction.torque_tape),
+        exists=_rubs,
+    ),
+    Definition(
+        "regressors",
+        "power_regressor",
+        "columns of power: qd' tau = out . X, the rate of energy plus friction",
+        (_Q, _QD, _QDD, _G),
+        (Array("out", (_LINEAR,)),),
+        of_robot(regressor.power_tape),
+    ),
+    Definition(
+        "regressors",
+        "momentum_regressor",
+        "columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq",
+        (_Q, _QD, _G),
+        (Array("p_out", (_N, _INERTIAL)), Array("dl_out", (_N, _INERTIAL))),
+        of_robot(regressor.momentum_tape),
+    ),
+    Definition(
+        "regressors",
+        "torque_regressor",
+        "columns of torque: tau = out X, friction included",
+        (_Q, _QD, _QDD, _G),
+        (Array("out", (_N, _LINEAR)),),
+        of_robot(regressor.torque_tape),
+    ),
+    Definition(
+        "dynamics",
+        "inverse_dynamics",
+        "torque of a motion: tau = M qdd + C qd + g + friction",
+        (_Q, _QD, _QDD, _X, _G),
+        (_TAU,),
+        of_plant(dynamics.inverse_dynamics),
+    ),
+    Definition(
+        "dynamics",
+        "mass_matrix",
+        "mass matrix M(q)",
+        (_Q, _X_INERTIAL),
+        (Array("M", (_N, _N)),),
+        of_plant(dynamics.mass_matrix, inertial=True),
+    ),
+    Definition(
+        "dynamics",
+        "gravity_torque",
+        "torque that holds the arm at rest, without friction",
+        (_Q, _X_INERTIAL, _G),
+        (_TAU,),
+        of_plant(dynamics.gravity_torque, inertial=True),
+    ),
+    Definition(
+        "dynamics",
+        "coriolis",
+        "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric",
+        (_Q, _QD, _X_INERTIAL),
+        (Array("C", (_N, _N)),),
+        of_plant(dynamics.coriolis, inertial=True),
+    ),
+    Definition(
+        "dynamics",
+        "bias_torque",
+        "h = C qd + g + friction",
+        (_Q, _QD, _X, _G),
+        (Array("h", (_N,)),),
+        of_plant(partial(dynamics.inverse_dynamics, accelerating=False)),
+    ),
+    Definition(
+        "dynamics",
+        "forward_dynamics",
+        "accelerations under torques tau; not 0 where M is not positive definite",
+        (_Q, _QD, _TAU, _X, _G),
+        (_QDD,),
+        of_plant(forward.forward_dynamics),
+    ),
+    Definition(
+        "dynamics",
+        "energy",
+        "kinetic energy T and potential energy U, U up to a constant",
+        (_Q, _QD, _X_INERTIAL, _G),
+        (Array("T_out", (1,)), Array("U_out", (1,))),
+        of_plant(dynamics.energies, inertial=True),
+    ),
+    Definition(
+        "kinematics",
+        "frames",
+        "homogeneous transforms 0T_j of all links, fixed ones included",
+        (_Q,),
+        (Array("T_out", (_LINKS, 4, 4)),),
+        of_robot(placement.frames_tape),
+    ),
+    Definition(
+        "kinematics",
+        "jacobian",
+        "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning",
+        (_Q,),
+        (Array("J_out", (6, _N)),),
+        of_robot(placement.jacobian_tape),
+    ),
+    Definition(
+        "control",
+        "slotine_li_regressor",
+        "columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols",
+        (_Q, _QD, _QDR, _QDDR, _G),
+        (Array("out", (_N, _LINEAR)),),
+        of_robot(regressor.slotine_li_tape),
+    ),
+    Definition(
+        "control",
+        "slotine_li_torque",
+        "M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols",
+        (_Q, _QD, _QDR, _QDDR, _X, _G),
+        (_TAU,),
+        of_plant(passive.slotine_li_torque),
+    ),
+    Definition(
+        "control",
+        "generalized_momentum",
+        "p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate",
+        (_Q, _QD, _X_INERTIAL, _G),
+        (Array("p_out", (_N,)), Array("rate_out", (_N,))),
+        of_plant(passive.generalized_momentum, inertial=True),
+    ),
+    Definition(
+        "dynamics",
+        "friction",
+        "torque of the friction that joints and couplings declare; effects are not in it",
+        (_QD, _X),
+        (_TAU,),
+        of_plant(dynamics.joint_friction),
+    ),
+    Definition(
+        "dynamics",
+        "effects",
+        "torque of the declared effects; with friction and the rigid body it is inverse_dynamics",
+        (_Q, _QD, _QDD, _X, _G),
+        (_TAU,),
+        of_plant(dynamics.effect_torques),
+        exists=lambda s: bool(s.robot.effects),
+    ),
+    Definition(
+        "derivatives",
+        "inverse_dynamics_derivatives",
+        "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
+        (_Q, _QD, _QDD, _X, _G),
+        (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N))),
+        of_plant(derivatives.inverse_dynamics_derivatives),
+    ),
+    Definition(
+        "derivatives",
+        "forward_dynamics_derivatives",
+        "dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0",
+        (_Q, _QD, _TAU, _X, _G),
+        (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N)), Array("dtau_out", (_N, _N))),
+        of_plant(derivatives.forward_dynamics_derivatives),
+    ),
+    Definition(
+        "mass matrix",
+        "solve_mass_matrix",
+        "x of M(q) x = b",
+        (_Q, _B, _X_INERTIAL),
+        (Array("x", (_N,)),),
+        of_plant(forward.solve_mass_matrix, inertial=True),
+    ),
+    Definition(
+        "mass matrix",
+        "mass_matrix_factor",
+        "M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with "
+        "L from its last row",
+        (_Q, _X_INERTIAL),
+        (Array("L_out", (_N, _N)), Array("D_out", (_N,))),
+        of_plant(forward.mass_matrix_factor, inertial=True),
+    ),
+    Definition(
+        "kinematics",
+        "link_jacobian",
+        "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
+        (_Q, _LINK, _POINT),
+        (Array("J", (6, _N)),),
+        of_robot(placement.link_jacobian_tape),
+    ),
+    Definition(
+        "kinematics",
+        "link_drift",
+        "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
+        (_Q, _QD, _LINK, _POINT),
+        (Array("a", (6,)),),
+        of_robot(placement.link_drift_tape),
+    ),
+    Definition(
+        "at run time",
+        "base_parameters",
+        "X from the standard parameters, in this order: {standard}",
+        (_STANDARD,),
+        (_X,),
+        of_base(regrouping.base_parameters_tape),
+        batch=False,
+    ),
+    Definition(
+        "at run time",
+        "add_body",
+        "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
+        "inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off",
+        (_X, _LINK, _MASS, _COM, _INERTIA),
+        (_X,),
+        of_base(regrouping.add_body_tape),
+        batch=False,
+    ),
+    Definition(
+        "with `--standard`",
+        "standard_energy_regressor",
+        "columns DE and DU of kinetic and of potential energy in every standard parameter",
+        (_Q, _QD, _G),
+        (
+            Array("kinetic_out", (_STANDARD_INERTIAL,)),
+            Array("potential_out", (_STANDARD_INERTIAL,)),
+        ),
+        of_robot(energy.separate_tape),
+        standard=True,
+    ),
+    Definition(
+        "with `--standard`",
+        "standard_torque_regressor",
+        "columns of torque in every standard parameter, friction included",
+        (_Q, _QD, _QDD, _G),
+        (Array("out", (_N, _ALL_STANDARD)),),
+        of_robot(regressor.torque_tape),
+        standard=True,
+    ),
+)
+KERNELS = {d.name: d for d in DEFINITIONS}
+#: Kernels that are not about standard parameters.
+ALL = tuple(d.name for d in DEFINITIONS if not d.standard)
 #: Kernels that identification with the energy model needs.
 ENERGY = ("energy_regressor", "friction_power")
-
-
-def regrouped(
-    base: BaseParameters, standard: Sequence[float], numbers: dict[sp.Symbol, sp.Expr]
-) -> list[float]:
-    """Return base parameters from standard ones: X_b = X_head + sum of c X_d."""
-    value = dict(zip((p.name for p in base.standard), standard, strict=True))
-    return [
-        value[p.head] + sum(float(c.subs(numbers).evalf(30)) * value[name] for c, name in p.terms)
-        for p in base.parameters
-    ]

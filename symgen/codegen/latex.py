@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.simplify.fu import fu
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.files import rendered
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters

@@ -13,9 +13,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from symgen.codegen.definition import Subject
 from symgen.codegen.derivations import Derivations
-from symgen.codegen.kernels import ENERGY, Kernel
-from symgen.codegen.recipes import ALL, RECIPES, Subject
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.kernels import ALL, ENERGY, KERNELS
 from symgen.errors import ParameterError
 from symgen.robot.effect import require_constants
 from symgen.robot.toml_io import read_robot
@@ -117,17 +118,20 @@ def derive(
         robot = read_robot(robot)
     chosen = ALL if kernels == "all" else tuple(kernels)
     for name in chosen:
-        if name not in RECIPES:
-            known = ", ".join(RECIPES)
+        if name not in KERNELS:
+            known = ", ".join(KERNELS)
             raise ParameterError(f"kernel {name!r}; accepted: all, or some of {known}")
     require_constants(robot.sought)
     before = Derivations.of(robot)
     base, at_values = before.have("base", partial(_proved, robot))
-    source = Subject(robot.with_values() if at_values else robot, base)
-    derived = []
-    for name in (name for name in RECIPES if name in chosen):
-        kernel = before.have(name, partial(source.kernel, name))
-        derived += [] if kernel is None else [kernel]
+    subject = Subject(robot.with_values() if at_values else robot, base)
+    derived: list[Kernel] = []
+    for name, definition in KERNELS.items():
+        if name not in chosen:
+            continue
+        kernel = before.have(name, partial(definition.derive, subject))
+        if kernel is not None:
+            derived.append(kernel)
         meter(len(derived) / len(chosen))
     return Model(robot, base, tuple(derived))
 

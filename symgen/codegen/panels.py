@@ -12,8 +12,8 @@ from typing import Any
 
 import sympy as sp
 
-from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.c_printer import Printer
+from symgen.codegen.kernel import Kernel
 from symgen.symbolic.tape import Steps, Values
 
 #: Largest number of output entries of a sample, and of its steps: larger panels need much stack,
@@ -45,11 +45,8 @@ def panel(
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
     read, written = kernel.inputs, kernel.outputs
-    filled = [o for o, places in zip(written, kernel.filled, strict=True) if places]
-    body = (
-        *(f"(void){o.name};" for o in written if o not in filled),
-        *printer.function().body,
-    )
+    empty = [o for o, places in zip(written, kernel.filled, strict=True) if not places]
+    body = [*(f"(void){o.name};" for o in empty), *printer.function().body]
     outputs = [f"lanes_{o.name}" for o in written]
     lanes = [f"lanes_{a.name}" for a in read]
     rows = [f"&{a.name}[k * stride_{a.name}]" for a in read]
@@ -65,7 +62,8 @@ def panel(
         "call": ", ".join([*lanes, *(f"(apart *){o}" for o in outputs)]),
         "single": ", ".join([*rows, *(f"&{o.name}[k * {o.size}u]" for o in written)]),
         "body": body,
-        "status": printer.status,
+        "guards": [printer.spread(g) for g in kernel.tape.outputs[kernel.size :]],
+        "results": [printer.spread(r) for r in kernel.tape.outputs[: kernel.size]],
     }
 
 
@@ -80,7 +78,6 @@ class _PanelPrinter(Printer):
     ) -> None:
         super().__init__(kernel, geometry, values, dtype, prefix)
         self.value, self.own = "lanes", "lanes"
-        self.status = "0"
         self.sampled = {s for _, symbols in self.tape.inputs for s in symbols}
         for symbol, expr in self.tape.steps:
             if expr.free_symbols & self.sampled:
@@ -107,23 +104,8 @@ class _PanelPrinter(Printer):
         return iter(())
 
     def verdict(self) -> list[str]:
-        """Return the status of all samples, as bits numbered by NAME.h."""
-        if not self.kernel.guards:
-            return []
-        results = self.tape.outputs[: self.kernel.size]
-        guards = [self.spread(g) for g in self.tape.outputs[self.kernel.size :]]
-        zero = literal(sp.S.Zero, self.dtype)
-        singular = " | ".join(f"(mask)({g} <= {zero})" for g in guards)
-        odd = [f"~(mask)({g} > {zero}) & ~(mask)({g} <= {zero})" for g in guards]
-        odd += [f"~(mask)({r} - {r} == {zero})" for r in map(self.spread, results)]
-        of = self.prefix
-        self.status = "status"
-        return [
-            f"const mask singular = {singular};",
-            f"const mask odd = {' | '.join(f'({x})' for x in odd)};",
-            f"const int status = (lanes_any(singular) ? (int){of}_NOT_POSITIVE_DEFINITE : 0)",
-            f"    | (lanes_any(odd & ~singular) ? (int){of}_NOT_FINITE : 0);",
-        ]
+        """Return nothing: the template makes the status of all samples."""
+        return []
 
     def angles(self, own: str) -> tuple[Steps, list[str]]:
         self.turns: list[tuple[str, str]] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,8 @@ from dataclasses import dataclass
 from symgen.errors import PackageError
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
+from symgen.robot.toml_text import robot_toml
+from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 
 
@@ -42,6 +45,20 @@ class Values:
                 f"values of {len(self.X)} base and {len(self.standard)} standard parameters; "
                 f"accepted: {p} finite numbers, and none or {s}"
             )
+
+
+def model_digest(robot_file: str) -> str:
+    """Return the digest of a model for C: 64 bits of a SHA-256.
+
+    Args:
+        robot_file: the SHA-256 of the canonical robot.toml, in hexadecimal digits.
+    """
+    return f"0x{robot_file[:16]}ULL"
+
+
+def robot_digest(robot: Robot) -> str:
+    """Return the digest of a robot for C, from its robot.toml."""
+    return model_digest(hashlib.sha256(robot_toml(robot).encode()).hexdigest())
 
 
 def values_header(

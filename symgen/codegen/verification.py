@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from symgen import names
-from symgen.codegen.kernels import LINK, Kernel, regrouped
-from symgen.codegen.model import Model
+from symgen.codegen.kernel import LINK, Kernel
+from symgen.codegen.model import Model, regrouping
 from symgen.codegen.panels import LARGEST
 from symgen.robot.types import Robot
 from symgen.symbolic.spatial import UPPER
@@ -24,12 +24,13 @@ TOLERANCE = {"double": 1e-13, "float": 2e-5}
 
 
 def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
-    """Return the points (input -> values) and the expected outputs of each kernel."""
+    """Return the points (input -> values) and the expected outputs, by kernel."""
     import mpmath
 
     draw = random.Random(SEED)
     X = [round(x, 6) for x in physical_parameters(model, draw)]
-    out: dict[str, Any] = {}
+    at: dict[str, Any] = {}
+    written: dict[str, Any] = {}
     for kernel in kernels:
         points = [
             {
@@ -43,11 +44,9 @@ def verification(model: Model, kernels: Sequence[Kernel]) -> dict[str, Any]:
             for point in range(_points(kernel))
         ]
         expected = [evaluate(kernel, model, point, DIGITS) for point in points]
-        out[kernel.name] = {
-            "points": points,
-            "expected": [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in expected],
-        }
-    return out
+        at[kernel.name] = points
+        written[kernel.name] = [[str(mpmath.nstr(v, _WRITTEN)) for v in row] for row in expected]
+    return {"points": at, "expected": written}
 
 
 def _points(kernel: Kernel) -> int:
@@ -56,20 +55,21 @@ def _points(kernel: Kernel) -> int:
 
 
 def checked_kernel(
-    prefix: str, kernel: Kernel, entry: Mapping[str, Any], dtype: str
+    prefix: str, kernel: Kernel, verified: Mapping[str, Any], dtype: str
 ) -> dict[str, Any]:
     """Return the data of a kernel for the template of NAME_check.c.
 
     Args:
         prefix: prefix of the package.
         kernel: kernel of the package.
-        entry: its points and expected values, from `verification`.
+        verified: points and expected values, from `verification`.
         dtype: double or float.
     """
     inputs, words = [], []
+    places = verified["points"][kernel.name]
     for a in kernel.arguments:
         given = f"{a.name}_in" if a.written else a.name  # a copy, if it is changed in place
-        points = [point[a.name] for point in entry["points"]] if a.read else []
+        points = [point[a.name] for point in places] if a.read else []
         if not a.written and all(values == points[0] for values in points):
             points = points[:1]  # the same in all
         first = f"{given}[{'0' if len(points) == 1 else 'i'}]"
@@ -82,14 +82,15 @@ def checked_kernel(
                     "real": "size_t" if a.link else f"{prefix}_real",
                     "points": len(points),
                     "size": len(points[0]),
-                    "rows": [", ".join(f"{v!r}{suffix}" for v in values) for values in points],
+                    "rows": points,
+                    "suffix": suffix,
                 }
             )
     sizes = [o.size for o in kernel.outputs]
     call = f"{prefix}_{kernel.name}({', '.join(words)})"
     return {
         "name": kernel.name,
-        "points": len(entry["points"]),
+        "points": len(places),
         "size": kernel.size,
         "arguments": inputs,
         "changed": sorted(a.name for a in kernel.inputs if a.written),
@@ -98,7 +99,7 @@ def checked_kernel(
             for i, o in enumerate(kernel.outputs)
         ],
         "call": f"worst += {call}" if kernel.fallible else call,
-        "expected": [_listed([float(v) for v in row]) for row in entry["expected"]],
+        "expected": [_listed([float(v) for v in row]) for row in verified["expected"][kernel.name]],
     }
 
 
@@ -130,7 +131,8 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
     values = [
         standard[p.name] * (1 + error if p.joint % 2 else 1 - error) for p in model.base.standard
     ]
-    return regrouped(model.base, values, model.robot.values())
+    X: list[float] = (regrouping(model) @ values).tolist()
+    return X
 
 
 def _solid(draw: random.Random) -> dict[str, float]:

@@ -21,7 +21,7 @@ from symgen.data.mask import rms
 from symgen.data.raw import FloatArray, Log, read_only, refuse
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive, Servo
+    from symgen.robot.tables import Drive, Servo
 
 
 def joint_side(log: Log, drive: Drive) -> Log:

@@ -43,7 +43,7 @@ from symgen.names import PRISMATIC
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from symgen.robot.types import Drive
+    from symgen.robot.tables import Drive
 
 #: Fewer samples determine neither a derivative nor a noise level.
 MIN_SAMPLES = 10
@@ -126,7 +126,7 @@ def read_log(
                     raw = whole(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
-        return checked(plain(path.name), raw, n, sigma, drive, names, reading)
+        return checked_log(plain(path.name), raw, n, sigma, drive, names, reading)
 
 
 def make_log(
@@ -171,7 +171,7 @@ def make_log(
             held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
         except ValueError as error:
             refuse(str(error), KEYS)
-        return checked(name, Raw(held), n, sigma, drive)
+        return checked_log(name, Raw(held), n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -212,7 +212,7 @@ def rows(log: Rows, chosen: slice | Bools) -> Rows:
     return replace(log, **arrays)
 
 
-def checked(
+def checked_log(
     name: str,
     raw: Raw,
     n: int | None,

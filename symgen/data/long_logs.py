@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symgen.data.bags import is_bag
-from symgen.data.log import Log, checked
+from symgen.data.log import Log, checked_log
 from symgen.data.raw import Reading, Wanted, columns_from, readable, refuse
 from symgen.data.stretch import holes
 from symgen.data.tables import SUFFIXES, Table, open_table, reads_rows, rows_of
@@ -177,7 +177,7 @@ def read_rows(
     with located(stretch.file), _opened(stretch.file, robot, reading, stretch.units) as table:
         (raw,) = table.spans([rows])
         with located(f"rows {rows[0]} to {rows[1]}"):
-            return checked(
+            return checked_log(
                 name, raw, None, robot.sigma, robot.drive, robot.joint_names, reading, True
             )
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symgen.errors import LogError, SymgenError, plain
 
 if TYPE_CHECKING:
-    from symgen.robot.types import Drive
+    from symgen.robot.tables import Drive
 
 FloatArray = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]

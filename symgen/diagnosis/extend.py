@@ -10,17 +10,11 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ParameterError
-from symgen.robot.effect import (
-    Definition,
-    Effect,
-    Search,
-    definitions,
-    of_file,
-    of_library,
-    variables,
-)
+from symgen.robot.declared_effects import of_file, of_library, torque_variables
+from symgen.robot.effect import Definition, Effect, SearchRange, definitions
 from symgen.robot.expressions import exact
-from symgen.robot.types import Coupling, Joint, Robot
+from symgen.robot.tables import Coupling
+from symgen.robot.types import Joint, Robot
 
 #: Effects with a key of their own in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
@@ -60,7 +54,7 @@ def extended(
         return _replaced(robot, replace(robot.joint(numbers[0]), rotor_inertia=True))
     if definition.native == "coupling":
         ratio = _rounded(constants["ratio"])
-        coupling = Coupling(numbers[0], numbers[1], sp.nsimplify(ratio))
+        coupling = Coupling((numbers[0], numbers[1]), sp.nsimplify(ratio))
         return replace(robot, couplings=(*robot.couplings, coupling))
     if definition.native == "payload":
         return replace(robot, payload=numbers[0])
@@ -114,7 +108,7 @@ def with_effect(robot: Robot, text: str) -> Robot:
     return found
 
 
-def _middle(robot: Robot, position: int, search: Search) -> float:
+def _middle(robot: Robot, position: int, search: SearchRange) -> float:
     """Return the middle of a range, in the units of a joint."""
     value = (search.low * search.high) ** 0.5 if search.by_ratio else (search.low + search.high) / 2
     limits = robot.limits
@@ -159,7 +153,7 @@ def _own(
         definition.torque,
         definition.linear,
         constants,
-        variables(number, [j.number for j in robot.movable]),
+        torque_variables(number, [j.number for j in robot.movable]),
         dict(robot.geometry),
     )
 

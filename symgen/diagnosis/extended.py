@@ -26,7 +26,7 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, Stage, model_of
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import Changed, Found
-from symgen.hypotheses.rows import Rows, rows_of, with_rests
+from symgen.hypotheses.rows import Rows, make_rows, with_rests
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
@@ -98,7 +98,7 @@ def extend_model(found: Found) -> Extended:
     evaluator, rows = problem.evaluator, problem.base
     if not problem.given and robot is not problem.robot:
         evaluator = model_of(robot)
-        rows = rows_of(evaluator, rows.logs)
+        rows = make_rows(evaluator, rows.logs)
     # With given parameters, the columns of all effects stand beside the model.
     beside = tuple(s for s in effects if problem.given or s not in declared)
     rows = rows.with_columns(seen(s.candidate) for s in beside)
@@ -227,7 +227,7 @@ def _plain(robot: Robot, w: Weighed) -> FoundEffect:
     item = w.item
     return FoundEffect(
         name=item.definition.name,
-        joints=numbers(robot, item.joints),
+        joints=joint_numbers(robot, item.joints),
         parameters=(),
         expression=item.definition.formula,
         p_value=math.exp(-max(item.odds, 0.0)),
@@ -250,7 +250,7 @@ def _found(
     """Return an effect with columns, as `score` has it, with its parameters."""
     d = score.definition
     suffix, _ = _place(robot, score.candidate)
-    alike = tuple(Alike(s.definition.name, numbers(robot, s.joints)) for s in score.alike)
+    alike = tuple(Alike(s.definition.name, joint_numbers(robot, s.joints)) for s in score.alike)
     return replace(
         _plain(robot, replace(w, item=score)),
         parameters=parameters,
@@ -295,7 +295,7 @@ def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
     )
 
 
-def numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
+def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
     """Return the joint numbers, as in the robot file, of some positions."""
     return tuple(robot.movable[j].number for j in positions)
 
@@ -307,7 +307,7 @@ def _named(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
 
 def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
     """Return the joint number that ends the names of an effect, and the type of its first joint."""
-    joints = numbers(robot, candidate.joints)
+    joints = joint_numbers(robot, candidate.joints)
     return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
+from symgen.hypotheses.priors import priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
@@ -115,9 +116,9 @@ def advice_of(
     known = definitions()
     out = []
     for e in effects:
-        row = known.get(e.name)
-        if e.adopted and row is not None and row.advice:
-            out.append(f"{placed(e, robot)}: {row.says}; {row.advice}")
+        advice = priors()[e.name].advice if e.name in known else ""
+        if e.adopted and advice:
+            out.append(f"{placed(e, robot)}: {known[e.name].says}; {advice}")
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
     if verdict in ("unexplained", "partly-explained"):
         out.append(

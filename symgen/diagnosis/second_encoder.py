@@ -8,7 +8,7 @@ from dataclasses import replace
 from symgen import names
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.hypotheses.stiffness import NAME, Stiffness
-from symgen.robot.effect import unit
+from symgen.robot.effect import effect_unit
 from symgen.robot.types import Robot
 
 _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
@@ -32,7 +32,7 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
             name=NAME,
             joints=(number,),
             parameters=(
-                FoundParameter(f"K{number}", *s.stiffness, unit("torque/position", sigma)),
+                FoundParameter(f"K{number}", *s.stiffness, effect_unit("torque/position", sigma)),
                 FoundParameter(f"D{number}", *s.damping, names.unit("FV", sigma)),
                 *rotor,
             ),

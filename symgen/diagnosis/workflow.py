@@ -26,7 +26,7 @@ from symgen.diagnosis.extended import (
     Extended,
     extend_model,
     found_effects,
-    numbers,
+    joint_numbers,
     robot_parameters,
 )
 from symgen.diagnosis.gap import Gaps, error_in_motion, measure_gap, places
@@ -49,10 +49,11 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Reason
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
-from symgen.faults.mended import MendedChannel, largest, mended_channels
+from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, held_squares, restricted
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.hypotheses.problem import Problem, make_problem, model_of
 from symgen.hypotheses.registry import Found, make_registry
 from symgen.hypotheses.search import search
@@ -308,7 +309,7 @@ def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: fl
     d = definitions()[name]
     return FoundEffect(
         name=name,
-        joints=numbers(robot, joints),
+        joints=joint_numbers(robot, joints),
         parameters=tuple(values.values()),
         expression=d.formula,
         p_value=0.0,
@@ -349,11 +350,11 @@ def _verdict(c: _Concluded, least: float) -> str:
 
 def _closed(c: _Concluded, side: str) -> float:
     """Return the share of the gap that the adopted effects of one side close."""
-    rows = definitions()
+    known = priors()
     shares = [
         e.gap_reduction
         for e in c.effects
-        if e.adopted and (rows[e.name].side if e.name in rows else "physics") == side
+        if e.adopted and (known[e.name].side if e.name in known else PHYSICS) == side
     ]
     return float(np.sum(shares))
 
@@ -367,7 +368,9 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
     doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
     refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
     refused += [(s, s.fault) for s in found.rejected[:_LISTED]]
-    rejected = (Rejected(s.definition.name, numbers(robot, s.joints), why) for s, why in refused)
+    rejected = (
+        Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
+    )
     train = found.problem.base
     cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
@@ -390,7 +393,7 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         declared=robot,
         values=tuple(map(float, found.declared.estimate)),
         repairs=opened.repairs,
-        mended=largest(opened.changed),
+        mended=largest_repairs(opened.changed),
         moving=c.gaps.moving,
         band=band,
     )

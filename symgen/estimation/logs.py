@@ -19,7 +19,8 @@ from symgen.data.signals import Samples
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
 from symgen.names import PRISMATIC
-from symgen.robot.types import Limits, Robot
+from symgen.robot.tables import Limits
+from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
 _ABOVE = 1.05  # torque over its limit from which it is said

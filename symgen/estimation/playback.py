@@ -19,12 +19,13 @@ import numpy as np
 from symgen.codegen.model import Model
 from symgen.data.mask import STILL, spans
 from symgen.data.signals import can_filter, interpolated, lowpass
-from symgen.errors import ParameterError
+from symgen.errors import ParameterError, RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
 from symgen.files import load_toml
-from symgen.robot.schema import ControllerTable
-from symgen.robot.types import Robot, Servo
+from symgen.robot.schema import TableReader
+from symgen.robot.tables import Servo
+from symgen.robot.types import Robot
 from symgen.runtime.simulate import Law, require_friction, simulate
 
 #: After which a position is compared, s.
@@ -118,12 +119,13 @@ def with_controller(robot: Robot, path: str | Path | None) -> Robot:
     accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
     try:
         table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
-        found = ControllerTable.model_validate(table)
     except (OSError, ValueError, KeyError) as error:
         raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
-    if {len(found.kp), len(found.kd)} != {robot.n}:
-        raise ParameterError(f"{path}: the gains are not those of {robot.name}; {accepted}")
-    return replace(robot, controller=Servo(tuple(found.kp), tuple(found.kd), found.scale))
+    try:
+        servo = TableReader(str(path), robot.n).table(Servo, table, "controller")
+    except RobotError as error:
+        raise ParameterError(f"{path}: {error}; {accepted}") from error
+    return replace(robot, controller=servo)
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:

@@ -18,7 +18,8 @@ import numpy as np
 from symgen.data.raw import FloatArray, Places
 from symgen.errors import ParameterError
 from symgen.experiment.trajectory import Basis, Trajectory, fine
-from symgen.robot.types import Limits, Robot
+from symgen.robot.tables import Limits
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
 #: Step in s at which limits are checked.

@@ -42,8 +42,9 @@ from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
 from symgen.parallel import Meter, Say, silent
+from symgen.robot.tables import Limits
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Limits, Robot, require_gravity
+from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 
 #: Condition number above which runs determine nothing: refused.

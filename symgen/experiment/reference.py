@@ -18,7 +18,8 @@ from symgen.data.signals import differentiate, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import LogError
 from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
-from symgen.robot.types import Limits, Robot
+from symgen.robot.tables import Limits
+from symgen.robot.types import Robot
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly

@@ -28,8 +28,9 @@ from symgen.experiment.recording import (
 from symgen.experiment.reference import Reference, as_csv, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
 from symgen.parallel import Meter, Say, silent
+from symgen.robot.tables import Drive
 from symgen.robot.toml_io import read_robot
-from symgen.robot.types import Drive, Robot, require_gravity
+from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.runtime.simulate import WIDTH, Law, Motion, without_dry
 from symgen.runtime.simulate import simulate as simulate_motion

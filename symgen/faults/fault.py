@@ -54,7 +54,7 @@ def delay_of(fault: Fault) -> float:
     return sum(value for name, value, _ in fault.values if name == "DT")
 
 
-def merged(faults: Iterable[Fault]) -> list[Fault]:
+def merge_faults(faults: Iterable[Fault]) -> list[Fault]:
     """Return one fault for each log, channel and kind, from the faults of several segments.
 
     Numbers differ slightly between segments; those of the first one are kept.

@@ -12,7 +12,7 @@ from symgen.data.mask import rms
 from symgen.data.signals import Samples
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
-from symgen.robot.effect import unit
+from symgen.robot.effect import effect_unit
 
 #: Largest number of plots, and samples that are shown on each side of a change.
 _MOST, _BESIDE = 8, 60
@@ -64,10 +64,11 @@ def mended_channels(
                 drawn = None if fault is None else _around_change(before, after, key, j)
                 if fault is not None and drawn is not None:
                     says = fault.in_words.removeprefix(f"{fault.log}: {fault.channel}: ")
-                    yield MendedChannel(before.name, channel, says, unit(kind, sigma[j]), *drawn)
+                    unit = effect_unit(kind, sigma[j])
+                    yield MendedChannel(before.name, channel, says, unit, *drawn)
 
 
-def largest(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
+def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
     """Return the few channels with the largest changes."""
     return tuple(sorted(channels, key=lambda c: -c.size)[:_MOST])
 

@@ -51,7 +51,7 @@ class Channel:
 
 
 @dataclass(frozen=True, eq=False)
-class Finding:
+class Symptom:
     """What is wrong with a channel.
 
     Attributes:
@@ -67,7 +67,7 @@ class Finding:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-Found = Sequence[tuple[Channel, Finding]]
+Found = Sequence[tuple[Channel, Symptom]]
 
 
 def _keep(log: Any, *_: object) -> Any:
@@ -90,7 +90,7 @@ class Rule:
 
     kind: str
     keys: tuple[str, ...]
-    find: Callable[[Channel], Finding | None]
+    find: Callable[[Channel], Symptom | None]
     message: str
     done: str = LEFT
     undo: Callable[[Any, Channel, Any], Any] = _keep

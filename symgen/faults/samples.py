@@ -31,8 +31,8 @@ from symgen.faults.channels import (
 )
 from symgen.faults.clock import roughness, stalled_rows, uniform_clock
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Channel, Finding, Rule, apply, with_values
-from symgen.faults.undo import bridged, masked, sloped
+from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
+from symgen.faults.undo import bridged, mask_samples, sloped
 from symgen.names import PRISMATIC
 from symgen.robot.types import WITHOUT_MOTOR
 
@@ -72,17 +72,17 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
     after = np.clip(np.searchsorted(log.t, samples.t), 1, len(log.t) - 1)
     inside = (samples.t > log.t[after - 1]) & (samples.t < log.t[after])
     long = np.diff(log.t) > (_BRIEF + 1.5) * samples.step
-    return masked(samples, inside & long[after - 1], range(samples.q.shape[1]))
+    return mask_samples(samples, inside & long[after - 1], range(samples.q.shape[1]))
 
 
 # Logs as recorded.
 
 
-def _missing(c: Channel) -> Finding | None:
+def _missing(c: Channel) -> Symptom | None:
     """Find values that were missing for a short time and interpolated while reading."""
     lost = _lost(c, c.log)
     short = int((lost & ~long_runs(lost)).sum())
-    return Finding(short) if short else None
+    return Symptom(short) if short else None
 
 
 def _lost(c: Channel, log: Log) -> Bools:
@@ -92,38 +92,38 @@ def _lost(c: Channel, log: Log) -> Bools:
     return log.missing[:, c.joint, ("q", "qd", "tau").index(c.key)]
 
 
-def _stalled(c: Channel) -> Finding | None:
+def _stalled(c: Channel) -> Symptom | None:
     """Find rows that repeat the row before in all channels while the robot moves."""
     at = stalled_rows(c.log)
     if at.sum() <= _BRIEF:
         return None
     longest = np.diff(spans(at)).max() * np.median(np.diff(c.log.t))
-    return Finding(int(at.sum()), ~at, {"longest": float(longest)})
+    return Symptom(int(at.sum()), ~at, {"longest": float(longest)})
 
 
-def _wrapped(c: Channel) -> Finding | None:
+def _wrapped(c: Channel) -> Symptom | None:
     """Find angles that jump by a turn between samples of a slow motion."""
     whole = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
     if whole is None:
         return None
-    return Finding(int(np.sum(np.abs(np.diff(whole - c.x)) > np.pi)), whole)
+    return Symptom(int(np.sum(np.abs(np.diff(whole - c.x)) > np.pi)), whole)
 
 
-def _unsigned(c: Channel) -> Finding | None:
+def _unsigned(c: Channel) -> Symptom | None:
     """Find torques whose negative counts were stored as unsigned integers."""
     counts = signed(c.x)
     if counts is None:
         return None
     high = np.abs(counts - c.x)
-    return Finding(int(np.sum(high > least_step(c.x) / 2)), counts, {"span": high.max()})
+    return Symptom(int(np.sum(high > least_step(c.x) / 2)), counts, {"span": high.max()})
 
 
-def _outliers(c: Channel) -> Finding | None:
+def _outliers(c: Channel) -> Symptom | None:
     """Find single samples that stand out, but for torques that the motion follows."""
     at = outliers(c.x)
     if len(at) == 0 or (c.key == "tau" and _follows(c.q, (c.x - without(c.x, at)))):
         return None
-    return Finding(len(at), without(c.x, at))
+    return Symptom(len(at), without(c.x, at))
 
 
 def _follows(q: FloatArray, height: FloatArray) -> bool:
@@ -144,16 +144,16 @@ def _follows(q: FloatArray, height: FloatArray) -> bool:
     return abs(float(height @ change)) > _FOLLOWS * size
 
 
-def _held(c: Channel) -> Finding | None:
+def _held(c: Channel) -> Symptom | None:
     """Find channels that hold their value between readings."""
     k = held_for(c.x) if c.moves else 1
     if k == 1:
         return None
     first, _ = runs(c.x)
-    return Finding(len(c.x), np.interp(c.log.t, c.log.t[first], c.x[first]), {"k": k})
+    return Symptom(len(c.x), np.interp(c.log.t, c.log.t[first], c.x[first]), {"k": k})
 
 
-def _jitter(c: Channel) -> Finding | None:
+def _jitter(c: Channel) -> Symptom | None:
     """Find stamps that jitter: the motion is smoother along a uniform clock."""
     t, q = c.x, c.log.q
     step = np.diff(t)
@@ -163,7 +163,7 @@ def _jitter(c: Channel) -> Finding | None:
     clock = uniform_clock(t)
     if np.diff(clock).min() <= 0 or roughness(q, clock) >= _CLOCK * roughness(q, t):
         return None
-    return Finding(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
+    return Symptom(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
 
 
 #: Rules for logs as recorded; they know the types of the joints.
@@ -172,7 +172,7 @@ RECORDED = (
     Rule(
         "stalled", ("all",), _stalled,
         "rows that repeat the row before while the robot moves, up to {longest} s",
-        f"interpolated up to {_BRIEF} in a row, masked beyond",
+        f"interpolated up to {_BRIEF} in a row, mask_samples beyond",
         lambda log, _, at: rows(log, at),
     ),
     Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", with_values),
@@ -199,12 +199,12 @@ RECORDED = (
 # Samples with uniform steps.
 
 
-def _gap(c: Channel) -> Finding | None:
+def _gap(c: Channel) -> Symptom | None:
     """Find values that are missing for too long to be interpolated."""
     return _masked(c, long_runs(_lost(c, c.about)))
 
 
-def _masked(c: Channel, at: Bools, **numbers: float) -> Finding | None:
+def _masked(c: Channel, at: Bools, **numbers: float) -> Symptom | None:
     """Return the finding of a mask (N,) at the times of the log as recorded; None if it is empty.
 
     The numbers are both those of the message and measured.
@@ -212,17 +212,17 @@ def _masked(c: Channel, at: Bools, **numbers: float) -> Finding | None:
     if not at.any():
         return None
     values = {name: (x, 0.0) for name, x in numbers.items()}
-    return Finding(int(at.sum()), on_grid(at, c.about.t, c.log.t), numbers, values)
+    return Symptom(int(at.sum()), on_grid(at, c.about.t, c.log.t), numbers, values)
 
 
-def _saturated(c: Channel) -> Finding | None:
+def _saturated(c: Channel) -> Symptom | None:
     """Find clipped torques."""
     x = np.ascontiguousarray(c.about.tau[:, c.joint])
     at = clipped(x)
     return _masked(c, at, limit=float(np.abs(x[at]).max(initial=0.0)))
 
 
-def _stuck(c: Channel) -> Finding | None:
+def _stuck(c: Channel) -> Symptom | None:
     """Find a channel that keeps a value while the robot moves, for a part of the log."""
     if c.key == "qd" and c.about.qd is None:
         return None
@@ -280,7 +280,7 @@ def _joints(log: Any, c: Channel) -> Sequence[int]:
 
 
 def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
-    return masked(samples, at, _joints(samples, c))
+    return mask_samples(samples, at, _joints(samples, c))
 
 
 #: Rules for samples with uniform steps; they know the log as recorded.
@@ -317,22 +317,22 @@ def unmended_faults(samples: Samples, passive: Sequence[int] = ()) -> Iterator[F
             yield rule.fault(found)
 
 
-def _dead(c: Channel) -> Finding | None:
+def _dead(c: Channel) -> Symptom | None:
     """Find a channel that keeps one value for most of a log while the robot moves."""
     unknown = c.log.velocity_derived if c.key == "q" else c.joint in c.about
     at = np.flatnonzero(_constant(c, c.x, c.log))
     if unknown or len(at) <= _DEAD * len(c.x):
         return None
-    return Finding(len(at), numbers={"since": c.log.t[at[0]], "until": c.log.t[at[-1]]})
+    return Symptom(len(at), numbers={"since": c.log.t[at[0]], "until": c.log.t[at[-1]]})
 
 
-def _steps(c: Channel) -> Finding | None:
+def _steps(c: Channel) -> Symptom | None:
     """Find positions that jump from one sample to the next."""
     at = steps(c.x) if c.moves else np.zeros(0, dtype=np.int64)
     if len(at) == 0:
         return None
     k = int(at[0])
-    return Finding(len(at), numbers={"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
+    return Symptom(len(at), numbers={"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
 
 
 _CONSTANT = (

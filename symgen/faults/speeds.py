@@ -17,7 +17,7 @@ from symgen.data.signals import (
 )
 from symgen.faults.channels import moves
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Channel, Finding, Rule, apply, with_values
+from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
 from symgen.faults.undo import shifted
 from symgen.policy import BEYOND, LEAST
 
@@ -74,7 +74,7 @@ def _noise(high: FloatArray, step: float, band: float) -> FloatArray:
     return white_noise(high, step, band) * math.sqrt(2 * band * step)
 
 
-def _speed(c: Channel) -> Finding | None:
+def _speed(c: Channel) -> Symptom | None:
     """Find a measured speed that disagrees with dq/dt; masked samples are not compared."""
     samples, comparison_hz = c.log, c.about
     step, longest = samples.step, 0.25 / comparison_hz
@@ -111,7 +111,7 @@ def _speed(c: Channel) -> Finding | None:
         "OV": (float(offset), std[2]),
     }
     numbers = {"gain": gain, "late": 1e3 * delay, "offset": offset, "alike": alike}
-    return Finding(len(v), v, numbers, values)
+    return Symptom(len(v), v, numbers, values)
 
 
 def _drowned(samples: Samples, comparison_hz: float) -> Bools:
@@ -126,9 +126,9 @@ def _drowned(samples: Samples, comparison_hz: float) -> Bools:
     return np.asarray(low.any(axis=0) & drowned & ~drowned.all())
 
 
-def _silent(c: Channel) -> Finding | None:
+def _silent(c: Channel) -> Symptom | None:
     """Find a torque that is noise throughout while its joint moves."""
-    return Finding(len(c.x), np.zeros(len(c.x))) if c.about[c.joint] else None
+    return Symptom(len(c.x), np.zeros(len(c.x))) if c.about[c.joint] else None
 
 
 #: It knows the comparison band, Hz.

@@ -38,7 +38,7 @@ def with_column(log: Rows, key: str, j: int, x: FloatArray) -> Rows:
     return replace(log, **changed)
 
 
-def masked(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
+def mask_samples(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
     """Return samples that are masked at some samples (N,) for some joints."""
     joint = np.zeros(samples.q.shape, dtype=bool)
     joint[:, list(joints)] = at[:, None]
@@ -50,7 +50,7 @@ def bridged(samples: Samples, at: Bools, joints: Sequence[int]) -> Samples:
     q, t = samples.q.copy(), samples.t
     for j in joints:
         q[at, j] = interpolated(t[~at], q[~at, j])(t[at])
-    return masked(replace(samples, q=read_only(q)), at, range(q.shape[1]))
+    return mask_samples(replace(samples, q=read_only(q)), at, range(q.shape[1]))
 
 
 def sloped(samples: Samples, at: Bools, j: int) -> Samples:
@@ -107,7 +107,7 @@ def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLo
     samples = with_earlier_torques(log.samples, delay, joints)
     if abs(delay) > ENDS / 2:
         then = log.t + delay
-        samples = masked(samples, (then < log.t[0]) | (then > log.t[-1]), joints)
+        samples = mask_samples(samples, (then < log.t[0]) | (then > log.t[-1]), joints)
     return replace(log, samples=samples)
 
 
@@ -161,4 +161,4 @@ def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
     """Return the log without the equations of some samples and joints."""
     there = np.zeros(len(log.t), dtype=bool)
     there[at] = True
-    return replace(log, samples=masked(log.samples, there, joints))
+    return replace(log, samples=mask_samples(log.samples, there, joints))

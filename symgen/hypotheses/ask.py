@@ -14,6 +14,7 @@ from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
+from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import Changed, Found, Item, make_registry
 from symgen.hypotheses.search import search
@@ -23,7 +24,7 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
 STEPS = 3
-PHYSICS, TIME = "physics", "time"
+TIME = "time"
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ def ask(
         reason = reason_of(w, found)
         row = w.item.definition
         # What changes within a log belongs to no one state of the robot.
-        fault = row.side != PHYSICS or row.pattern == TIME
+        fault = prior_of(row).side != PHYSICS or row.pattern == TIME
         if w.shown and fault:
             shown.append(reason)
         else:
@@ -102,9 +103,10 @@ def reason_of(w: Weighed, found: Found) -> Reason:
     row, joints = item.definition, item.joints
     labels = robot.listed(list(joints)) if joints else "the whole arm"
     where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
-    advice = f"; {row.advice}" if row.advice else ""
+    advice = prior_of(row).advice
+    ending = f"; {advice}" if advice else ""
     numbers = tuple(robot.movable[j].number for j in joints)
-    return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{advice}")
+    return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{ending}")
 
 
 def _channels(item: Item) -> str:

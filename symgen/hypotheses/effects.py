@@ -21,9 +21,10 @@ from symgen.errors import RobotError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
 from symgen.hypotheses.score import Columns, Key
 from symgen.parallel import in_order, own_threads
-from symgen.robot.effect import OWN, Definition, Search, definitions
+from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
 from symgen.symbolic.independence import FUNCTIONS
@@ -32,9 +33,7 @@ from symgen.symbolic.tape import Numbers, Tape
 Logs = Sequence[FilteredLog]
 _TOGETHER = 16  # candidates whose columns pass the filter at once
 _PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
-#: Constant of an effect that begins within a log: the time, s; and how many are tried.
-START = "start"
-_STARTS = 16
+_STARTS = 16  # times that are tried for what begins within a log
 Constants = Mapping[str, float]
 
 
@@ -138,7 +137,7 @@ class Candidate:
 
     def presumes(self, other: Candidate) -> bool:
         """Whether it requires another effect, as a friction that builds on Coulomb friction."""
-        word = self.definition.presumes
+        word = prior_of(self.definition).presumes
         return bool(word) and word == other.definition.native and self.joints == other.joints
 
     def columns(self, log: FilteredLog, torques: Torques) -> Columns:
@@ -274,8 +273,8 @@ def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Can
     numbers = [joint.number for joint in robot.movable]
     for sought in robot.sought:
         position = numbers.index(sought.effect.joints[0])
-        plain = _on_joint(robot, sought.definition(values), position)
-        for constants in grid(robot, sought.searches(values), logs, position):
+        plain = _on_joint(robot, sought_definition(sought, values), position)
+        for constants in constant_grid(robot, sought_searches(sought, values), logs, position):
             yield replace(plain, constants=constants)
 
 
@@ -289,7 +288,7 @@ def _of_library(
     sought = {s.key for s in robot.sought}
     plain = _on_joint(robot, definition, position)
     if (changes or not declared) and (definition.name, joint.number) not in sought:
-        for constants in grid(robot, definition.nonlinear, logs, position):
+        for constants in constant_grid(robot, definition.nonlinear, logs, position):
             yield replace(plain, constants=constants, change=declared)
     yield from begun(plain, logs)
 
@@ -310,21 +309,20 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
     The times are spread evenly over all logs. Nothing is yielded if the library gives no odds.
     """
     definition = candidate.definition
+    begins = prior_of(definition).begins
     lengths = [float(log.t[-1] - log.t[0]) for log in logs]
     for log, length in zip(logs, lengths, strict=True):
         first = float(log.t[0])
-        count = max(1, round(_STARTS * length / sum(lengths))) if definition.begins else 0
+        count = max(1, round(_STARTS * length / sum(lengths))) if begins else 0
         late = replace(
             definition,
             kind="log",
             pattern="time",
-            advice="identify from logs in one state",
             native="",
             torque="",
             formula=f"{definition.formula or definition.torque}, in {log.name} from t = start on",
-            nonlinear={START: Search(first, first + length, count, "duration")},
+            nonlinear={START: SearchRange(first, first + length, count, "duration")},
             sign="any",
-            odds=definition.begins,
         )
         for part in range(count):
             yield replace(
@@ -397,8 +395,8 @@ def _tape(name: str) -> Tape:
     return definition_tape(definitions()[name])
 
 
-def grid(
-    robot: Robot, searches: Mapping[str, Search], logs: Logs, position: int
+def constant_grid(
+    robot: Robot, searches: Mapping[str, SearchRange], logs: Logs, position: int
 ) -> Iterator[dict[str, float]]:
     """Yield the values of constants that are tried, in the units of the joint.
 
@@ -442,7 +440,7 @@ def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
     for j, k in itertools.combinations(range(robot.n), 2):
         if {robot.movable[j].number, robot.movable[k].number} in known:
             continue
-        for constants in grid(robot, definition.nonlinear, (), j):
+        for constants in constant_grid(robot, definition.nonlinear, (), j):
             yield Candidate(definition, (j, k), partial(_coupled, j, k), 3, constants)
 
 

@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
+from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import (
     FREEDOM,
     TEMPERATURE,
     TINY,
-    Fit,
     Key,
     PredictiveScore,
+    ScoreFit,
     worth_and_gain,
 )
 from symgen.policy import MISFIT
@@ -64,7 +65,7 @@ class Span:
     rows: NDArray[np.bool_]
     price: float
 
-    def fit(self, score: PredictiveScore) -> tuple[float, Fit]:
+    def fit(self, score: PredictiveScore) -> tuple[float, ScoreFit]:
         """Return the log-likelihood ratio of the span, less its price, and the fit without it."""
         gained, fit, variance = score.gained_without(self.rows)
         at = np.array(self.joints)
@@ -126,7 +127,7 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     was, joints = score.alone.left, list(span.joints)
     left = was.copy()
     left[joints] = np.minimum(was, fit.left)[joints]
-    odds = evidence + math.log(definitions()[NAME].odds)
+    odds = evidence + math.log(priors()[NAME].odds)
     torque = float(np.sqrt(np.max(was - left)))
     return Contact(span, odds, *worth_and_gain(was, left, size, joints), torque)
 

@@ -26,7 +26,16 @@ from symgen.data.signals import differentiate, lowpass
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR, identifiable_columns
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Constants, Logs, Torque, Torques, begun, grid
+from symgen.hypotheses.effects import (
+    Candidate,
+    Constants,
+    Logs,
+    Torque,
+    Torques,
+    begun,
+    constant_grid,
+)
+from symgen.hypotheses.priors import priors
 from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
@@ -222,7 +231,7 @@ def _of_links(
         uses_model=True,
         analytic=True,
         coefficients=coefficients,
-        scales=tuple(definition.expected * size for size in sizes),
+        scales=tuple(priors()[name].expected * size for size in sizes),
     )
 
 
@@ -312,7 +321,7 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
     definition = definitions()["backlash"]
     for j in range(robot.n):
         plain = Candidate(definition, (j,), partial(_across, j), 1, uses_model=True)
-        for constants in grid(robot, definition.nonlinear, (), j):
+        for constants in constant_grid(robot, definition.nonlinear, (), j):
             yield replace(plain, constants=constants, scales=(constants["width"],))
 
 

@@ -20,7 +20,7 @@ from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import Score, Seen, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import Rows, fitted, model_torque, rows_of, torque_at, with_rests
+from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, torque_at, with_rests
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -83,7 +83,7 @@ class Problem:
     @cached_property
     def held_rows(self) -> Rows:
         """The rows of the model on the validation logs."""
-        return rows_of(self.evaluator, self.held, self.known)
+        return make_rows(self.evaluator, self.held, self.known)
 
     @cached_property
     def joined(self) -> Problem:
@@ -102,7 +102,7 @@ class Problem:
             other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
             return replace(other, undone=self.undone | {change.key})
         logs, held = (tuple(map(change.undo, group)) for group in (self.logs, self.held))
-        base = rows_of(self.evaluator, logs, self.known)
+        base = make_rows(self.evaluator, logs, self.known)
         fold = self.fold
         if change.turns:
             fold = np.concatenate([fold[span][::-1] for span in kept_spans(logs)])
@@ -269,7 +269,7 @@ def make_problem(
     misfit: float = MISFIT,
 ) -> Problem:
     """Fit a model to the training logs, or take given parameters (p,)."""
-    base = rows_of(evaluator, train, known)
+    base = make_rows(evaluator, train, known)
     return Problem(evaluator, base, tuple(held), known, misfit, motion_folds(train))
 
 

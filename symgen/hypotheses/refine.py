@@ -10,7 +10,8 @@ import numpy as np
 
 from symgen.errors import RobotError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import START, Candidate, Score, Seen
+from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.priors import START
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 

@@ -118,7 +118,9 @@ def explained(rows: Rows, columns: Columns) -> FloatArray:
     return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
 
 
-def rows_of(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray | None = None) -> Rows:
+def make_rows(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray | None = None
+) -> Rows:
     """Return the rows of a model on logs, fitted or for given parameters.
 
     Columns that contain the model's torque are iterated a few times.

@@ -151,7 +151,7 @@ def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
     return out
 
 
-class Fit(NamedTuple):
+class ScoreFit(NamedTuple):
     """A model with columns beside it, or for another torque.
 
     Attributes:
@@ -315,11 +315,11 @@ class PredictiveScore:
         return -0.5 / TEMPERATURE * float(np.sum(counts * logs))
 
     @cached_property
-    def alone(self) -> Fit:
+    def alone(self) -> ScoreFit:
         """The model without anything beside it."""
         return self.of_torque(0.0)
 
-    def of_torque(self, change: FloatArray | float) -> Fit:
+    def of_torque(self, change: FloatArray | float) -> ScoreFit:
         """Return the model without anything beside it for a torque y + change, (K, n)."""
         r = self._whitened(self.residual + change)
         Rr = (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
@@ -328,7 +328,7 @@ class PredictiveScore:
         squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
         squares = self._in_units(squares)
         score, left = self._scored(squares)
-        return Fit(float(score), left, squares, np.zeros(0), np.zeros(len(self.sigma)))
+        return ScoreFit(float(score), left, squares, np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def held_out(self) -> FloatArray:
@@ -339,7 +339,7 @@ class PredictiveScore:
             out[at] = self.residual[at] - self.W[at] @ (d / self._norms)
         return out
 
-    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, Fit, FloatArray]:
+    def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, ScoreFit, FloatArray]:
         """Return how much better other rows are predicted by fits in which some have no say.
 
         Args:
@@ -373,7 +373,7 @@ class PredictiveScore:
         squares = np.einsum("jflna,jflnb->jfnab", each, each, optimize=m > 1)
         return Folded(joints, rows, squares)
 
-    def beside(self, columns: Columns, size: float = np.inf) -> Fit:
+    def beside(self, columns: Columns, size: float = np.inf) -> ScoreFit:
         """Score the model with columns (K, m) beside it on some joints.
 
         Args:
@@ -383,7 +383,7 @@ class PredictiveScore:
         """
         return next(self.each(self.folded([columns]), size))
 
-    def each(self, columns: Folded, size: FloatArray | float = np.inf) -> Iterator[Fit]:
+    def each(self, columns: Folded, size: FloatArray | float = np.inf) -> Iterator[ScoreFit]:
         """Yield the score of the model with each of N candidates beside it, as `beside` does.
 
         Args:
@@ -405,7 +405,7 @@ class PredictiveScore:
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
         coefficients = last / own.norms
         for k, score in enumerate(scores):
-            yield Fit(float(score), left[k], squares[k], coefficients[k], torque[k])
+            yield ScoreFit(float(score), left[k], squares[k], coefficients[k], torque[k])
 
     def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
         """Fit the model with each candidate beside it to the rows outside each fold, and to all."""

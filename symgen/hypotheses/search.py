@@ -24,6 +24,7 @@ import numpy as np
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Candidate, Score, odds_together
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
+from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import (
@@ -35,7 +36,15 @@ from symgen.hypotheses.registry import (
     leave_out,
 )
 from symgen.hypotheses.rows import explained
-from symgen.hypotheses.score import TINY, Columns, Fit, Folded, Key, price_of_size, worth_and_gain
+from symgen.hypotheses.score import (
+    TINY,
+    Columns,
+    Folded,
+    Key,
+    ScoreFit,
+    price_of_size,
+    worth_and_gain,
+)
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
@@ -279,7 +288,7 @@ class _Judge:
 
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None
-    ) -> Iterator[tuple[Candidate, Columns, Fit]]:
+    ) -> Iterator[tuple[Candidate, Columns, ScoreFit]]:
         """Yield the candidates that may be added to a stage, with their columns and scores.
 
         Columns are computed once for a problem. Those with the model's torque, which follows what
@@ -321,19 +330,20 @@ class _Judge:
 
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
         """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
-        size = candidate.definition.size * stage.problem.base.size
+        size = prior_of(candidate.definition).size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
-    def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Score:
+    def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.definition.name for s in stage.effects}
         # An effect that one joint has is likelier on another.
-        prior = math.log(candidate.definition.odds) * (0.5 if candidate.name in known else 1.0)
+        expected = prior_of(candidate.definition)
+        prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
             scales = np.array(candidate.scales)
             part = np.abs(fit.coefficients[: len(scales)]) / scales
         else:
-            part = fit.torque / (candidate.definition.size * base)
+            part = fit.torque / (expected.size * base)
         prior -= price_of_size(float(np.max(part)))
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)
@@ -346,7 +356,9 @@ class _Judge:
             candidate, columns, evidence + prior, worth=worth, gain=gain, torque=torque, fault=fault
         )
 
-    def _possible(self, stage: Stage, candidate: Candidate, columns: Columns, fit: Fit) -> Fit:
+    def _possible(
+        self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
+    ) -> ScoreFit:
         """Return the fit in which a coefficient with a physically impossible sign is 0."""
         if candidate.definition.sign != "positive" or candidate.change:
             return fit

@@ -22,7 +22,7 @@ from symgen.hypotheses.effects import Candidate, Constants, Torques
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.rows import Rows
 from symgen.hypotheses.score import Columns
-from symgen.robot.effect import definitions, unit
+from symgen.robot.effect import definitions, effect_unit
 from symgen.robot.types import Robot
 
 NAME = "unnamed"
@@ -73,7 +73,7 @@ class Factor(NamedTuple):
 Term = tuple[Factor, ...]
 
 
-def library(n: int) -> Iterator[Term]:
+def all_terms(n: int) -> Iterator[Term]:
     """Yield all terms in the positions and speeds of n joints."""
     for letter, functions in (("q", _POSITION), ("qd", _SPEED)):
         for k, function in itertools.product(range(n), functions):
@@ -103,11 +103,11 @@ def expression(robot: Robot, position: int, number: int, term: Term) -> Candidat
     for factor in term:
         joint = robot.movable[factor.joint]
         texts.append(factor.function.format(f"{factor.letter}{joint.number}"))
-        kind = unit("position" if factor.letter == "q" else "speed", joint.sigma)
+        kind = effect_unit("position" if factor.letter == "q" else "speed", joint.sigma)
         dimension += [kind] * _FUNCTIONS[factor.function].degree
     joint = robot.movable[position]
     coefficient = f"U{number}J{joint.number}"
-    force = unit("torque", joint.sigma)
+    force = effect_unit("torque", joint.sigma)
     per = f"({' '.join(dimension)})" if len(dimension) > 1 else "".join(dimension)
     definition = replace(
         definitions()[NAME],
@@ -168,7 +168,7 @@ class Expressions:
 def expressions(baseline: Problem) -> Expressions:
     """Return the terms along the training logs of a declared model."""
     robot = baseline.robot
-    terms = tuple(library(robot.n))
+    terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
     columns = [found[0] for found in baseline.stage().seen.each(candidates)]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

@@ -24,9 +24,10 @@ from symgen.hypotheses.changes import (
     torque_changes,
 )
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
-from symgen.hypotheses.score import TEMPERATURE, Fit, worth_and_gain
+from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
 
 _PIECE = 10.0  # s of each log on which changes of the motion are tried
 _ROUNDS = 3  # of Newton's method for the size of a change
@@ -85,7 +86,7 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     return again if again.odds > found.odds else found
 
 
-def _fit_of_motion(alone: Stage, change: Change) -> Fit:
+def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     """Return the fit to the changed logs, in the density of the recorded torque."""
     scale = np.ones(alone.problem.base.n)
     scale[list(change.joints)] = change.scale
@@ -98,19 +99,19 @@ def _fit_of_motion(alone: Stage, change: Change) -> Fit:
     return score.alone._replace(score=gained, left=score.alone.left * scale**2)
 
 
-def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[Fit]) -> Changed:
+def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> Changed:
     """Return the most probable point of a grid, with the odds of the whole grid."""
     alone, size = stage.score.alone, stage.problem.base.size
     odds = np.array([fit.score - alone.score for fit in fits])
     k = int(np.argmax(odds))
     change = grid[k]
     # One wrong sign is as improbable as another.
-    prior = math.log(change.definition.odds) * max(1, len(change.joints))
+    prior = math.log(prior_of(change.definition).odds) * max(1, len(change.joints))
     whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
     return Changed(change, whole, *worth_and_gain(alone.left, fits[k].left, size, ()))
 
 
-def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> Fit:
+def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
     """Return the fit to the torques without a change of them."""
     return stage.score.of_torque(change.torque(torque) - torque(0.0))
 

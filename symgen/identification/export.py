@@ -16,8 +16,7 @@ import numpy as np
 from symgen import names
 from symgen.codegen import values as codegen_values
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import model_digest
-from symgen.codegen.values import Values
+from symgen.codegen.values import Values, model_digest
 from symgen.data.raw import Reading
 from symgen.errors import ParameterError
 from symgen.estimation.equation_model import JUDGING
@@ -34,7 +33,8 @@ from symgen.identification.parameters import (
 from symgen.identification.physical import LinkParameters, link_parameters
 from symgen.identification.prediction import torque_errors
 from symgen.robot.body import CouplingDynamics, Dynamics, JointDynamics
-from symgen.robot.formats.mjcf import SPRING, updated_mjcf
+from symgen.robot.formats.mjcf import SPRING
+from symgen.robot.formats.mjcf_writer import updated_mjcf
 from symgen.robot.formats.urdf import updated_urdf
 from symgen.robot.formats.xml import relocated
 from symgen.robot.imported import read_text

@@ -24,7 +24,7 @@ from symgen.identification.pseudo_inertia import (
     parameters_of,
     pseudo_inertia,
 )
-from symgen.robot.types import Frame
+from symgen.robot.tables import Frame
 
 COM = ("cx", "cy", "cz")
 #: Names of mass, centre and inertia about it, in the order of `read_off`.

@@ -36,9 +36,10 @@ from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
 from symgen.policy import BEYOND, SHOWN
 from symgen.robot.expressions import shortened
+from symgen.robot.tables import Drive, Frame
 from symgen.robot.toml_io import read_robot
 from symgen.robot.toml_text import robot_toml
-from symgen.robot.types import Drive, Frame, Robot
+from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.schemas import BESIDE, read_result, result_file, to_json
 from symgen.views import Viewable

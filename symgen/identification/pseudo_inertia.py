@@ -15,6 +15,7 @@ import numpy as np
 
 from symgen import names
 from symgen.estimation.values import FloatArray
+from symgen.robot.body import steiner
 
 #: Length of a body, m, where nothing else says it.
 LENGTH = 0.1
@@ -48,7 +49,7 @@ def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray,
     """
     J, m, mass = _matrices(link)
     com = m / (mass or np.nan)
-    return mass, com, J - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return mass, com, J - steiner(mass, com)
 
 
 def _matrices(link: Sequence[float] | FloatArray) -> tuple[FloatArray, FloatArray, float]:

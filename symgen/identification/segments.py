@@ -43,7 +43,7 @@ from symgen.estimation.solve import (
 from symgen.estimation.summary import Summary, merge_summaries, summarise
 from symgen.estimation.torque_error import TorqueFit, modelled_torque, squares
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import EVERYWHERE, Fault, merged
+from symgen.faults.fault import EVERYWHERE, Fault, merge_faults
 from symgen.faults.logs import open_samples
 from symgen.faults.speeds import mended_speeds
 from symgen.faults.undo import with_earlier_torques
@@ -362,7 +362,7 @@ class LongLogs(OpenLogs):
             chosen.best.model,
             (list(train.values()), list(held.values())),
             fits,
-            (*merged(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
+            (*merge_faults(mended), *(r for r in run.repairs if r.log == EVERYWHERE)),
             (*self.sampled.notes, *self.sampled.in_words(what)),
         )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from symgen import names
 from symgen.errors import ParameterError
-from symgen.robot.effect import Definition, Search, definitions, unit
+from symgen.robot.effect import Definition, SearchRange, definitions, effect_unit
 
 _MARGIN = 20  # of what is said of an effect
 _KINDS = {
@@ -18,12 +18,12 @@ _KINDS = {
 }
 
 
-def listed() -> list[tuple[str, str, str]]:
+def effect_list() -> list[tuple[str, str, str]]:
     """Return name, kind and meaning of every effect of the library."""
     return [(d.name, d.kind, d.says) for d in definitions().values()]
 
 
-def explained(name: str) -> str:
+def explain_effect(name: str) -> str:
     """Return the description of an effect, as a text of several lines.
 
     Raises:
@@ -52,17 +52,17 @@ def explained(name: str) -> str:
     return "\n".join(out)
 
 
-def _middle(search: Search) -> float:
+def _middle(search: SearchRange) -> float:
     return float(np.sqrt(search.low * search.high)) if search.by_ratio else search.low
 
 
 def _coefficient(d: Definition, key: str) -> str:
-    units = dict.fromkeys(unit(d.linear[key], s) for s in (names.REVOLUTE, names.PRISMATIC))
+    units = dict.fromkeys(effect_unit(d.linear[key], s) for s in (names.REVOLUTE, names.PRISMATIC))
     written = " or ".join(u for u in units if u) or "no unit"
     return f"{key} [{written}]" + (", positive" if d.sign == "positive" else "")
 
 
-def _constant(key: str, search: Search) -> str:
+def _constant(key: str, search: SearchRange) -> str:
     of = {"speed": " of the joint's RMS speed", "duration": " of the log's duration"}
     part = of.get(search.scale, "")
     return f"{key}: {search.low:g} to {search.high:g}{part}, {search.count} values tried"

@@ -42,7 +42,7 @@ def page(content: Content) -> str:
     )
 
 
-def panel(content: Content) -> str:
+def notebook_panel(content: Content) -> str:
     """Return the first panel of a page for a notebook: the verdict and the first table."""
     first = next((s for s in content.sections if s.table and s.table.rows), None)
     table = None if first is None or first.table is None else _table(first.table)

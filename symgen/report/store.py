@@ -96,7 +96,7 @@ def content(result: Value, *beside: Robot | None) -> Content:
     return _kind(result)[1].say(result, *beside)
 
 
-def read_result(path: str | Path) -> Result:
+def load_result(path: str | Path) -> Result:
     """Read what identify, diagnose, predict, payload or study wrote.
 
     Args:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from symgen.errors import ParameterError
-from symgen.report.html import panel as panel_of
+from symgen.report.html import notebook_panel as panel_of
 from symgen.report.store import Value, content
 
 if TYPE_CHECKING:

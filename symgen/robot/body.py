@@ -1,13 +1,55 @@
-"""What a robot file of another program holds: links as rigid bodies, and the torques of joints."""
+"""Frames and rigid bodies in numbers, and what a robot file of another program holds.
+
+Frames are homogeneous transforms (4, 4), rotations (3, 3), vectors (3,). Their entries are floats
+or numbers with 50 digits.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.robot.exact_numbers import context
+
 FloatArray = NDArray[np.float64]
+Array = NDArray[Any]
+
+
+def screw(axis: int, angle: Any, distance: Any) -> Array:
+    """Return Rot(axis, angle) Trans(axis, distance), axes numbered from 0.
+
+    A float angle gives floats; any other angle gives 50 digits.
+    """
+    numbers = math if isinstance(angle, float) else context()
+    c, s, out = numbers.cos(angle), numbers.sin(angle), np.eye(4, dtype=object)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    out[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+    out[axis, 3] = distance
+    return out
+
+
+def pose(turned: Array, origin: Array | Sequence[float]) -> Array:
+    """Return the frame (4, 4) of a rotation matrix and an origin."""
+    out = np.eye(4, dtype=object)
+    out[:3, :3], out[:3, 3] = turned, origin
+    return out
+
+
+def inverse(frame: Array) -> Array:
+    """Return the inverse of a homogeneous transform."""
+    back = frame[:3, :3].T
+    return pose(back, -back @ frame[:3, 3])
+
+
+def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
+    """Return the rotation Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
+    z, y, x = (screw(k, angle, 0)[:3, :3] for k, angle in ((2, yaw), (1, pitch), (0, roll)))
+    return z @ y @ x
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +66,34 @@ class Body:
 
     joint: int
     mass: float
-    com: FloatArray
-    inertia: FloatArray
+    com: Array
+    inertia: Array
+
+    def moved(self, placed: Array) -> Body:
+        """Return the body in another frame, in which its own frame is `placed`, (4, 4)."""
+        R = placed[:3, :3]
+        return replace(self, com=R @ self.com + placed[:3, 3], inertia=R @ self.inertia @ R.T)
+
+    @property
+    def standard(self) -> list[Any]:
+        """XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame."""
+        J = self.inertia + steiner(self.mass, self.com)
+        return [*J[np.triu_indices(3)], *(self.mass * self.com), self.mass]
+
+
+def steiner(mass: Any, at: Array) -> Array:
+    """Return M (c'c 1 - c c'), the inertia of a point mass at c (Huygens and Steiner)."""
+    return np.asarray(mass * (at @ at * np.eye(3, dtype=at.dtype) - np.outer(at, at)))
+
+
+def merge_bodies(bodies: Sequence[Body]) -> Body:
+    """Return bodies in one frame as one body."""
+    if len(bodies) == 1:
+        return bodies[0]
+    mass = sum(b.mass for b in bodies)
+    com = np.sum([b.mass * b.com for b in bodies], axis=0) / (mass or 1.0)
+    inertia = np.sum([b.inertia + steiner(b.mass, b.com - com) for b in bodies], axis=0)
+    return Body(bodies[0].joint, mass, com, inertia)
 
 
 @dataclass(frozen=True)

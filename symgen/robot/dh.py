@@ -11,34 +11,20 @@ or numbers with 50 digits.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symgen.robot.body import Array, screw
 from symgen.robot.exact_numbers import TOLERANCE, context
 from symgen.robot.types import Robot
 
-Array = NDArray[Any]
 #: A point on a joint axis, and its unit direction, both in frame 0.
 Line = tuple[Array, Array]
 _PARALLEL = 1e-9  # sine of the angle of two axes
 _TOUCH = 1e-12  # m
 _TIE = 1e-9  # rad
-
-
-def screw(axis: int, angle: Any, distance: Any) -> Array:
-    """Return Rot(axis, angle) Trans(axis, distance), axes numbered from 0.
-
-    A float angle gives floats; any other angle gives 50 digits.
-    """
-    numbers = math if isinstance(angle, float) else context()
-    c, s, out = numbers.cos(angle), numbers.sin(angle), np.eye(4, dtype=object)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    out[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
-    out[axis, 3] = distance
-    return out
 
 
 def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
@@ -60,28 +46,9 @@ def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
     return out
 
 
-def pose(turned: Array, origin: Array) -> Array:
-    """Return the frame (4, 4) of a rotation matrix and an origin."""
-    out = np.eye(4, dtype=object)
-    out[:3, :3], out[:3, 3] = turned, origin
-    return out
-
-
-def inverse(frame: Array) -> Array:
-    """Return the inverse of a homogeneous transform."""
-    back = frame[:3, :3].T
-    return pose(back, -back @ frame[:3, 3])
-
-
 def norm(a: Array) -> Any:
     """Return the length of a vector."""
     return context().sqrt(a @ a)
-
-
-def turn(roll: Any, pitch: Any, yaw: Any) -> Array:
-    """Return the rotation Rot(z, yaw) Rot(y, pitch) Rot(x, roll)."""
-    z, y, x = (screw(k, angle, 0)[:3, :3] for k, angle in ((2, yaw), (1, pitch), (0, roll)))
-    return z @ y @ x
 
 
 def turned_by(rotation: Array) -> tuple[Any, Any, Any]:

@@ -13,7 +13,7 @@ import re
 import string
 import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -21,7 +21,7 @@ from typing import Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, located
+from symgen.errors import RobotError
 from symgen.robot import expressions
 
 #: Names with their exact values.
@@ -29,17 +29,14 @@ Named = tuple[tuple[str, sp.Expr], ...]
 #: Variables of the joint on which a library torque may depend, and the time from the start of the
 #: log; the last three are for effects of kind log: torque and friction of the model.
 OWN = ("q", "qd", "qdd", "taur", "tau", "friction", "t")
-#: Number of ranges of an effect -> number of values that a search tries for each constant.
-COUNTS = {1: 20, 2: 12}
-#: Prior odds of an effect that a robot file proposes.
-_ASKED = 0.5
-_BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrically
+#: Largest number of constants of an effect that a diagnosis searches.
+MAX_RANGES = 2
 _POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
 _TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchRange:
     """The values of a constant that a search tries: from low to high, in multiples of `scale`."""
 
     low: float
@@ -63,7 +60,7 @@ class Definition:
     says: str
     torque: str = ""
     linear: Mapping[str, str] = field(default_factory=dict)
-    nonlinear: Mapping[str, Search] = field(default_factory=dict)
+    nonlinear: Mapping[str, SearchRange] = field(default_factory=dict)
     native: str = ""
     offset: bool = False
     sign: str = "any"
@@ -71,14 +68,6 @@ class Definition:
     separate: str = ""
     formula: str = ""
     own: bool = False
-    # prior odds that a joint has it, and its expected share of the joint's torque
-    odds: float = 0.02
-    size: float = 0.3
-    expected: float = 0.0  # expected size of a coefficient; 0 if `size` says it
-    begins: float = 0.0  # prior odds that it begins within a log
-    presumes: str = ""  # friction word that the joint must already have
-    side: str = "physics"  # what is wrong: physics, recorder or file
-    advice: str = ""
 
     @property
     def declarable(self) -> bool:
@@ -89,8 +78,8 @@ class Definition:
         """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
         per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": unit("speed", sigma), "duration": "s"}
-        units |= dict.fromkeys(("play", "range", "place"), unit("position", sigma))
+        units = {"speed": effect_unit("speed", sigma), "duration": "s"}
+        units |= dict.fromkeys(("play", "range", "place"), effect_unit("position", sigma))
         units |= dict.fromkeys(("turn", "gear"), per_length)
         return units.get(scale, "")
 
@@ -101,7 +90,7 @@ class Definition:
     def coefficients(self, joint: int | str, sigma: int) -> tuple[tuple[str, str], ...]:
         """Return the full name and the unit of each coefficient on a joint of this type."""
         return tuple(
-            (self.named(name, joint), written if self.own else unit(written, sigma))
+            (self.named(name, joint), written if self.own else effect_unit(written, sigma))
             for name, written in self.linear.items()
         )
 
@@ -112,19 +101,24 @@ class Effect:
 
     Attributes:
         name: name in the library, or in the file.
-        joints: numbers of the joints on which it acts.
+        joint: number of the joint on which it acts.
         linear: name and unit of each coefficient.
         nonlinear: name and value of each constant.
-        torque: (joint, torque on it), in q1, qd1, ... and the names above.
+        torque: on the joint, in q1, qd1, ... and the names above.
         own: whether the file defines the torque, rather than the library.
     """
 
     name: str
-    joints: tuple[int, ...]
+    joint: int
     linear: tuple[tuple[str, str], ...]
     nonlinear: Named
-    torque: tuple[tuple[int, sp.Expr], ...]
+    torque: sp.Expr
     own: bool = False
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """The joint, as tables list it."""
+        return (self.joint,)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -138,8 +132,7 @@ class Effect:
 
     def loads(self, coefficient: str) -> bool:
         """Whether the torque of a coefficient depends on the rigid-body torque, taur."""
-        loads = {sp.Symbol(f"taur{j}", real=True) for j in self.joints}
-        return any(c.has(*loads) for c in self.columns(coefficient).values())
+        return bool(self.column(coefficient).has(sp.Symbol(f"taur{self.joint}", real=True)))
 
     @property
     def constants(self) -> Named:
@@ -149,12 +142,10 @@ class Effect:
         library = definitions()[self.name].nonlinear
         return tuple((n, value) for n, (_, value) in zip(library, self.nonlinear, strict=True))
 
-    def columns(self, coefficient: str) -> dict[int, sp.Expr]:
-        """Return the regressor column of a coefficient by joint, at the constants' values."""
+    def column(self, coefficient: str) -> sp.Expr:
+        """Return the regressor column of a coefficient, at the constants' values."""
         constants = {sp.Symbol(name, real=True): value for name, value in self.nonlinear}
-        symbol = sp.Symbol(coefficient, real=True)
-        found = {j: -sp.diff(t, symbol).subs(constants) for j, t in self.torque}
-        return {j: c for j, c in found.items() if c != 0}
+        return -sp.diff(self.torque, sp.Symbol(coefficient, real=True)).subs(constants)
 
 
 def distinct(effects: Sequence[Effect], taken: Iterable[str]) -> tuple[Effect, ...]:
@@ -175,7 +166,7 @@ def distinct(effects: Sequence[Effect], taken: Iterable[str]) -> tuple[Effect, .
                 effect,
                 linear=tuple((free[name], unit) for name, unit in effect.linear),
                 nonlinear=tuple((free[name], value) for name, value in effect.nonlinear),
-                torque=tuple((j, torque.xreplace(symbols)) for j, torque in effect.torque),
+                torque=effect.torque.xreplace(symbols),
             )
         out.append(effect)
     return tuple(out)
@@ -191,23 +182,25 @@ def _free(name: str, used: Collection[str]) -> str:
 
 
 @cache
+def effect_tables() -> Mapping[str, Mapping[str, Any]]:
+    """Return the tables of effects.toml by name."""
+    return tomllib.loads((resources.files("symgen.robot") / "effects.toml").read_text("utf-8"))
+
+
+@cache
 def definitions() -> Mapping[str, Definition]:
     """Return the library of effects by name."""
-    text = (resources.files("symgen.robot") / "effects.toml").read_text("utf-8")
+    known = {f.name for f in fields(Definition)}
     out = {}
-    for name, table in tomllib.loads(text).items():
-        scale = table.pop("scale", {})
-        searches = {
-            key: Search(
-                float(low),
-                float(high),
-                int(count),
-                scale.get(key, ""),
-                by_ratio=low > 0 and scale.get(key, "turn") not in ("turn", "gear"),
-            )
-            for key, (low, high, count) in table.pop("nonlinear", {}).items()
-        }
-        out[name] = Definition(name=name, nonlinear=searches, **table)
+    for name, table in effect_tables().items():
+        scale = table.get("scale", {})
+        searches = {}
+        for key, (low, high, count) in table.get("nonlinear", {}).items():
+            unit = scale.get(key, "")
+            by_ratio = low > 0 and unit not in ("turn", "gear")
+            searches[key] = SearchRange(float(low), float(high), int(count), unit, by_ratio)
+        kept = {key: value for key, value in table.items() if key in known}
+        out[name] = Definition(**{**kept, "name": name, "nonlinear": searches})
     return out
 
 
@@ -226,44 +219,23 @@ class Sought:
     @property
     def key(self) -> tuple[str, int]:
         """Its name and the number of its joint, which are unique."""
-        return self.effect.name, self.effect.joints[0]
+        return self.effect.name, self.effect.joint
 
-    def definition(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> Definition:
-        """Return its library definition, or build one for an own effect.
+    @property
+    def torque(self) -> str:
+        """The torque as a text; constants without a range have their values."""
+        searched = {name for name, *_ in self.ranges}
+        fixed = {sp.Symbol(n, real=True): v for n, v in self.effect.constants if n not in searched}
+        return expressions.text(self.effect.torque.subs(fixed))
+
+    def ends(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, tuple[float, float]]:
+        """Return the ends of each range.
 
         Args:
             lengths: values of the named lengths that the ranges may contain.
         """
-        if not self.effect.own:
-            return definitions()[self.effect.name]
-        searches = self.searches(lengths)
-        fixed = {sp.Symbol(n, real=True): v for n, v in self.effect.constants if n not in searches}
-        ((_, torque),) = self.effect.torque
-        return Definition(
-            name=self.effect.name,
-            kind=self.effect.kind,
-            pattern="all",
-            says="an effect of the robot file",
-            torque=expressions.text(torque.subs(fixed)),
-            linear=dict(self.effect.linear),
-            nonlinear=searches,
-            own=True,
-            odds=_ASKED,
-            size=1.0,
-        )
-
-    def searches(self, lengths: Mapping[sp.Symbol, sp.Expr]) -> dict[str, Search]:
-        """Return the search of each constant that has a range.
-
-        Args:
-            lengths: as for `definition`.
-        """
-        out = {}
-        for name, *ends in self.ranges:
-            low, high = (float(end.subs(lengths)) for end in ends)
-            by_ratio = low > 0 and high > _BY_RATIO * low
-            out[name] = Search(low, high, COUNTS[len(self.ranges)], by_ratio=by_ratio)
-        return out
+        pairs = ((name, low.subs(lengths), high.subs(lengths)) for name, low, high in self.ranges)
+        return {name: (float(low), float(high)) for name, low, high in pairs}
 
 
 def require_constants(sought: Sequence[Sought]) -> None:
@@ -281,7 +253,7 @@ def require_constants(sought: Sequence[Sought]) -> None:
         )
 
 
-def unit(written: str, sigma: int) -> str:
+def effect_unit(written: str, sigma: int) -> str:
     """Return the unit for a unit word of effects.toml on a joint of this type."""
     words = {
         "torque": _TORQUE[sigma],
@@ -306,198 +278,3 @@ def numbered(definition: Definition, joint: int | str) -> str:
     return re.sub(
         r"[A-Za-z]\w*", lambda m: f"{m[0]}{joint}" if m[0] in own else m[0], definition.torque
     )
-
-
-def of_library(
-    definition: Definition,
-    joint: int,
-    sigma: int,
-    constants: Mapping[str, sp.Expr],
-    geometry: Mapping[str, sp.Expr] | None = None,
-) -> Effect:
-    """Return an effect of the library on one joint.
-
-    Args:
-        definition: from `definitions`.
-        joint: number of the joint.
-        sigma: type of the joint.
-        constants: name in the library -> value of each nonlinear constant.
-        geometry: values of the named lengths that the constants may contain.
-
-    Raises:
-        RobotError: a constant is missing or unknown, or the torque has no finite value.
-    """
-    if set(constants) != set(definition.nonlinear):
-        accepted = ", ".join(definition.nonlinear) or "none"
-        raise RobotError(f"constants {', '.join(constants) or 'none'}; accepted: {accepted}")
-    own = {f"{n}{joint}": constants[n] for n in definition.nonlinear}
-    variables = [f"{n}{joint}" for n in (*OWN, *definition.linear)]
-    torque = _torque(numbered(definition, joint), variables, own, geometry or {})
-    return Effect(
-        name=definition.name,
-        joints=(joint,),
-        linear=definition.coefficients(joint, sigma),
-        nonlinear=tuple(own.items()),
-        torque=((joint, torque),),
-    )
-
-
-def _torque(
-    text: str,
-    variables: Collection[str],
-    constants: Mapping[str, sp.Expr],
-    geometry: Mapping[str, sp.Expr],
-) -> sp.Expr:
-    """Parse a torque. Its constants stay symbols; their values must be accepted too.
-
-    Raises:
-        RobotError: the torque is not an expression of the grammar.
-    """
-    functions = expressions.EFFECT_FUNCTIONS
-    known = (*variables, *constants, *geometry)
-    lengths = {sp.Symbol(name, real=True): value for name, value in geometry.items()}
-    values = {**geometry, **{name: c.subs(lengths) for name, c in constants.items()}}
-    with located("key 'torque'"):
-        expr = expressions.parse(text, known, functions)
-        expressions.check_powers(expr)
-        # Refuse what could not be read again from a file that symgen writes.
-        expr = expressions.parse(expressions.text(expr), known, functions)
-        expressions.check_powers(expressions.parse(text, known, functions, values))
-    return expr
-
-
-def of_file(
-    name: str,
-    joint: int,
-    torque: str,
-    linear: Mapping[str, str],
-    nonlinear: Mapping[str, sp.Expr],
-    variables: Collection[str],
-    geometry: Mapping[str, sp.Expr],
-) -> Effect:
-    """Return an effect with a torque from a robot file.
-
-    Args:
-        name: name in the file.
-        joint: number of the joint on which it acts.
-        torque: expression, linear in the names of `linear`.
-        linear: coefficient -> unit.
-        nonlinear: constant -> value.
-        variables: q1, qd1, ... that may occur.
-        geometry: named length -> value; these may occur too.
-
-    Raises:
-        RobotError: the torque is not of the grammar, or not linear in its coefficients.
-    """
-    expr = _torque(torque, (*variables, *linear), nonlinear, geometry)
-    symbols = [sp.Symbol(n, real=True) for n in linear]
-    rest = expr.subs(dict.fromkeys(symbols, 0))
-    slopes = [sp.diff(expr, s) for s in symbols]
-    if not symbols or rest != 0 or any(d.has(*symbols) for d in slopes):
-        raise RobotError(
-            f"key 'torque': {expressions.shortened(torque)!r} is not a sum of the coefficients of "
-            "'linear', each times an expression without them"
-        )
-    load = sp.Symbol(f"taur{joint}", real=True)
-    if not all(_degree(d, load) in (0, 1) for d in slopes):
-        raise RobotError(
-            f"key 'torque': {expressions.shortened(torque)!r} is not of the form "
-            f"a*taur{joint} + b*abs(taur{joint}) for a coefficient that taur{joint} goes with, "
-            "with a and b of positions and speeds"
-        )
-    for key, declared in (("linear", linear), ("nonlinear", nonlinear)):
-        for n in declared:
-            if sp.Symbol(n, real=True) not in expr.free_symbols:
-                raise RobotError(f"key {key!r}: {n} does not occur in the torque")
-    return Effect(
-        name=name,
-        joints=(joint,),
-        linear=tuple(linear.items()),
-        nonlinear=tuple(nonlinear.items()),
-        torque=((joint, expr),),
-        own=True,
-    )
-
-
-def _degree(expr: sp.Expr, load: sp.Symbol) -> sp.Expr | None:
-    """Return k if the expression is abs(load)**k times its value at sign(load), else None.
-
-    With k = 1, forward dynamics has a closed form.
-    """
-    if expr == load:
-        return sp.S.One
-    if not expr.has(load):
-        return sp.S.Zero
-    degrees = [_degree(part, load) for part in expr.args]
-    if any(k is None for k in degrees):
-        return None
-    if expr.is_Add:
-        return degrees[0] if len(set(degrees)) == 1 else None
-    if expr.is_Mul:
-        return sp.Add(*degrees)
-    if expr.is_Pow and not expr.exp.has(load):
-        return degrees[0] * expr.exp
-    if expr.func is sp.Abs:
-        return degrees[0]
-    if expr.func is sp.sign or not any(degrees):
-        return sp.S.Zero
-    return None
-
-
-def from_table(
-    table: Any,
-    constants: Mapping[str, sp.Expr],
-    movable: Mapping[int, int],
-    geometry: Mapping[str, sp.Expr],
-) -> list[Effect]:
-    """Return the effects of one [[effect]] table, one for each joint.
-
-    Args:
-        table: the validated table: name, joints, torque, linear.
-        constants: nonlinear constant -> exact value.
-        movable: number of each movable joint -> its type.
-        geometry: named length of the file -> value.
-
-    Raises:
-        RobotError: the message names the key.
-    """
-    known = definitions()
-    if table.torque is None:
-        chosen = known.get(table.name)
-        if chosen is None or not chosen.declarable:
-            where = "" if chosen is None else f" ({_declared_by(chosen)})"
-            accepted = ", ".join(n for n, d in known.items() if d.declarable)
-            raise RobotError(
-                f"key 'name': {expressions.shortened(table.name)!r} is no effect that needs no "
-                f"'torque'{where}; accepted: {accepted}, or an own name with a torque"
-            )
-        if table.linear:
-            raise RobotError("key 'linear': an effect of the library has its own")
-        return [of_library(chosen, j, movable[j], constants, geometry) for j in table.joints]
-    if table.name in known:
-        raise RobotError(f"key 'torque': {table.name} is an effect of the library and has its own")
-    if len(table.joints) != 1:
-        raise RobotError("key 'joints': an effect with a torque acts on one joint")
-    j = table.joints[0]
-    known_names = variables(j, movable)
-    return [of_file(table.name, j, table.torque, table.linear, constants, known_names, geometry)]
-
-
-def variables(joint: int, movable: Iterable[int]) -> list[str]:
-    """Return the variables that the torque of an own effect may contain.
-
-    Args:
-        joint: number of the joint on which it acts.
-        movable: numbers of all movable joints.
-    """
-    return [*(f"{letter}{k}" for letter in ("q", "qd") for k in movable), f"taur{joint}"]
-
-
-def _declared_by(definition: Definition) -> str:
-    if definition.native in ("coulomb", "viscous", "offset"):
-        return f"a word of the joint's friction: {definition.native!r}"
-    if definition.native:
-        return {"rotor": "rotor_inertia of the joint"}.get(
-            definition.native, f"a table of its own: {definition.native}"
-        )
-    return f"kind {definition.kind}: a robot file does not declare it"

@@ -88,7 +88,7 @@ def length(value: Any) -> sp.Expr:
     return rounded
 
 
-def number(value: Any) -> float:
+def to_double(value: Any) -> float:
     """Round a number with 50 digits to a double; rounding errors near zero become 0."""
     return float(value) if abs(value) > _SURE else 0.0
 

@@ -18,7 +18,8 @@ from symgen.errors import ExpressionError, RobotError, located
 from symgen.robot import expressions
 from symgen.robot.expressions import shortened
 from symgen.robot.imported import Imported
-from symgen.robot.types import OF_JOINTS, Joint, Robot, joint_variable
+from symgen.robot.schema import per_joint
+from symgen.robot.types import Joint, Robot, joint_variable
 
 _ACCEPTED = "NAME, which is held at 0, or NAME=VALUE in rad or m"
 _PER_JOINT = (names.ROTOR, *names.FRICTION.values())
@@ -71,9 +72,12 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
     kept = [k for k, joint in enumerate(robot.movable) if joint.number not in held]
     limits = robot.limits
     if limits is not None:
-        columns = {key: x for key in OF_JOINTS if (x := getattr(limits, key)) is not None}
-        left: dict[str, Any] = {key: [x[k] for k in kept] for key, x in columns.items()}
-        limits = replace(limits, **left)
+        columns: dict[str, Any] = {}
+        for key in per_joint(type(limits)):
+            values = getattr(limits, key)
+            if values is not None:
+                columns[key] = [values[k] for k in kept]
+        limits = replace(limits, **columns)
     notes = list(found.notes)
     for joint in (robot.joints[number - 1] for number in still):
         at = held.get(joint.number)

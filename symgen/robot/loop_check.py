@@ -29,20 +29,20 @@ def require_closed(robot: Robot) -> None:
         return
     plain, draw = robot.with_values(), random.Random(1)
     for number, loop in enumerate(robot.loops, 1):
-        for j in (loop.first, loop.second):
+        for j in loop.cut:
             if not 1 <= j <= len(robot.joints):
                 raise RobotError(f"loop {number}, key 'cut': there is no joint {j}")
-        if loop.first == loop.second:
+        if len(set(loop.cut)) == 1:
             raise RobotError(f"loop {number}, key 'cut': two different frames are needed")
     for _ in range(_POSITIONS):
         places = dh.frames(plain, {j.number: draw.uniform(-1, 1) for j in plain.movable})
         for number, loop in enumerate(robot.loops, 1):
-            first, second = places[loop.first], places[loop.second]
+            first, second = (places[j] for j in loop.cut)
             turned, apart = (math.dist(first[:3, k], second[:3, k]) for k in (2, 3))
             if max(apart, turned) > _GAP:
                 what = f"{apart:.3g} m" if apart > _GAP else f"{math.degrees(turned):.3g} degrees"
                 raise RobotError(
-                    f"loop {number}: frames {loop.first} and {loop.second} come apart by {what} "
+                    f"loop {number}: frames {loop.cut[0]} and {loop.cut[1]} come apart by {what} "
                     "where the joints move; accepted: loops that close with passive joints linear "
                     "in the active ones, as parallelograms do (key 'follows' of a joint)"
                 )

@@ -1,297 +1,235 @@
-"""The schema of robot.toml: keys and types, validated by pydantic."""
+"""Read the tables of a robot file as the frozen dataclasses of `tables` and `types`.
+
+A message names the table and the key, and says what is accepted.
+"""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+import math
+import warnings
+from collections.abc import Collection, Mapping
+from dataclasses import MISSING, fields
 from decimal import Decimal
-from typing import Annotated, Any, Literal
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    StrictBool,
-    StrictInt,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-)
+import sympy as sp
 
-from symgen.errors import RobotError
-from symgen.robot.types import MAX_JOINTS
+from symgen.errors import RobotError, SymgenWarning, located
+from symgen.robot import exact_numbers, expressions
+from symgen.robot.exact_numbers import written_fraction
+from symgen.robot.expressions import shortened
+from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check
 
+Table = TypeVar("Table")
+_hints = cache(get_type_hints)  # to evaluate annotations takes longer than to read a table
 _LARGEST = 100  # decimal exponent of the largest number
-_GEARS = (1e-6, 1e6)
-_SMALLEST_WIDTH = 1e-12
-_MAX_TITLE = 200
-_UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
+_MAX_DENOMINATOR = 10_000
+_MAX_TURNS = 2
+_PLAIN = {int: "an integer", bool: "true or false", str: "a text in quotes"}
 
 
-def _number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, Decimal, float)):
-        raise ValueError("a number")
-    number = Decimal(value)
-    if not number.is_finite() or number.adjusted() > _LARGEST:
-        raise ValueError(f"a finite number under 1e{_LARGEST}")
-    return float(number)
+def keys(kind: type) -> Mapping[str, Any]:
+    """Return the keys of a table, a dataclass, with their annotations."""
+    hints = _hints(kind, include_extras=True)
+    return {key: hint for key, hint in hints.items() if BESIDE not in get_args(hint)}
 
 
-def _only(good: Callable[[float], bool], accepted: str) -> Callable[[object], float]:
-    """Return a validator for a number that must satisfy a condition."""
-
-    def check(value: object) -> float:
-        number = _number(value)
-        if not good(number):
-            raise ValueError(accepted)
-        return number
-
-    return check
+def per_joint(kind: type) -> list[str]:
+    """Return the keys of a table with one entry for each movable joint."""
+    return [key for key, hint in keys(kind).items() if PER_JOINT in get_args(hint)]
 
 
-def _number_or_text(value: object) -> object:
-    if isinstance(value, str):
-        return value
-    try:
-        _number(value)
-    except ValueError as error:
-        raise ValueError(f"{error} or an expression in quotes") from error
-    return value
-
-
-def _constant(value: object) -> object:
-    if not isinstance(value, list):
-        return _number_or_text(value)
-    if len(value) != 2:
-        raise ValueError("a number, or [low, high] to be searched by `symgen diagnose`")
-    return tuple(_number_or_text(end) for end in value)
-
-
-def _title(value: object) -> str:
-    if not isinstance(value, str) or not value.isprintable() or len(value) > _MAX_TITLE:
-        raise ValueError(f"a text in quotes of at most {_MAX_TITLE} printable characters")
-    return value
-
-
-Scalar = Annotated[Any, PlainValidator(_number_or_text)]
-Constant = Annotated[Any, PlainValidator(_constant)]
-Finite = Annotated[float, PlainValidator(_number)]
-Range = tuple[Finite, Finite]
-Title = Annotated[str, PlainValidator(_title)]
-Positive = Annotated[float, PlainValidator(_only(lambda x: x > 0, "a number above 0"))]
-Gain = Annotated[float, PlainValidator(_only(lambda x: x >= 0, "a number of 0 or more"))]
-Width = Annotated[
-    float,
-    PlainValidator(
-        _only(
-            lambda x: x == 0 or x >= _SMALLEST_WIDTH,
-            f"0, or a width of at least {_SMALLEST_WIDTH:g}",
-        )
-    ),
-]
-_factor = _only(
-    lambda x: _GEARS[0] <= abs(x) <= _GEARS[1],
-    f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size",
-)
-Factor = Annotated[float, PlainValidator(_factor)]
-
-
-def _unit(value: object) -> str:
-    # A unit appears in comments of C, in tables and in formulas.
-    if not isinstance(value, str) or _UNIT.fullmatch(value) is None:
-        raise ValueError(
-            "a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . ( ) -"
-        )
-    return value
-
-
-def _gears(value: object) -> list[float] | list[list[float]]:
-    if not isinstance(value, list) or not value:
-        raise ValueError("a list of one number for each movable joint, or an n x n matrix")
-    if not any(isinstance(row, list) for row in value):
-        return [_factor(number) for number in value]
-    if not all(isinstance(row, list) and len(row) == len(value) for row in value):
-        raise ValueError("an n x n matrix, as a list of n rows of n numbers")
-    if max(abs(_number(number)) for row in value for number in row) > _GEARS[1]:
-        raise ValueError(f"numbers up to {_GEARS[1]:g} in size")
-    return [[_number(number) for number in row] for row in value]
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False, arbitrary_types_allowed=True)
-
-
-def _gravity(value: object, three: ValidatorFunctionWrapHandler) -> Any:
-    return value if value == "input" else three(value)
-
-
-class RobotTable(_Table):
-    name: str
-    convention: Literal["modified-dh"] = "modified-dh"
-    gravity: Annotated[
-        tuple[Scalar, Scalar, Scalar] | Literal["input"], WrapValidator(_gravity)
-    ] = (0, 0, Decimal("-9.81"))
-
-
-class JointTable(_Table):
-    sigma: Annotated[StrictInt, Field(ge=0, le=2)] = 0
-    antecedent: Annotated[StrictInt, Field(ge=0)] | None = None
-    gamma: Scalar = 0
-    b: Scalar = 0
-    alpha: Scalar = 0
-    d: Scalar = 0
-    theta: Scalar = 0
-    r: Scalar = 0
-    friction: list[Literal["coulomb", "viscous", "offset"]] | None = None
-    coulomb_width: Width = 0.0
-    rotor_inertia: StrictBool | None = None
-    follows: str | None = None
-    name: Title = ""
-    actuated: StrictBool = True
-
-
-class CouplingTable(_Table):
-    joints: tuple[StrictInt, StrictInt]
-    ratio: Scalar = 1
-
-
-class PayloadTable(_Table):
-    joint: Annotated[StrictInt, Field(ge=1)]
-
-
-class FrameTable(_Table):
-    name: Annotated[Title, Field(min_length=1)]
-    joint: Annotated[StrictInt, Field(ge=0)]
-    xyz: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
-    rpy: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
-
-
-class LoopTable(_Table):
-    cut: tuple[StrictInt, StrictInt]
-
-
-class EffectTable(_Table):
-    name: Annotated[Title, Field(min_length=1)]
-    joints: list[StrictInt]
-    torque: str | None = None
-    linear: dict[str, Annotated[str, PlainValidator(_unit)]] = {}
-    nonlinear: dict[str, Constant] = {}
-
-
-class LimitsTable(_Table):
-    position: list[Range] | None = None
-    velocity: list[Positive] | None = None
-    acceleration: list[Positive] | None = None
-    jerk: list[Positive] | None = None
-    torque: list[Positive] | None = None
-    floor: Finite | None = None
-    boxes: list[tuple[Range, Range, Range]] = []
-    tool: tuple[Finite, Finite, Finite] | None = None
-
-
-class DriveTable(_Table):
-    ratio: Annotated[Any, PlainValidator(_gears)] = None
-    torque_constant: list[Factor] | None = None
-    gain: list[Factor] | None = None
-    gain_std: list[Positive] | None = None
-    side: Literal["motor", "link"] = "motor"
-    position_side: Literal["motor", "joint"] | None = None
-    torque_side: Literal["motor", "joint"] | None = None
-
-
-class ControllerTable(_Table):
-    kp: list[Gain]
-    kd: list[Gain]
-    scale: Literal["known", "unknown"] = "known"
-
-
-class LogTable(_Table):
-    columns: str
-
-
-class RobotFile(_Table):
-    robot: RobotTable
-    geometry: dict[str, Scalar] = {}
-    joint: Annotated[list[JointTable], Field(min_length=1, max_length=MAX_JOINTS)]
-    coupling: list[CouplingTable] = []
-    payload: PayloadTable | None = None
-    limits: LimitsTable | None = None
-    drive: DriveTable | None = None
-    controller: ControllerTable | None = None
-    log: LogTable | None = None
-    effect: list[EffectTable] = []
-    loop: list[LoopTable] = []
-    frame: list[FrameTable] = []
-
-
-_TABLES: dict[str, type[BaseModel]] = {
-    "robot": RobotTable,
-    "joint": JointTable,
-    "coupling": CouplingTable,
-    "payload": PayloadTable,
-    "limits": LimitsTable,
-    "drive": DriveTable,
-    "controller": ControllerTable,
-    "log": LogTable,
-    "loop": LoopTable,
-    "frame": FrameTable,
-    "effect": EffectTable,
-}
-#: For the author of another Denavit-Hartenberg table.
-_TABLE = (
-    "; the table is modified Denavit-Hartenberg: d is the length along x and r the length along z "
-    "(Craig's a and d), and alpha and d come before theta and r; alpha and a of row j of a "
-    "standard table are alpha and d of row j + 1"
-)
-# Error type of pydantic -> message for the author of the file.
-_WORDS = {
-    "missing": "is missing; it must be given",
-    "model_type": "is not a table; accepted: [name] with keys below it, [[name]] where it repeats",
-    "dict_type": "is not a table; accepted: [name] with keys below it",
-    "list_type": "is not a list; accepted: [...] ([] for none), or [[name]] for each table",
-    "tuple_type": "is not a list; accepted: [...]",
-    "int_type": "is no integer; accepted: an integer",
-    "bool_type": "is not a truth value; accepted: true or false",
-    "string_type": "is not a text; accepted: a text in quotes",
-}
-
-
-def validated(data: dict[str, object]) -> RobotFile:
-    """Check keys and types of a parsed file.
+def require_keys(table: Any, known: Collection[str], place: str) -> None:
+    """Refuse what is no table, or has an unknown key.
 
     Raises:
-        RobotError: the message gives the place of the first error, and the accepted input.
+        RobotError: the message has the accepted keys.
     """
-    try:
-        return RobotFile.model_validate(data)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        place, kind = _place(fault["loc"]), fault["type"]
-        if kind == "extra_forbidden":
-            table = _TABLES[str(fault["loc"][0])] if len(fault["loc"]) > 1 else RobotFile
-            what = f"unknown key; accepted: {', '.join(table.model_fields)}"
-        elif kind in _WORDS:
-            what = _WORDS[kind]
-        elif kind in ("too_short", "too_long"):
-            context = fault["ctx"]
-            limit = context.get("min_length") or context.get("max_length")
-            side = "at least" if kind == "too_short" else "at most"
-            what = f"{context['actual_length']} entries; accepted: {side} {limit}"
-        else:
-            message = fault["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-            what = f"accepted: {message}"
-        if fault["loc"][-1] in ("convention", "a"):
-            what += _TABLE
-        raise RobotError(f"{place}: {what}") from error
+    if not isinstance(table, dict):
+        raise RobotError(
+            f"{place}: is not a table; accepted: [name] with keys below it, [[name]] where it "
+            "repeats"
+        )
+    for key in table:
+        if key not in known:
+            notation = NOTATION if key == "a" else ""
+            raise RobotError(
+                f"{place}, key {shortened(key)!r}: unknown key; accepted: {', '.join(known)}"
+                f"{notation}"
+            )
 
 
-def _place(loc: tuple[str | int, ...]) -> str:
-    """Write a position in the file for a reader: joint 2, key 'alpha'."""
-    words: list[str] = []
-    for part in loc:
-        if isinstance(part, int) and words:
-            words[-1] += f" {part + 1}" if len(words) == 1 else f", entry {part + 1}"
-        elif len(words) < 2:
-            words.append(str(part) if not words else f"key {part!r}")
-    return ", ".join(words) or "file"
+class TableReader:
+    """Reads the tables of one file.
+
+    Args:
+        where: name of the file in warnings.
+        n: number of movable joints.
+
+    Attributes:
+        geometry: the named lengths and angles so far, with their exact values.
+    """
+
+    def __init__(self, where: str, n: int = 0) -> None:
+        self.where, self.n = where, n
+        self.geometry: dict[str, sp.Expr] = {}
+
+    def table(self, kind: type[Table], table: Any, place: str, **beside: Any) -> Table:
+        """Return a table as a frozen value.
+
+        Args:
+            kind: the dataclass.
+            table: the content in the file.
+            place: words for the table in messages, such as "joint 2".
+            beside: fields that are no keys.
+
+        Raises:
+            RobotError: a key is unknown or missing, or its value is not accepted.
+        """
+        known = keys(kind)
+        require_keys(table, known, place)
+        found = dict(beside)
+        for key, value in table.items():
+            found[key] = self.value(known[key], value, f"{place}, key {key!r}")
+        for f in fields(kind):  # type: ignore[arg-type]  # every kind is a dataclass
+            if f.name not in found and f.default is MISSING and f.default_factory is MISSING:
+                raise RobotError(f"{place}, key {f.name!r}: is missing; it must be given")
+        return kind(**found)
+
+    def value(self, hint: Any, value: Any, place: str) -> Any:
+        """Return a value of the file as its annotation describes it."""
+        origin, parts = get_origin(hint), get_args(hint)
+        if origin is Annotated:
+            return self._checked(parts[0], parts[1:], value, place)
+        if origin in (Union, UnionType):  # a list or not; no file can contain None
+            chosen = parts[1] if isinstance(value, list) and parts[1] is not NoneType else parts[0]
+            return self.value(chosen, value, place)
+        if origin is tuple:
+            return self._list(parts, value, place)
+        if origin is dict:
+            require_keys(value, value, place)
+            return {key: self.value(parts[1], x, f"{place}, {key!r}") for key, x in value.items()}
+        if hint is float:
+            return finite_number(value, place)
+        if hint is sp.Expr:
+            with located(place):
+                return self.expression(value, self.geometry)
+        if type(value) is not hint:
+            raise RobotError(f"{place}: accepted: {_PLAIN[hint]}")
+        return value
+
+    def _checked(self, hint: Any, marks: tuple[Any, ...], value: Any, place: str) -> Any:
+        for mark in marks:
+            if isinstance(mark, Before):
+                value = mark.convert(value)
+        value = self.value(hint, value, place)
+        if PER_JOINT in marks and len(value) != self.n:
+            raise RobotError(
+                f"{place}: {len(value)} entries; accepted: one for each of the {self.n} movable "
+                "joints"
+            )
+        for mark in marks:
+            if isinstance(mark, Check) and not mark.passes(value):
+                raise RobotError(f"{place}: accepted: {mark.accepted}")
+        return self.angle(value, place) if ANGLE in marks else value
+
+    def _list(self, parts: tuple[Any, ...], value: Any, place: str) -> tuple[Any, ...]:
+        if not isinstance(value, list):
+            raise RobotError(f"{place}: is not a list; accepted: [...] ([] for none)")
+        hints = [parts[0]] * len(value) if parts[-1] is Ellipsis else parts
+        if len(hints) != len(value):
+            raise RobotError(f"{place}: {len(value)} entries; accepted: {len(hints)}")
+        pairs = enumerate(zip(hints, value, strict=True), 1)
+        return tuple(self.value(hint, x, f"{place}, entry {k}") for k, (hint, x) in pairs)
+
+    def at_values(self, expr: sp.Expr) -> sp.Expr:
+        """Substitute the values of the named lengths."""
+        named = {s: self.geometry[s.name] for s in expr.free_symbols if s.name in self.geometry}
+        return expr.subs(named) if named else expr  # most expressions are plain numbers
+
+    def expression(self, value: Any, known: Collection[str]) -> sp.Expr:
+        """Return a number or a text of the safe grammar as an exact expression.
+
+        Args:
+            value: from the file.
+            known: names that may occur.
+
+        Raises:
+            RobotError: it is no expression, or has no finite real value.
+        """
+        if not isinstance(value, str):
+            finite_number(value, "", " or an expression in quotes")
+        written = repr(shortened(str(value)))
+        try:
+            expr = (
+                expressions.parse(value, tuple(known))
+                if isinstance(value, str)
+                else expressions.exact(value)
+            )
+            with located(written):
+                expressions.check_finite(self.at_values(expr))
+                # sqrt(L1**2) is |L1|: the sign comes from the value in the file.
+                expr = expr.replace(
+                    lambda e: e.func is sp.Abs,
+                    lambda e: e.args[0] if self.at_values(e.args[0]) >= 0 else -e.args[0],
+                )
+                expressions.check_plain(expr)
+                expressions.check_plain(self.at_values(expr))
+        except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
+            raise RobotError(f"{written} has no finite real value") from error
+        return expr
+
+    def angle(self, expr: sp.Expr, place: str) -> sp.Expr:
+        """Return an angle with decimals replaced by the fractions of pi that they equal.
+
+        Raises:
+            RobotError: the angle is not in rad, or a fraction of pi with too large a denominator.
+        """
+        with located(place):
+            exact = sp.Add(*(written_fraction(_rational(term)) for term in sp.Add.make_args(expr)))
+            with located(repr(expressions.text(expr))):
+                expressions.check_plain(exact)
+            value = float(self.at_values(exact).evalf(30))
+            if abs(value) > _MAX_TURNS * math.tau:
+                raise RobotError(
+                    f"{value:.6g} rad is over two turns; accepted: angles in rad, not degrees"
+                )
+            for term in sp.Add.make_args(sp.expand(exact)):
+                factor, base = term.as_coeff_Mul()
+                if base is sp.pi and factor.q > _MAX_DENOMINATOR:
+                    raise RobotError(
+                        f"{expressions.text(term)}; accepted: fractions of pi with a "
+                        f"denominator of at most {_MAX_DENOMINATOR}"
+                    )
+        near = exact_numbers.fraction_of_pi(exact_numbers.context().mpf(value))
+        if near is not None and (self.at_values(exact) - near * sp.pi).evalf(30) != 0:
+            meant = expressions.text(near * sp.pi)
+            warnings.warn(
+                f"{self.where}: {place}: {shortened(expressions.text(exact))} is within 1e-4 of "
+                f"{meant}, but not it; write {meant!r} if that is meant",
+                SymgenWarning,
+                stacklevel=2,
+            )
+        return exact
+
+
+def finite_number(value: Any, place: str, more: str = "") -> float:
+    """Return a number of a file.
+
+    Raises:
+        RobotError: it is none, or not finite; `more` ends what is accepted.
+    """
+    start = f"{place}: accepted: " if place else "accepted: "
+    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
+        raise RobotError(f"{start}a number{more}")
+    found = Decimal(value)
+    if not found.is_finite() or found.adjusted() > _LARGEST:
+        raise RobotError(f"{start}a finite number under 1e{_LARGEST}{more}")
+    return float(found)
+
+
+def _rational(term: sp.Expr) -> sp.Expr:
+    factor, rest = term.as_independent(*term.free_symbols, as_Add=False)
+    return sp.radsimp(factor) * rest if factor.has(sp.Pow) else term

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
 from decimal import Decimal
 from typing import Any
 
@@ -11,73 +12,78 @@ import numpy as np
 import sympy as sp
 
 from symgen.robot import expressions
-from symgen.robot.types import LENGTHS, Joint, Robot
+from symgen.robot.effect import Effect
+from symgen.robot.schema import keys
+from symgen.robot.tables import CONVENTION, Drive, EffectTable
+from symgen.robot.types import Joint, Robot
 
 
 def robot_toml(robot: Robot) -> str:
     """Return the robot as robot.toml text; reading it gives the same robot."""
     gravity = "input" if robot.gravity_input else robot.gravity
-    head = {"name": robot.name, "convention": "modified-dh", "gravity": gravity}
+    head = {"name": robot.name, "convention": CONVENTION, "gravity": gravity}
     tables: list[tuple[str, Mapping[str, Any]]] = [("[robot]", head)]
     if robot.geometry:
         tables.append(("[geometry]", dict(robot.geometry)))
     tables += [(f"[[joint]]  # {joint.number}", _joint(joint)) for joint in robot.joints]
-    for c in robot.couplings:
-        tables.append(("[[coupling]]", {"joints": (c.first, c.second), "ratio": c.ratio}))
+    tables += [("[[coupling]]", _entries(coupling)) for coupling in robot.couplings]
     if robot.payload is not None:
         tables.append(("[payload]", {"joint": robot.payload}))
-    tables += [("[[loop]]", {"cut": (loop.first, loop.second)}) for loop in robot.loops]
-    sought = [(s.effect, {name: ends for name, *ends in s.ranges}) for s in robot.sought]
-    for effect, ranges in [*((e, {}) for e in robot.effects), *sought]:
-        about: dict[str, Any] = {"name": effect.name, "joints": effect.joints}
-        if effect.own:
-            about |= {
-                "torque": expressions.text(effect.torque[0][1]),
-                "linear": dict(effect.linear),
-            }
-        about["nonlinear"] = dict(effect.constants) | ranges or None
-        tables.append(("[[effect]]", about))
-    tables += [("[[frame]]", vars(frame)) for frame in robot.frames]
+    tables += [("[[loop]]", _entries(loop)) for loop in robot.loops]
+    tables += [("[[effect]]", _effect(effect, {})) for effect in robot.effects]
+    for s in robot.sought:
+        ranges = {name: ends for name, *ends in s.ranges}
+        tables.append(("[[effect]]", _effect(s.effect, ranges)))
+    tables += [("[[frame]]", _entries(frame)) for frame in robot.frames]
     if robot.limits is not None:
-        tables.append(("[limits]", vars(robot.limits) | {"boxes": robot.limits.boxes or None}))
+        tables.append(("[limits]", _entries(robot.limits)))
     if robot.drive is not None:
-        ratio = np.array(robot.drive.ratio)
-        diagonal = np.array_equal(ratio, np.diag(np.diag(ratio)))
-        sides = {
-            key: side if side != "motor" else None
-            for key, side in vars(robot.drive).items()
-            if key.endswith("side")
-        }
-        about = {"ratio": (np.diag(ratio) if diagonal else ratio).tolist()}
-        tables.append(("[drive]", vars(robot.drive) | sides | about))
+        tables.append(("[drive]", _entries(robot.drive) | {"ratio": _ratio(robot.drive)}))
     if robot.controller is not None:
-        tables.append(("[controller]", vars(robot.controller)))
+        tables.append(("[controller]", _entries(robot.controller)))
     if robot.log_columns:
         tables.append(("[log]", {"columns": robot.log_columns}))
     return "\n".join(f"{head}\n{_lines(entries)}" for head, entries in tables)
 
 
-def _joint(joint: Joint) -> dict[str, Any]:
-    """Return the entries of a joint that differ from the defaults."""
-    out: dict[str, Any] = {"sigma": joint.sigma}
-    if joint.antecedent != joint.number - 1:
-        out["antecedent"] = joint.antecedent
-    out |= {key: getattr(joint, key) for key in LENGTHS if not getattr(joint, key).is_zero}
-    out["name"] = joint.name or None
-    out["actuated"] = None if joint.actuated else False
-    if joint.follows is not None:
-        out["follows"] = expressions.text(joint.follows)
-    elif not joint.fixed:
-        out["friction"] = joint.friction
-        out["coulomb_width"] = joint.coulomb_width or None
-        out["rotor_inertia"] = joint.rotor_inertia
+def _entries(table: Any, *always: str) -> dict[str, Any]:
+    """Return the entries of a table that differ from the defaults, and some others."""
+    out, known = {}, keys(type(table))
+    for f in fields(table):
+        value = getattr(table, f.name)
+        default = f.default_factory() if f.default_factory is not MISSING else f.default
+        if f.name in known and (value != default or f.name in always):
+            out[f.name] = value
     return out
 
 
+def _joint(joint: Joint) -> dict[str, Any]:
+    """Return the entries of a joint; the default of its antecedent is the joint before it."""
+    out = _entries(joint, "friction", "rotor_inertia")
+    if not joint.movable:
+        del out["friction"], out["rotor_inertia"]
+    if joint.antecedent == joint.number - 1:
+        del out["antecedent"]
+    return out
+
+
+def _effect(effect: Effect, ranges: Mapping[str, Any]) -> dict[str, Any]:
+    torque = expressions.text(effect.torque) if effect.own else ""
+    linear = dict(effect.linear) if effect.own else {}
+    constants = {**dict(effect.constants), **ranges}
+    return _entries(EffectTable(effect.name, effect.joints, torque, linear, constants))
+
+
+def _ratio(drive: Drive) -> list[Any]:
+    """Return the gear ratios as a list if each motor moves its own joint, else as a matrix."""
+    ratio = np.array(drive.ratio)
+    diagonal: list[Any] = np.diag(ratio).tolist()
+    return diagonal if np.array_equal(ratio, np.diag(diagonal)) else ratio.tolist()
+
+
 def _lines(entries: Mapping[str, Any]) -> str:
-    """Write the entries of a table, except those that are None."""
-    known = ((key, value) for key, value in entries.items() if value is not None)
-    return "".join(f"{key} = {_value(value)}\n" for key, value in known)
+    """Write the entries of a table."""
+    return "".join(f"{key} = {_value(value)}\n" for key, value in entries.items())
 
 
 def _value(value: Any) -> str:

@@ -11,11 +11,10 @@ parallelogram, has no variable: q_j = sum of c_jk q_k + constant.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated
 
 import sympy as sp
 
@@ -24,6 +23,21 @@ from symgen.errors import RobotError
 from symgen.files import html_table
 from symgen.robot import expressions
 from symgen.robot.effect import Effect, Named, Sought, distinct
+from symgen.robot.tables import (
+    BESIDE,
+    Angle,
+    Check,
+    Coupling,
+    Drive,
+    Frame,
+    Limits,
+    Loop,
+    Number,
+    Servo,
+    Title,
+    Width,
+    word_check,
+)
 
 _VARIABLE = re.compile(r"q\d+")
 #: Gravity in frame 0 if it is an input of the kernels. No length of a file can have these names.
@@ -33,16 +47,12 @@ GRAVITY_INPUT = (
     sp.Symbol("X_g3", real=True),
 )
 #: The constants of a joint transform in the order of a table.
-ANGLES = ("gamma", "alpha", "theta")
 LENGTHS = ("gamma", "b", "alpha", "d", "theta", "r")
-#: Limits with one entry for each movable joint.
-OF_JOINTS = ("position", "velocity", "acceleration", "jerk", "torque")
 _SHOWN = 30  # characters of a name in the table of joints, which is wide
 #: Columns of `Robot.table`.
 HEADER = ("joint", "name", "sigma", "antecedent", *LENGTHS, "follows")
 #: Gravity along z for files that give none, m/s2.
 EARTH = sp.Rational(-981, 100)
-_ROUNDING = 1e-15  # of the sine and cosine of a right angle
 #: How a robot file says that no motor drives a joint.
 WITHOUT_MOTOR = (
     "write actuated = false under its [[joint]] in robot.toml (symgen import FILE writes one)"
@@ -88,21 +98,21 @@ class Joint(Typed):
     no motor: its torque is zero.
     """
 
-    number: int
-    sigma: int
-    antecedent: int
-    gamma: sp.Expr = sp.S.Zero
+    number: Annotated[int, BESIDE]
+    sigma: Annotated[int, Check("0 (revolute), 1 (prismatic) or 2 (fixed)", range(3).__contains__)]
+    antecedent: Number
+    gamma: Angle = sp.S.Zero
     b: sp.Expr = sp.S.Zero
-    alpha: sp.Expr = sp.S.Zero
+    alpha: Angle = sp.S.Zero
     d: sp.Expr = sp.S.Zero
-    theta: sp.Expr = sp.S.Zero
+    theta: Angle = sp.S.Zero
     r: sp.Expr = sp.S.Zero
-    friction: tuple[str, ...] = ("coulomb", "viscous")
-    coulomb_width: float = 0.0
-    rotor_inertia: bool = True
-    follows: sp.Expr | None = None
-    name: str = ""
+    name: Title = ""
     actuated: bool = True
+    follows: sp.Expr | None = None
+    friction: tuple[Annotated[str, word_check(*names.FRICTION)], ...] = ("coulomb", "viscous")
+    coulomb_width: Width = 0.0
+    rotor_inertia: bool = True
 
     @property
     def movable(self) -> bool:
@@ -127,98 +137,6 @@ class Joint(Typed):
         return self.follows.subs({joint_variable(k): 0 for k, _ in self.shares})
 
 
-@dataclass(frozen=True)
-class Coupling:
-    """A drive that moves two joints: u = qd_j + ratio qd_k. Its parameters have the number k."""
-
-    first: int
-    second: int
-    ratio: sp.Expr
-
-
-@dataclass(frozen=True)
-class Loop:
-    """A closed chain: frames on both sides of the cut joint, with common origin and z axis."""
-
-    first: int
-    second: int
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A frame on a link, such as a flange or a tool: constant in the frame of its joint.
-
-    Attributes:
-        name: of the link in a file of another format.
-        joint: number of the joint that moves the link; 0 for the base.
-        xyz: origin in the frame of the joint, m.
-        rpy: roll, pitch and yaw, rad, as in a URDF: Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
-    """
-
-    name: str
-    joint: int
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    @property
-    def transform(self) -> tuple[tuple[float, ...], ...]:
-        """The (4, 4) transform of points from this frame to that of the joint."""
-        (cr, cp, cy), (sr, s, sy) = (tuple(map(f, self.rpy)) for f in (math.cos, math.sin))
-        turn = (
-            (cy * cp, cy * s * sr - sy * cr, cy * s * cr + sy * sr),
-            (sy * cp, sy * s * sr + cy * cr, sy * s * cr - cy * sr),
-            (-s, cp * sr, cp * cr),
-        )
-        rows = (
-            (*(x if abs(x) > _ROUNDING else 0.0 for x in row), at)
-            for row, at in zip(turn, self.xyz, strict=True)
-        )
-        return (*rows, (0.0, 0.0, 0.0, 1.0))
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits of the movable joints and of the work cell; None if there is no limit.
-
-    Attributes:
-        position: lowest and highest position of each joint, rad or m.
-        velocity: largest speed of each joint, rad/s or m/s.
-        acceleration: largest acceleration of each joint, rad/s2 or m/s2.
-        jerk: largest jerk of each joint, rad/s3 or m/s3.
-        torque: largest torque of each joint, N m or N.
-        floor: height in frame 0, m; moving link frames and the tool stay above it.
-        tool: position of the tool in the frame of the last link, m.
-        boxes: regions in frame 0, m, that they avoid: x, y and z, each from low to high.
-    """
-
-    position: tuple[tuple[float, float], ...] | None = None
-    velocity: tuple[float, ...] | None = None
-    acceleration: tuple[float, ...] | None = None
-    jerk: tuple[float, ...] | None = None
-    torque: tuple[float, ...] | None = None
-    floor: float | None = None
-    tool: tuple[float, float, float] | None = None
-    boxes: tuple[tuple[tuple[float, float], ...], ...] = ()
-
-    def __post_init__(self) -> None:
-        for key, value in vars(self).items():  # lists are accepted too
-            object.__setattr__(self, key, _tuples(value))
-
-    def over(self, own: Limits | None) -> Limits:
-        """Return these limits, completed with the limits of a robot."""
-        said = {key: value for key, value in vars(self).items() if value not in (None, ())}
-        return replace(own or Limits(), **said)
-
-    @property
-    def cell(self) -> bool:
-        """Whether there is a floor or a box to avoid."""
-        return self.floor is not None or bool(self.boxes)
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(map(_tuples, value)) if isinstance(value, (list, tuple)) else value
-
-
 def require_gravity(robot: Robot, what: str) -> None:
     """Refuse a robot whose gravity is an input.
 
@@ -234,52 +152,6 @@ def require_gravity(robot: Robot, what: str) -> None:
             f'robot {robot.name!r}: gravity = "input" has no place in {what}; accepted: three '
             "numbers there"
         )
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.
-
-    Both sides have the same power, so tau_joint = N' tau_motor; and tau_motor = K i.
-
-    Attributes:
-        ratio: (n, n) N, in motor turns per joint turn (rad/m where the joint is prismatic).
-        torque_constant: (n,) K in N m/A on the motor side; None if logs contain torques.
-        position_side: the side of q and qd in logs, "motor" or "joint".
-        torque_side: the side of tau in logs, "motor" or "joint"; currents are those of the motors.
-        gain: (n,) factors for the torques on the joint side; None for 1.
-        gain_std: (n,) standard deviations of the gains.
-    """
-
-    ratio: tuple[tuple[float, ...], ...]
-    torque_constant: tuple[float, ...] | None = None
-    gain: tuple[float, ...] | None = None
-    gain_std: tuple[float, ...] | None = None
-    position_side: str = "motor"
-    torque_side: str = "motor"
-
-    @property
-    def gain_uncertainty_percent(self) -> float | None:
-        """Largest relative standard deviation of a gain, percent; None if unknown."""
-        if self.gain_std is None:
-            return None
-        gain = self.gain or (1.0,) * len(self.gain_std)
-        return 100 * max(s / abs(g) for s, g in zip(self.gain_std, gain, strict=True))
-
-
-@dataclass(frozen=True)
-class Servo:
-    """Position control of the joints: tau = kp (qr - q) + kd (qdr - qd), on the joint side.
-
-    Attributes:
-        kp: (n,) N m/rad (N/m).
-        kd: (n,) N m s/rad (N s/m).
-        scale: "known", or "unknown" if the gains are known up to a common factor.
-    """
-
-    kp: tuple[float, ...]
-    kd: tuple[float, ...]
-    scale: str = "known"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.kernels import LINK, Argument, Kernel
+from symgen.codegen.kernel import LINK, Argument, Kernel
 from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError
 from symgen.robot.expressions import shortened

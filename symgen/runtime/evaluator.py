@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.casadi_model import casadi_function
+from symgen.codegen.backends import c
+from symgen.codegen.backends.casadi import casadi_functions
 from symgen.codegen.derivations import Derivations
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model, derive
-from symgen.codegen.package import library
 from symgen.codegen.panels import panelled
 from symgen.errors import BuildError, ParameterError, SymgenWarning
 from symgen.robot.toml_io import read_robot
@@ -41,6 +41,7 @@ from symgen.runtime.calls import (
     result,
 )
 from symgen.runtime.flags import kernel_flags
+from symgen.runtime.kernel_methods import KernelMethods
 from symgen.views import Viewable
 
 if TYPE_CHECKING:
@@ -49,9 +50,6 @@ if TYPE_CHECKING:
 _BLOCK = 512  # samples that CasADi maps over in one call
 #: A batch of as many samples or more is evaluated on panels, which are compiled when first needed.
 MANY = 2**17
-
-_Array = Callable[..., FloatArray]
-_Arrays = Callable[..., tuple[FloatArray, ...]]
 
 
 class KernelFunction(ABC):
@@ -104,7 +102,7 @@ class KernelFunction(ABC):
         """Return a call that evaluates the kernel from arrays into arrays; it has a status."""
 
 
-class Evaluator(Viewable):
+class Evaluator(Viewable, KernelMethods):
     """A loaded model: every kernel is a method, `evaluator.mass_matrix(q, X)`.
 
     Every method takes one sample, arrays (n,), or N samples, (N, n), and X (p,), which all samples
@@ -116,15 +114,11 @@ class Evaluator(Viewable):
     Attributes:
         model: the derived model.
         backend: "c" or "casadi".
-        library: the cffi module, None for CasADi.
     """
 
-    def __init__(
-        self, model: Model, functions: Sequence[KernelFunction], library: ModuleType | None
-    ) -> None:
+    def __init__(self, model: Model, functions: Sequence[KernelFunction], backend: str) -> None:
         self.model = model
-        self.library = library
-        self.backend = "casadi" if library is None else "c"
+        self.backend = backend
         self._functions = {f.kernel.name: f for f in functions}
 
     def __repr__(self) -> str:
@@ -149,88 +143,12 @@ class Evaluator(Viewable):
                 f"kernel {name!r} is not in this model; accepted: {', '.join(self._functions)}"
             ) from None
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> KernelFunction:
-            if name in type(self).__annotations__:
-                return self[name]
-            raise AttributeError(f"an evaluator has no attribute {name!r}")
-
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """Columns (p - p_inertial,) of the power of friction, W; empty without friction."""
         if not self.has("friction_power"):
             arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))
         return np.asarray(self["friction_power"](q, qd))
-
-    energy_regressor: _Array
-    """Of (q, qd, g): h = DE + DU (p_inertial,): total energy is h . X[:p_inertial], J, up to a
-    constant."""
-    power_regressor: _Array
-    """Of (q, qd, qdd, g): Columns (p,) of power, W: qd' tau = out . X, the rate of energy plus
-    friction."""
-    momentum_regressor: _Arrays
-    """Of (q, qd, g): dT/dqd and dL/dq, (n, p_inertial) each: d/dt(dT/dqd) = tau - friction +
-    dL/dq."""
-    torque_regressor: _Array
-    """Of (q, qd, qdd, g): Columns (n, p) of torque, friction included: tau = out X."""
-    friction_torque: _Array
-    """Of (q, qd): Columns (n, p - p_inertial) of friction torque: out X[p_inertial:]."""
-    inverse_dynamics: _Array
-    """Of (q, qd, qdd, X, g): tau = M qdd + C qd + g + friction, (n,), N m or N."""
-    mass_matrix: _Array
-    """Of (q, X): M(q), (n, n), kg m2 (kg where prismatic)."""
-    gravity_torque: _Array
-    """Of (q, X, g): The torque (n,) that holds the arm at rest, without friction."""
-    coriolis: _Array
-    """Of (q, qd, X): C(q, qd), (n, n): C qd are the Coriolis torques, and dM/dt - 2 C is
-    skew-symmetric."""
-    bias_torque: _Array
-    """Of (q, qd, X, g): h = C qd + g + friction, (n,)."""
-    forward_dynamics: _Array
-    """Of (q, qd, tau, X, g): Accelerations (n,) under torques; a ParameterError where M is not
-    positive definite."""
-    energy: _Arrays
-    """Of (q, qd, X, g): Kinetic and potential energy, (1,) each, J; the latter up to a constant."""
-    frames: _Array
-    """Of (q): Transforms 0T_j (links, 4, 4), fixed links included."""
-    jacobian: _Array
-    """Of (q): Jacobian (6, n) of the last frame that moves, in frame 0: velocity, then turning."""
-    slotine_li_regressor: _Array
-    """Of (q, qd, qdr, qddr, g): Columns (n, p) of M qddr + C(q, qd) qdr + g + friction(qd)."""
-    slotine_li_torque: _Array
-    """Of (q, qd, qdr, qddr, X, g): M qddr + C(q, qd) qdr + g + friction(qd), (n,), C of
-    Christoffel's symbols."""
-    generalized_momentum: _Arrays
-    """Of (q, qd, X, g): p = M qd and rate = C' qd - g, (n,) each: dp/dt = tau - friction + rate."""
-    friction: _Array
-    """Of (qd, X): Torque (n,) of the friction that joints and couplings declare; effects are not in
-    it."""
-    effects: _Array
-    """Of (q, qd, qdd, X, g): Torque (n,) of the declared effects, of which a robot has at least
-    one."""
-    inverse_dynamics_derivatives: _Arrays
-    """Of (q, qd, qdd, X, g): dtau/dq and dtau/dqd, (n, n) each; dtau/dqdd is `mass_matrix`."""
-    forward_dynamics_derivatives: _Arrays
-    """Of (q, qd, tau, X, g): dqdd/dq, dqdd/dqd and dqdd/dtau, (n, n) each."""
-    solve_mass_matrix: _Array
-    """Of (q, b, X): x (n,) of M(q) x = b; a ParameterError where M is not positive definite."""
-    mass_matrix_factor: _Arrays
-    """Of (q, X): L (n, n) and the diagonal D (n,) of M = L D L'."""
-    link_jacobian: _Array
-    """Of (q, link, point): Jacobian (6, n), in frame 0, of a point (3,) in the frame of a link, by
-    its number."""
-    link_drift: _Array
-    """Of (q, qd, link, point): dJ/dt qd (6,) of such a point: its acceleration without qdd."""
-    base_parameters: _Array
-    """Of (standard): X (p,) from the standard parameters, in the order of `model.base.standard`."""
-    add_body: _Array
-    """Of (X, link, mass, com, inertia): X (p,) with a body fixed on a link; inertia XX XY XZ YY YZ
-    ZZ about com (3,)."""
-    standard_energy_regressor: _Arrays
-    """Of (q, qd, g): DE and DU of every standard parameter."""
-    standard_torque_regressor: _Array
-    """Of (q, qd, qdd, g): Columns of torque in every standard parameter, friction included."""
 
 
 def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluator:
@@ -260,7 +178,8 @@ def load(robot: Robot | Model | str | Path, *, backend: str = "auto") -> Evaluat
             if backend == "c":
                 raise
             _say_once(f"{error}; CasADi evaluates the model instead, which is slower")
-    return Evaluator(model, [_CasadiKernel(k, model) for k in model.kernels], None)
+    built = casadi_functions(model.robot.name, model.robot, model.kernels)
+    return Evaluator(model, [_CasadiKernel(k, built[k.name]()) for k in model.kernels], "casadi")
 
 
 @cache
@@ -269,47 +188,12 @@ def _say_once(message: str) -> None:
 
 
 def _compiled(model: Model, compiler: Compiler) -> Evaluator:
-    sources = Derivations.of(model.robot).sources(model.kernels, lambda: library(model))
+    sources = Derivations.of(model.robot).sources(model.kernels, lambda: c.functions(model))
     name = model.robot.name
     declarations = "\n".join(line for k in model.kernels for line in k.prototypes(name, "double"))
-    for header, declared in _IDENTIFIERS.items():
-        # Where gravity is an input the identifier takes g: it is for C alone.
-        if f"{name}_{header}" in sources and not model.robot.gravity_input:
-            declarations += declared.replace("NAME", name)
     module = build_module(sources, declarations, compiler, kernel_flags(compiler))
     functions = [_CKernel(k, model, module, compiler) for k in model.kernels]
-    return Evaluator(model, functions, module)
-
-
-#: What Python sees of the identifiers, by header.
-_IDENTIFIERS = {
-    "identifier.h": """
-size_t NAME_identifier_size(size_t window);
-int NAME_identifier_init(void *state, size_t bytes, size_t window, int mode, double forgetting);
-int NAME_identifier_step(void *state, const double *q, const double *qd, const double *tau,
-                         double dt);
-int NAME_identifier_status(const void *state);
-void NAME_identifier_restart(void *state);
-int NAME_identifier_run(void *state, size_t N, const double *t, const double *q, const double *qd,
-                        const double *tau);
-int NAME_identifier_read(const void *state, double *X, double *std);
-int NAME_identifier_rest(void *state, const double *noise);
-int NAME_identifier_excited(const void *state, double *out);
-typedef struct NAME_least_squares {
-    double R[...]; double z[...]; double forgetting; double rss; double count; ...;
-} NAME_least_squares;
-const NAME_least_squares *NAME_identifier_state(const void *state);
-int NAME_least_squares_init(NAME_least_squares *s, double forgetting);
-int NAME_least_squares_update(NAME_least_squares *s, const double *row, double y);
-void NAME_least_squares_merge(NAME_least_squares *s, const NAME_least_squares *other);
-int NAME_least_squares_solve(const NAME_least_squares *s, double *X, double *std, double *rss);
-""",
-    "identifier_momentum.h": """
-size_t NAME_identifier_momentum_size(size_t window);
-int NAME_identifier_momentum_init(void *state, size_t bytes, size_t window, int mode,
-                                  double forgetting);
-""",
-}
+    return Evaluator(model, functions, "c")
 
 
 class _CKernel(KernelFunction):
@@ -356,31 +240,39 @@ class _CKernel(KernelFunction):
 
 
 class _CasadiKernel(KernelFunction):
-    def __init__(self, kernel: Kernel, model: Model) -> None:
+    def __init__(self, kernel: Kernel, function: Any) -> None:
         self.kernel = kernel
-        self._function = casadi_function(model, kernel, flat=True)
-        self._maps: dict[int, Any] = {}
+        self._map = cache(function.map)  # at most _BLOCK of them, small ones
 
     def _bound(
         self, inputs: Sequence[FloatArray], outputs: Sequence[FloatArray], count: int | None
     ) -> Callable[[], int | None]:
+        N = 1 if count is None else count
+        rows = []
+        for a, array in zip(self.kernel.inputs, inputs, strict=True):
+            rows.append(array.reshape(1 if a.shared else N, array.shape[-1]))
+        shapes = [(N, *o.shape) for o in self.kernel.outputs]
+        filled = [out.reshape(shape) for out, shape in zip(outputs, shapes, strict=True)]
+
         def call() -> int:
-            if count is None:
-                for out, value in zip(outputs, self._function.call(list(inputs)), strict=True):
-                    out[...] = np.array(value).reshape(out.shape)
-            for at in range(0, count or 0, _BLOCK):
-                size = min(_BLOCK, count - at if count else 0)
-                if size not in self._maps:  # at most _BLOCK of them, small ones
-                    self._maps[size] = self._function.map(size)
-                part = [
-                    np.repeat(array[:, None], size, axis=1) if a.shared else array[at : at + size].T
-                    for a, array in zip(self.kernel.inputs, inputs, strict=True)
-                ]
-                for out, block in zip(outputs, self._maps[size].call(part), strict=True):
-                    out[at : at + size] = np.array(block).T.reshape(size, *out.shape[1:])
+            for at in range(0, N, _BLOCK):
+                size = min(_BLOCK, N - at)
+                part = []
+                for a, row in zip(self.kernel.inputs, rows, strict=True):
+                    block = np.repeat(row, size, axis=0) if a.shared else row[at : at + size]
+                    part.append(block.T)
+                for out, matrices in zip(filled, self._map(size).call(part), strict=True):
+                    out[at : at + size] = _samples(np.array(matrices), (size, *out.shape[1:]))
             if not self.kernel.guards or all(np.isfinite(o).all() for o in outputs):
                 return 0
             known = all(np.isfinite(a).all() for a in inputs)
             return NOT_POSITIVE_DEFINITE if known else NOT_FINITE
 
         return call
+
+
+def _samples(block: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """Return the matrices of samples, which stand side by side in a block, as (N, ...)."""
+    rows, columns = block.shape
+    matrices = block.reshape(rows, shape[0], columns // shape[0])
+    return matrices.swapaxes(0, 1).reshape(shape)

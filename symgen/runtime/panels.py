@@ -7,25 +7,18 @@ rounding, for any N and any position in the batch.
 
 from __future__ import annotations
 
-import os
-import time
-from collections.abc import Callable
-from functools import cache
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.backends import c
+from symgen.codegen.kernel import Kernel
 from symgen.codegen.model import Model
-from symgen.codegen.package import library
 from symgen.errors import ParameterError
 from symgen.runtime.build import Compiler, build_module
 from symgen.runtime.calls import Bound, FloatArray, buffers, checked, result
 from symgen.runtime.flags import panel_flags
 
 _LINE = 64  # bytes of a cache line, to which outputs are aligned
-_CACHE = 8 * 2**20  # bytes, where the machine does not say
-_ROUNDS = 3
 
 
 class Panels:
@@ -49,7 +42,7 @@ class Panels:
             f"int {name}_rows(int stream, size_t N, const size_t *strides, {listed});\n"
             f"int {name}_panels(int stream, size_t N, const size_t *strides, {listed});\n"
         )
-        sources = library(model, (kernel.name,), panels=True)
+        sources = c.functions(model, (kernel.name,), panels=True)
         module = build_module(sources, declarations, compiler, panel_flags(compiler))
         self.kernel = kernel
         self.width = int(getattr(module.lib, f"{name}_width")())
@@ -73,7 +66,7 @@ class Panels:
         found: FloatArray | tuple[FloatArray, ...] = result(self.kernel, outputs, status)
         return found
 
-    def bind(self, count: int, *, rows: bool = True, stream: bool | None = None) -> Bound:
+    def bind(self, count: int, *, rows: bool = True, stream: bool = False) -> Bound:
         """Return the kernel on fixed buffers of a batch.
 
         Args:
@@ -82,8 +75,7 @@ class Panels:
                 (ceil(N / width), size, width), which need no transposition: entry [k, i, l] is
                 output i of sample k width + l, and entries after the last sample repeat it.
                 Entries that are zero for every sample are written once, so panels are read-only.
-            stream: whether to write outputs past the cache. By default, symgen does so if they are
-                larger than the cache and if it is faster on these buffers.
+            stream: whether to write outputs past the cache, for outputs that are larger than it.
         """
         inputs, _ = buffers(self.kernel, count)
         blocks = -(-count // self.width)
@@ -96,26 +88,7 @@ class Panels:
         for out in outputs if not rows else ():
             out.fill(0.0)
             out.setflags(write=False)
-        if stream is None:
-            size = sum(o.nbytes for o in outputs)
-            part = min(count, count * 2 * cache_bytes() // size) if size else 0
-            stream = size > cache_bytes() and _streaming_pays(
-                lambda past: function(past, part, self._ffi.NULL, *pointers)
-            )
-        past = bool(stream)
-        return Bound(inputs, outputs, lambda: function(past, count, self._ffi.NULL, *pointers))
-
-
-def _streaming_pays(evaluate: Callable[[bool], object]) -> bool:
-    """Whether streaming stores are faster, timed in turn with normal ones."""
-    times: dict[bool, list[float]] = {False: [], True: []}
-    evaluate(False)
-    for _ in range(_ROUNDS):
-        for past, taken in times.items():
-            begun = time.perf_counter()
-            evaluate(past)
-            taken.append(time.perf_counter() - begun)
-    return min(times[True]) < min(times[False])
+        return Bound(inputs, outputs, lambda: function(stream, count, self._ffi.NULL, *pointers))
 
 
 def aligned(shape: tuple[int, ...]) -> FloatArray:
@@ -124,16 +97,3 @@ def aligned(shape: tuple[int, ...]) -> FloatArray:
     room = np.empty(size + _LINE // 8)
     start = -room.ctypes.data % _LINE // 8
     return room[start : start + size].reshape(shape)
-
-
-@cache
-def cache_bytes() -> int:
-    """Return the size of the last cache before memory."""
-    for name in ("SC_LEVEL4_CACHE_SIZE", "SC_LEVEL3_CACHE_SIZE", "SC_LEVEL2_CACHE_SIZE"):
-        try:
-            size = os.sysconf(name)
-        except (AttributeError, OSError, ValueError):
-            continue
-        if size > 0:
-            return size
-    return _CACHE

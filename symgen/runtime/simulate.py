@@ -9,7 +9,6 @@ that friction holds creeps, by about the width times the time: 0.01 mrad in a se
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -131,6 +130,7 @@ class _Slope:
         self._bound = evaluator[_KERNEL].bind()
         self._q, self._qd, self._tau, parameters = self._bound.inputs
         parameters[...] = X[: len(parameters)]
+        self._rate = np.empty(2 * len(self._q))  # SciPy copies it
 
     def __call__(self, t: float, x: FloatArray) -> FloatArray:
         """Return dx/dt.
@@ -139,17 +139,19 @@ class _Slope:
             ParameterError: the mass matrix is not positive definite, or the state is too large.
         """
         n = len(self._q)
-        self._q[...] = x[:n]
-        self._qd[...] = x[n:]
-        self._tau[...] = self.law(t, x[:n], x[n:])
-        failed = self._bound.call() or not math.isfinite(self._bound.out.sum())
-        if failed or np.abs(x).max() > _FAR:
+        q, qd = x[:n], x[n:]
+        self._q[...] = q
+        self._qd[...] = qd
+        self._tau[...] = self.law(t, q, qd)
+        if self._bound.call() or x @ x > _FAR**2:
             raise ParameterError(
                 f"simulate: t = {t:.6g} s: the mass matrix is not positive definite, or the motion "
                 "is not finite; accepted: parameters of a robot that can exist, and torques under "
                 "which it stays"
             )
-        return np.concatenate([x[n:], self._bound.out])
+        self._rate[:n] = qd
+        self._rate[n:] = self._bound.out
+        return self._rate
 
 
 def _integrated(

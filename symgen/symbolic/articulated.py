@@ -41,11 +41,11 @@ from symgen.symbolic.spatial import (
     plus,
     replaced,
     scaled,
-    shifted,
+    shift_moment,
     symmetric,
     transposed,
     turned,
-    unit,
+    unit_vector,
 )
 from symgen.symbolic.tape import TapeBuilder
 
@@ -99,7 +99,7 @@ class Articulated:
             value = self.J[i][k] + length * {b: -self.H[i][c], c: self.H[i][b]}.get(k, sp.S.Zero)
             value += length * {b: -H[k][c], c: H[k][b]}.get(i, sp.S.Zero)
             J[i, k] = tape.entry(value, "aJ", motion.tag, i, k)
-        n = shifted(self.n, self.f, motion.back, "an", tape)
+        n = shift_moment(self.n, self.f, motion.back, "an", tape)
         return Articulated(symmetric(J), matrix(lambda i, k: H[i][k]), M, n, self.f)
 
 
@@ -141,7 +141,7 @@ def _symmetric(a: Matrix, motion: Turn, letter: str, tape: TapeBuilder) -> Matri
 
 def rigid(body: Inertia) -> Articulated:
     """Return one link: H = [m] x."""
-    H = matrix(lambda i, k: cross(body.m, unit(k))[i])
+    H = matrix(lambda i, k: cross(body.m, unit_vector(k))[i])
     M = matrix(lambda i, k: body.M if i == k else sp.S.Zero)
     return Articulated(body.J, H, M, ZERO, ZERO)
 

@@ -30,7 +30,7 @@ from symgen.symbolic.elimination import (
 )
 from symgen.symbolic.energy import energy_tape, stacked, state_columns
 from symgen.symbolic.guard import require_floats_agree
-from symgen.symbolic.kinematics import by_joint
+from symgen.symbolic.kinematics import joint_map
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
@@ -297,7 +297,7 @@ class _Columns:
         if self.robot.gravity_input:
             rest = self._state(field, 1)
             state["g"] = [field.numbers(count) for _ in range(3)]
-        number = by_joint(self.robot, [getattr(q, "number", q) for q in state["q"]])
+        number = joint_map(self.robot, [getattr(q, "number", q) for q in state["q"]])
         columns = state_columns(self.energy, self.state, field, state, rest, number)
         h: Residues = stacked(columns, count)
         return (h[1:] - h[:1]) % field.p

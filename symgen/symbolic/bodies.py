@@ -20,14 +20,14 @@ and a shift of the origin along one axis k by l (Huygens and Steiner) gives
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import sympy as sp
 
 from symgen import names
-from symgen.symbolic.kinematics import Frame, Way
-from symgen.symbolic.motion import Motion
+from symgen.symbolic.kinematics import Way
+from symgen.symbolic.motion import LinkState
 from symgen.symbolic.spatial import (
     UPPER,
     ZERO,
@@ -38,15 +38,13 @@ from symgen.symbolic.spatial import (
     Vector,
     around,
     cross,
-    dot,
     matrix,
+    matvec,
     named,
     plus,
     replaced,
     scaled,
     symmetric,
-    times,
-    transposed,
     turned,
     vector,
 )
@@ -60,7 +58,7 @@ def products(w: Vector, j: int, tape: TapeBuilder) -> Matrix:
     return symmetric({(a, b): tape.entry(w[a] * w[b], "P", j, a, b) for a, b in UPPER})
 
 
-def unit_wrench(prefix: str, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
+def unit_wrench(prefix: str, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
     """Return (f, n) of a link whose one parameter `prefix` is 1."""
     p, dw, a = products(motion.w, j, tape), motion.dw, motion.a
     if prefix == names.MASS:
@@ -156,31 +154,6 @@ class Inertia:
             return Inertia(J, replaced(m, {k: tape.entry(m[k] + ml, "m", tag, k)}), self.M)
         return Inertia(J, turned(m, motion.back, f"m{j}_", tape), self.M)
 
-    def placed(self, axes: Sequence[Vector], origin: Vector, tape: TapeBuilder) -> Inertia:
-        """Return the body in the frame in which its own frame has these axes and this origin.
-
-        With the rotation R, the origin p, m' = R m + M p and h = (R m + m') / 2,
-
-            J' = R J R^T + 2 (p . h) - p h^T - h p^T
-        """
-        rows = transposed(tuple(axes))
-        half_turned = [named(times(self.J, row), f"u{i}_", tape) for i, row in enumerate(rows)]
-        m = named(times(rows, self.m), "r", tape)
-        moment = named(plus(m, scaled(self.M, origin)), "m", tape)
-        both = named(scaled(_HALF, plus(m, moment)), "h", tape)
-        shift = {(i, k): tape.entry(origin[i] * both[k], "o", "", i, k)
-                     for i in range(3) for k in range(3)}  # fmt: skip
-        J = {}
-        for i, k in UPPER:
-            value = dot(rows[i], half_turned[k])
-            if i == k:
-                a, b = around(i)
-                value += 2 * tape.entry(shift[a, a] + shift[b, b], "d", "", i)
-            else:
-                value -= shift[i, k] + shift[k, i]
-            J[i, k] = tape.entry(value, "J", "", i, k)
-        return Inertia(symmetric(J), moment, self.M)
-
     def less_half_trace(self, tag: str, tape: TapeBuilder) -> Matrix:
         """Return J - tr(J)/2."""
         trace = tape.name(f"t{tag}", self.J[0][0] + self.J[1][1] + self.J[2][2])
@@ -192,14 +165,14 @@ class Inertia:
         """Return (l, k) of the body's motion."""
         w, V = twist
         lin = plus(scaled(self.M, V), cross(w, self.m))
-        return lin, plus(times(self.J, w), cross(self.m, V))
+        return lin, plus(matvec(self.J, w), cross(self.m, V))
 
-    def rate(self, frame: Frame, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
+    def rate(self, frame: LinkState, lin: Vector, j: int, tape: TapeBuilder) -> Inertia:
         """Return dJ/dt in the fixed frame that coincides with the link frame now, with l for m.
 
         R = [w] J - J [w] + 2 (m . V) - V m^T - m V^T
         """
-        w, V, J, m = frame.w, frame.V, self.J, self.m
+        (w, V), J, m = frame.twist, self.J, self.m
         R = {}
         for a in range(3):
             b, c = around(a)
@@ -212,7 +185,7 @@ class Inertia:
             R[a, b] = tape.entry(value, "R", j, a, b)
         return Inertia(symmetric(R), lin, sp.S.Zero)
 
-    def wrench(self, motion: Motion, j: int, tape: TapeBuilder) -> Screw:
+    def wrench(self, motion: LinkState, j: int, tape: TapeBuilder) -> Screw:
         """Return the wrench (f, n) of the body's motion.
 
         It is the sum of unit wrenches times parameters. This shares products of w and dw, and
@@ -237,7 +210,7 @@ class Inertia:
         return named(f, f"F{j}_", tape), named(n, f"N{j}_", tape)
 
     def virtual_wrench(
-        self, motion: Motion, tag: str, tape: TapeBuilder, name: Callable[[Vector, str], Vector]
+        self, motion: LinkState, tag: str, tape: TapeBuilder, name: Callable[[Vector, str], Vector]
     ) -> Screw:
         """Return (f, n) of the body under a reference motion, with Christoffel's symbols.
 
@@ -253,8 +226,8 @@ class Inertia:
         w, dw, a = motion.w, motion.dw, motion.a
         wm = name(cross(motion.turning, self.m), "h")
         f = plus(cross(dw, self.m), cross(w, wm), scaled(self.M, a))
-        k = name(times(self.less_half_trace(tag, tape), w), "k")
-        n = plus(cross(self.m, a), times(self.J, dw), cross(motion.turning, k))
+        k = name(matvec(self.less_half_trace(tag, tape), w), "k")
+        n = plus(cross(self.m, a), matvec(self.J, dw), cross(motion.turning, k))
         return name(f, "F"), name(n, "N")
 
 

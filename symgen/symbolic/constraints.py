@@ -30,7 +30,7 @@ def spread(robot: Robot, values: ByJoint, tape: TapeBuilder) -> ByJoint:
     return {j.number: followed(j, values, tape) for j in robot.moving}
 
 
-def folded(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) -> ByJoint:
+def to_variables(robot: Robot, by_joint: ByJoint, name: str, tape: TapeBuilder) -> ByJoint:
     """Return G^T by_joint: torques on the variables, from torques on the joints of the tree."""
     if len(robot.moving) == robot.n:
         return dict(by_joint)
@@ -52,11 +52,11 @@ def congruent(robot: Robot, rows: Rows, name: str, tape: TapeBuilder) -> Rows:
     """Return G^T rows G of a matrix over the joints of the tree."""
     if len(robot.moving) == robot.n:
         return rows
-    half = {j: folded(robot, row, f"{name}r{j}", tape) for j, row in rows.items()}
+    half = {j: to_variables(robot, row, f"{name}r{j}", tape) for j, row in rows.items()}
     out: Rows = {joint.number: {} for joint in robot.movable}
     for k in out:
         column = {j: row[k] for j, row in half.items() if k in row}
-        for j, value in folded(robot, column, f"{name}c{k}", tape).items():
+        for j, value in to_variables(robot, column, f"{name}c{k}", tape).items():
             out[j][k] = value
     return out
 

@@ -18,7 +18,7 @@ I_i, B_i and f_i are those of link i with all that it carries. 2 B is here
 
 with the momentum (l, k) of the bodies carried, and R = dJ/dt, the rate of their inertia. R moves to
 another frame by the rule of composite bodies, with l for m and without mass, so B costs as much as
-I. Only friction and effects are differentiated step by step.
+I. Friction and effects are closed expressions, which SymPy differentiates.
 """
 
 from __future__ import annotations
@@ -28,19 +28,20 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen.symbolic.bodies import Inertia, composites, products
-from symgen.symbolic.constraints import ByJoint, Rows, congruent, spread
+from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
     handed_down,
     loads,
     mass_matrix,
     rigid_torques,
-    with_load,
+    weighted_effects,
     wrenches,
 )
-from symgen.symbolic.forward import driving, factored, solved
-from symgen.symbolic.kinematics import Frame, by_joint, frames, variables
-from symgen.symbolic.motion import Motion, motions
+from symgen.symbolic.forward import driving, factor_solution, factored
+from symgen.symbolic.friction import friction_torque_slopes
+from symgen.symbolic.kinematics import joint_map, variables
+from symgen.symbolic.motion import LinkState, accelerations, velocities
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -48,13 +49,12 @@ from symgen.symbolic.spatial import (
     acting,
     axis,
     cross,
+    matvec,
     named,
     plus,
     scaled,
-    times,
 )
-from symgen.symbolic.tangent import tangents
-from symgen.symbolic.tape import TapeBuilder
+from symgen.symbolic.tape import TapeBuilder, real_symbol
 
 _HALF = sp.Rational(1, 2)
 
@@ -68,18 +68,29 @@ class Screws:
     second: Screw
 
 
+@dataclass(frozen=True)
+class _TorqueSlopes:
+    """dtau/dq and dtau/dqd, and `gain`: dtau_j over the rigid-body torque of joint j."""
+
+    by_q: Rows
+    by_qd: Rows
+    gain: ByJoint
+
+
 def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd, by rows and columns of movable joints."""
-    return _slopes(p, by_joint(p.robot, variables(p.robot).qdd))[0]
+    found = _slopes(p, joint_map(p.robot, variables(p.robot).qdd))
+    return found.by_q, found.by_qd
 
 
-def _slopes(p: Plant, qdd: ByJoint) -> tuple[tuple[Rows, Rows], ByJoint]:
-    """Return dtau/dq and dtau/dqd at given accelerations, and the load that effects depend on."""
+def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
+    """Return the slopes of the torque at the given accelerations."""
     by_q, by_qd = _rigid(p, qdd)
-    load: ByJoint = dict.fromkeys(p.numbers, sp.S.Zero)
-    if p.robot.loaded:
-        load = loads(p, rigid_torques(p, qdd))
-    return (_with_friction(p, by_q, load, "q"), _with_friction(p, by_qd, load, "qd")), load
+    load = loads(p, rigid_torques(p, qdd)) if p.robot.loaded else None
+    gain = _load_gains(p, load)
+    return _TorqueSlopes(
+        _with_friction(p, by_q, load, gain, "q"), _with_friction(p, by_qd, load, gain, "qd"), gain
+    )
 
 
 def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Expr]]:
@@ -94,65 +105,59 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     tape, order = p.tape, p.numbers
     right, positive = driving(p)
     factor = factored(p, mass_matrix(p))
-    qdd = solved(p, factor, right, "o")
-    slopes, load = _slopes(p, qdd)
-    share = {j: _share(p, load, j) for j in order}
+    qdd = factor_solution(p, factor, right, "o")
+    slopes = _slopes(p, qdd)
+    share = {}
+    for j, gain in slopes.gain.items():
+        share[j] = tape.name(f"h{j}", 1 / gain)
     inverse: Rows = {j: {} for j in order}
     by_q: Rows = {j: {} for j in order}
     by_qd: Rows = {j: {} for j in order}
     for k in order:
         unit = dict.fromkeys(order, sp.S.Zero) | {k: sp.S.One}
-        for j, value in solved(p, factor, unit, f"i{k}_").items():
+        for j, value in factor_solution(p, factor, unit, f"i{k}_").items():
             if value != 0:
                 inverse[j][k] = tape.name(f"I{j}_{k}", value * share[k])
-        for rows, found, letter in zip(slopes, (by_q, by_qd), "uv", strict=True):
+        for rows, found, letter in ((slopes.by_q, by_q, "u"), (slopes.by_qd, by_qd, "v")):
             right = {j: share[j] * rows[j].get(k, sp.S.Zero) for j in order}
-            for j, value in solved(p, factor, right, f"{letter}{k}_").items():
+            for j, value in factor_solution(p, factor, right, f"{letter}{k}_").items():
                 found[j][k] = -value
     return by_q, by_qd, inverse, [*positive, *factor.pivots]
 
 
-def _share(p: Plant, load: ByJoint, j: int) -> sp.Expr:
-    """Return 1 / E of a joint."""
-    symbol = _bare(load[j])
-    if not p.robot.loaded or symbol is None:
-        return sp.S.One
-    seed = {symbol: sp.S.One if load[j] == symbol else sp.S.NegativeOne}
-    slope = tangents({j: with_load(p, load)[j]}, seed, p.tape, f"E{j}_").get(j)
-    if slope is None:
-        return sp.S.One
-    return p.tape.name(f"h{j}", 1 / p.tape.name(f"g{j}", 1 + slope))
+def _load_gains(p: Plant, load: ByJoint | None) -> ByJoint:
+    """Return, by joint, 1 + the slope of effects over the rigid-body torque on the joint."""
+    gains: ByJoint = dict.fromkeys(p.numbers, sp.S.One)
+    for j in load or ():
+        columns = weighted_effects(p, load, real_symbol(f"taur{j}"))
+        gains[j] = p.tape.name(f"g{j}", 1 + combined(columns).get(j, sp.S.Zero))
+    return gains
 
 
-def _bare(expr: sp.Expr) -> sp.Symbol | None:
-    """Return the symbol of a name or of its negative."""
-    return expr if expr.is_Symbol else -expr if (-expr).is_Symbol else None
-
-
-def _with_friction(p: Plant, rigid: Rows, load: ByJoint, by: str) -> Rows:
+def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, by: str) -> Rows:
     """Add the derivatives of friction and effects, and fold joints that follow others."""
-    rows = congruent(p.robot, rigid, f"d{by}", p.tape)
-    rest = with_load(p, load)
-    out: Rows = {j: dict(rows[j]) for j in p.numbers}
+    tape, rows = p.tape, congruent(p.robot, rigid, f"d{by}", p.tape)
+    out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.numbers}
     for k, symbol in zip(p.numbers, getattr(variables(p.robot), by), strict=True):
-        seeds: dict[sp.Symbol, sp.Expr] = {symbol: sp.S.One}
-        for j, value in load.items():
-            own = _bare(value)
-            if own is not None:
-                slope = rows[j].get(k, sp.S.Zero)
-                seeds[own] = slope if own == value else -slope
-        for j, value in tangents(rest, seeds, p.tape, f"{by}{k}_").items():
+        columns = weighted_effects(p, None, symbol)
+        if load is not None:
+            columns += weighted_effects(p, load, symbol)
+        for j, value in combined(columns).items():
             out[j][k] = out[j].get(k, sp.S.Zero) + value
-    return {
-        j: {k: p.tape.name(f"D{by}{j}_{k}", v) for k, v in row.items()} for j, row in out.items()
-    }
+    if by == "qd":
+        for parameter, slopes in friction_torque_slopes(p.robot, tape):
+            for j, row in slopes.items():
+                for k, value in row.items():
+                    added = p.value(parameter.name) * value
+                    out[j][k] = out[j].get(k, sp.S.Zero) + added
+    return {j: {k: tape.name(f"D{by}{j}_{k}", v) for k, v in row.items()} for j, row in out.items()}
 
 
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd of links, over all joints that move."""
     tape = p.tape
-    moving, rates = frames(p.way, ZERO, tape), spread(p.robot, qdd, tape)
-    motion = motions(p.way, p.gravity, rates, tape)
+    moving, rates = velocities(p.way, ZERO, tape), spread(p.robot, qdd, tape)
+    motion = accelerations(p.way, p.gravity, rates, tape)
     force = handed_down(p, wrenches(p, rates), "")
     momentum = p.momenta(moving)
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
@@ -187,7 +192,7 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     return by_q, by_qd
 
 
-def _screws(own: Screw, frame: Frame, motion: Motion, j: int, tape: TapeBuilder) -> Screws:
+def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
@@ -227,8 +232,8 @@ def felt(
     (e, v), (turn, _) = screws.own, screws.twice
     (lin, ang), (f, n) = momentum, force
     second, first = body.momentum(screws.second), body.momentum(screws.twice)
-    spin = times(rate.J, e)
-    half = named(scaled(_HALF, plus(times(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
+    spin = matvec(rate.J, e)
+    half = named(scaled(_HALF, plus(matvec(rate.J, turn), cross(turn, ang))), f"g{i}_", tape)
     double = sp.Integer(2)
     found = {
         "p": (

@@ -19,21 +19,20 @@ from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.bodies import Inertia, composites
-from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, folded, spread
+from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread, to_variables
 from symgen.symbolic.effects import effect_columns
 from symgen.symbolic.energy import separate_columns
 from symgen.symbolic.kinematics import (
-    Frame,
     Way,
     arrays,
     builder,
-    by_joint,
     gravity,
+    joint_map,
     path,
-    steps,
     variables,
+    way_of,
 )
-from symgen.symbolic.motion import Letters, handed_back, motions, references
+from symgen.symbolic.motion import Letters, LinkState, accelerations, handed_back, references
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
@@ -75,7 +74,7 @@ class Plant:
             for j in self.robot.joints
         }
 
-    def momenta(self, moving: Mapping[int, Frame]) -> Wrenches:
+    def momenta(self, moving: Mapping[int, LinkState]) -> Wrenches:
         """Return the momentum (l, k) of every link, by joint number."""
         out = {}
         for j, body in self.bodies.items():
@@ -104,7 +103,7 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
     X = tuple(real_symbol(f"X_{p.name}") for p in base.parameters)
     tape = builder(robot, X)
-    return Plant(robot, base, tape, steps(robot, tape), gravity(robot, tape), X)
+    return Plant(robot, base, tape, way_of(robot, tape), gravity(robot, tape), X)
 
 
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
@@ -112,7 +111,7 @@ def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
 
     Effects of the load depend on the rigid-body torque at this motion, rotors included.
     """
-    qdd = by_joint(p.robot, variables(p.robot).qdd) if accelerating else {}
+    qdd = joint_map(p.robot, variables(p.robot).qdd) if accelerating else {}
     return in_all(p, rigid_torques(p, qdd))
 
 
@@ -133,13 +132,15 @@ def loads(p: Plant, rigid: ByJoint) -> ByJoint:
 def with_load(p: Plant, load: ByJoint) -> ByJoint:
     """Return the torque of effects under a load of the rigid body, and of friction, by joint."""
     none = dict.fromkeys(load, sp.S.Zero)
-    columns = load_columns(p, load)
+    columns = weighted_effects(p, load)
     return combined([(sp.S.One, none), *columns, (sp.S.One, friction_torques(p))])
 
 
-def load_columns(p: Plant, load: ByJoint) -> list[tuple[sp.Expr, ByJoint]]:
-    """Return the coefficients of effects of the load, and their columns by joint."""
-    columns = effect_columns(p.robot, p.tape, load)
+def weighted_effects(
+    p: Plant, load: ByJoint | None, by: sp.Symbol | None = None
+) -> list[tuple[sp.Expr, ByJoint]]:
+    """Return coefficients of effects with their columns by joint; see `effect_columns`."""
+    columns = effect_columns(p.robot, p.tape, load, by)
     return [(p.value(name), column) for name, column in columns.items()]
 
 
@@ -157,7 +158,7 @@ def with_rotors(p: Plant, torque: ByJoint, rate: ByJoint) -> ByJoint:
 
 def friction_torques(p: Plant, *, effects: bool = True) -> ByJoint:
     """Return the torque of friction, and of effects with columns if wanted, by joint."""
-    columns = friction.torque_columns(p.robot, p.tape)
+    columns = friction.friction_torque_columns(p.robot, p.tape)
     return combined((p.value(of.name), c) for of, c in columns if effects or of.prefix)
 
 
@@ -170,10 +171,10 @@ def joint_friction(p: Plant) -> ByJoint:
 def effect_torques(p: Plant) -> ByJoint:
     """Return the torque of the declared effects, by joint; those of the load at this motion."""
     none = dict.fromkeys(p.numbers, sp.S.Zero)
-    columns = [(p.value(n), column) for n, column in effect_columns(p.robot, p.tape).items()]
+    columns = weighted_effects(p, None)
     if p.robot.loaded:
-        load = loads(p, rigid_torques(p, by_joint(p.robot, variables(p.robot).qdd)))
-        columns += load_columns(p, load)
+        load = loads(p, rigid_torques(p, joint_map(p.robot, variables(p.robot).qdd)))
+        columns += weighted_effects(p, load)
     torque = combined([(sp.S.One, none), *columns])
     return {j: p.tape.name(f"T{j}", value) for j, value in torque.items()}
 
@@ -185,12 +186,12 @@ def gravity_torque(p: Plant) -> ByJoint:
 
 def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
     """Return the wrench that accelerates each link, at accelerations of all joints that move."""
-    motion = motions(p.way, p.gravity, qdd, p.tape)
+    motion = accelerations(p.way, p.gravity, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
 
 def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
-    return folded(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
+    return to_variables(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
 
 
 def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
@@ -251,7 +252,7 @@ def mass_matrix(p: Plant) -> Rows:
 def coriolis(p: Plant) -> Rows:
     """Return C by rows and columns of joint numbers: C qd are the torques, M' - 2 C is skew."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
-    real = motions(p.way, ZERO, {}, p.tape)
+    real = accelerations(p.way, ZERO, {}, p.tape)
     after = {s.joint.number: path(p.robot, s.joint.number) for s in p.way}
     for j in rows:
         moved = tuple(s for s in p.way if j in after[s.joint.number])

@@ -1,4 +1,4 @@
-"""Torque columns of effects on a tape: of a robot, of a definition alone, and along constants."""
+"""Torque columns of effects on a tape, and their derivatives: of a robot, of a definition alone."""
 
 from __future__ import annotations
 
@@ -15,10 +15,37 @@ from symgen.symbolic.constraints import ByJoint
 from symgen.symbolic.tape import Tape, TapeBuilder, real_symbol
 
 _VARIABLE = re.compile(r"qd?\d+")
+_EXPONENT = 2  # argument of a power
+
+
+class _Power(sp.Function):  # type: ignore[misc]  # SymPy has no types
+    """base**exponent with base >= 0, for derivatives: its slope is 0 where the base is 0."""
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Return the derivative by the base (1) or by the exponent (2)."""
+        base, exponent = self.args
+        nonzero = base + 1 - sp.sign(base)
+        return self * sp.log(nonzero) if argindex == _EXPONENT else exponent * self / nonzero
+
+    def _eval_is_extended_real(self) -> bool:
+        return True
+
+
+def slope(expr: sp.Expr, by: sp.Symbol) -> sp.Expr:
+    """Return the derivative of an expression of an effect.
+
+    sign(x) counts as constant, so that the derivative of |x| is sign(x). |x|^p has the slope 0
+    at 0 for every p > 0.
+    """
+    careful = expr.replace(
+        lambda part: part.is_Pow and not part.exp.is_Integer, lambda part: _Power(*part.args)
+    )
+    derivative = sp.diff(careful, by)
+    return derivative.replace(sp.DiracDelta, lambda *_: sp.S.Zero).replace(_Power, sp.Pow)
 
 
 def effect_columns(
-    robot: Robot, tape: TapeBuilder, load: ByJoint | None = None
+    robot: Robot, tape: TapeBuilder, load: ByJoint | None = None, by: sp.Symbol | None = None
 ) -> dict[str, ByJoint]:
     """Return the torque column of every coefficient of the robot's effects, by joint.
 
@@ -27,21 +54,24 @@ def effect_columns(
         tape: that the columns are written on.
         load: rigid-body torque on each movable joint. If given, the result has the columns of
             the coefficients whose torque depends on it, otherwise all other columns.
+        by: if given, the result has the derivatives of the columns by this variable instead.
     """
     torques = {real_symbol(f"taur{j}"): torque for j, torque in (load or {}).items()}
-    out = {}
+    loads = {s for torque in torques.values() for s in torque.free_symbols}
+    out: dict[str, ByJoint] = {}
     for effect in robot.effects:
         for name, _ in effect.linear:
             if effect.loads(name) != (load is not None):
                 continue
-            found = effect.columns(name).items()
-            columns = {j: _smooth(c.subs(torques), robot) for j, c in found}
-            used = {s for c in columns.values() for s in c.free_symbols}
-            loads = {s for torque in torques.values() for s in torque.free_symbols}
-            variables = {s for s in used if _VARIABLE.fullmatch(s.name)} | (used & loads)
-            out[name] = {
-                j: _lowered(c, f"D{name}_{j}", tape, variables) for j, c in columns.items()
-            }
+            column, label = _smooth(effect.column(name), robot), f"D{name}_{effect.joint}"
+            if by is not None:
+                column, label = slope(column, by), f"S{by.name}{name}_{effect.joint}"
+            out[name] = {}
+            if column != 0:
+                column = column.subs(torques)
+                used = column.free_symbols
+                variables = {s for s in used if _VARIABLE.fullmatch(s.name)} | (used & loads)
+                out[name][effect.joint] = _lowered(column, label, tape, variables)
     return out
 
 

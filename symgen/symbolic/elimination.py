@@ -25,7 +25,7 @@ class NeedsValuesError(SymgenError):
 
 
 class Coefficient(NamedTuple):
-    """A formula (or 50 digits, see `readable`), and its residue modulo each prime."""
+    """A formula (or 50 digits, see `readable_form`), and its residue modulo each prime."""
 
     value: sp.Expr
     residues: tuple[int, ...]
@@ -50,7 +50,7 @@ class Elimination:
     def exact(self, relation: Mapping[str, sp.Expr]) -> ExactRow:
         """Return a relation with the residues of its coefficients."""
         row = {
-            name: Coefficient(readable(c), tuple(int(f.constant(c)) for f in self.fields))
+            name: Coefficient(readable_form(c), tuple(int(f.constant(c)) for f in self.fields))
             for name, c in relation.items()
         }
         return {name: c for name, c in row.items() if any(c.residues)}
@@ -83,7 +83,7 @@ class Elimination:
             )
             if any(residues):
                 _require_small(factor.value, c.value)
-                out[n] = Coefficient(readable(before.value - factor.value * c.value), residues)
+                out[n] = Coefficient(readable_form(before.value - factor.value * c.value), residues)
             else:
                 out.pop(n, None)
         return out
@@ -94,7 +94,7 @@ class Elimination:
         inverses = [pow(r, -1, f.p) for r, f in zip(lead.residues, self.fields, strict=True)]
         return {
             n: Coefficient(
-                readable(c.value / lead.value),
+                readable_form(c.value / lead.value),
                 tuple(
                     r * i % f.p for r, i, f in zip(c.residues, inverses, self.fields, strict=True)
                 ),
@@ -110,7 +110,7 @@ def _require_small(a: sp.Expr, b: sp.Expr) -> None:
         raise NeedsValuesError("a regrouping formula is too large in named lengths and angles")
 
 
-def readable(expr: sp.Expr) -> sp.Expr:
+def readable_form(expr: sp.Expr) -> sp.Expr:
     """Return a coefficient as a person would write it.
 
     Polynomials in lengths are expanded, and sin(a)^2 becomes 1 - cos(a)^2. A coefficient without

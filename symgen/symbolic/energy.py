@@ -22,17 +22,8 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import drive_speed
-from symgen.symbolic.kinematics import (
-    Frame,
-    Way,
-    arrays,
-    builder,
-    by_joint,
-    frames,
-    gravity,
-    steps,
-    variables,
-)
+from symgen.symbolic.kinematics import Way, arrays, builder, gravity, joint_map, variables, way_of
+from symgen.symbolic.motion import LinkState, velocities
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
@@ -47,7 +38,7 @@ def energy_tape(robot: Robot) -> Tape:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     tape = builder(robot)
-    links = frames(steps(robot, tape), gravity(robot, tape), tape)
+    links = velocities(way_of(robot, tape), gravity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
     return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
@@ -59,7 +50,7 @@ def separate_tape(robot: Robot) -> Tape:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
     tape = builder(robot)
-    way, base = steps(robot, tape), gravity(robot, tape)
+    way, base = way_of(robot, tape), gravity(robot, tape)
     columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
     return tape.tape(
         arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
@@ -79,19 +70,19 @@ def separate_columns(
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
     """Return the columns of kinetic energy of some parameters, and those of potential energy."""
-    moving = frames(way, ZERO, tape)
-    resting = frames(tuple(step.still() for step in way), base_gravity, tape)
+    moving = velocities(way, ZERO, tape)
+    resting = velocities(tuple(step.still() for step in way), base_gravity, tape)
     return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
 
 
 def _columns(
     robot: Robot,
     parameters: Sequence[Parameter],
-    states: Sequence[tuple[str, Mapping[int, Frame]]],
+    states: Sequence[tuple[str, Mapping[int, LinkState]]],
     tape: TapeBuilder,
 ) -> list[list[sp.Expr]]:
     """Return a row for every parameter: its energy in each state; rotors move in the first."""
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     drives = {c.second: drive_speed(c, speed, tape) for c in robot.couplings}
     rows = []
     for p in parameters:
@@ -152,9 +143,9 @@ def _half_square(v: sp.Expr, name: str, tape: TapeBuilder) -> sp.Expr:
     return tape.name(f"D{name}", half * v)
 
 
-def _link_column(prefix: str, frame: Frame, name: str, tape: TapeBuilder) -> sp.Expr:
+def _link_column(prefix: str, frame: LinkState, name: str, tape: TapeBuilder) -> sp.Expr:
     """Return the column DE + DU of one parameter of a link."""
-    w, V, g = frame.w, frame.V, frame.g
+    (w, V), g = frame.twist, frame.g
     if prefix in names.INERTIA:
         a, b = UPPER[names.INERTIA.index(prefix)]
         return _half_square(w[a], name[1:], tape) if a == b else tape.name(name, w[a] * w[b])

@@ -13,11 +13,11 @@ from symgen.symbolic.dynamics import (
     Plant,
     friction_torques,
     inverse_dynamics,
-    load_columns,
     mass_matrix,
     rigid_torques,
+    weighted_effects,
 )
-from symgen.symbolic.kinematics import by_joint, variables
+from symgen.symbolic.kinematics import joint_map, variables
 
 #: Number of joints from which articulated bodies need fewer steps than factoring the mass matrix.
 MANY = 14
@@ -38,7 +38,7 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     rigid, rubbing = rigid_torques(p, {}), friction_torques(p)
     slopes = []  # of the effects by taur, for taur > 0 and for taur < 0
     for sign in (sp.S.One, sp.S.NegativeOne):
-        columns = load_columns(p, dict.fromkeys(order, sign))
+        columns = weighted_effects(p, dict.fromkeys(order, sign))
         slope = combined((sign * coefficient, column) for coefficient, column in columns)
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []
@@ -69,13 +69,13 @@ def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
         qdd, pivots = linear_solution(p, right)
         return qdd, [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
-    return solved(p, factor, right, "o"), [*positive, *factor.pivots]
+    return factor_solution(p, factor, right, "o"), [*positive, *factor.pivots]
 
 
 def solve_mass_matrix(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (x, pivots) of M x = b."""
     factor = factored(p, mass_matrix(p))
-    x = solved(p, factor, by_joint(p.robot, variables(p.robot).b), "o")
+    x = factor_solution(p, factor, joint_map(p.robot, variables(p.robot).b), "o")
     return x, list(factor.pivots)
 
 
@@ -89,7 +89,7 @@ def mass_matrix_factor(p: Plant) -> tuple[Rows, list[sp.Expr], list[sp.Expr]]:
 
 
 @dataclass(frozen=True)
-class Factor:
+class MassFactor:
     """M = L^T D L with ones on the diagonal of L.
 
     Attributes:
@@ -104,7 +104,7 @@ class Factor:
     pivots: tuple[sp.Expr, ...]
 
 
-def factored(p: Plant, M: Rows) -> Factor:
+def factored(p: Plant, M: Rows) -> MassFactor:
     """Factor a mass matrix from the tips: L keeps the zeros of branches (Featherstone 2005)."""
     rows = {j: dict(row) for j, row in M.items()}
     tape, order = p.tape, p.numbers
@@ -124,10 +124,10 @@ def factored(p: Plant, M: Rows) -> Factor:
                 if (k, j) in low:
                     value = rows[i].get(j, sp.S.Zero) - low[k, i] * rows[k][j]
                     rows[i][j] = rows[j][i] = tape.name(f"m{k}_{i}_{j}", value)
-    return Factor(low, inverse, tuple(pivots))
+    return MassFactor(low, inverse, tuple(pivots))
 
 
-def solved(p: Plant, factor: Factor, right: ByJoint, letter: str) -> ByJoint:
+def factor_solution(p: Plant, factor: MassFactor, right: ByJoint, letter: str) -> ByJoint:
     """Solve M x = right: L^T y = right from the tips, then D, then L from the base."""
     tape, order, low = p.tape, p.numbers, factor.low
     y = dict(right)

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from symgen import names
-from symgen.robot.types import Coupling, Robot
-from symgen.symbolic.constraints import ByJoint
+from symgen.robot.tables import Coupling
+from symgen.robot.types import Robot
+from symgen.symbolic.constraints import ByJoint, Rows
 from symgen.symbolic.effects import effect_columns
-from symgen.symbolic.kinematics import arrays, builder, by_joint, variables
+from symgen.symbolic.kinematics import arrays, builder, joint_map, variables
 from symgen.symbolic.parameters import Parameter, standard_parameters
 from symgen.symbolic.tape import Tape, TapeBuilder
 
@@ -52,9 +53,9 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
     outputs = []
     for p, drive in _drives(robot, tape):
         v, sharp = drive.speed, p.prefix in ("FS", "FSM") and not drive.width
-        power = sp.Abs(v) if sharp else v * _force(p, drive, tape)
+        power = sp.Abs(v) if sharp else v * _force(p, drive, tape)[0]
         outputs.append(tape.name(f"D{p.name}", power))
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     for name, column in effect_columns(robot, tape).items():
         power = sum((speed[j] * c for j, c in column.items()), sp.S.Zero)
         outputs.append(tape.name(f"D{name}", power))
@@ -64,16 +65,16 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
 def torque_tape(robot: Robot) -> Tape:
     """Derive the columns of torque of every friction parameter: n rows, row-major."""
     tape = builder(robot)
-    columns = [column for _, column in torque_columns(robot, tape)]
+    columns = [column for _, column in friction_torque_columns(robot, tape)]
     outputs = [c.get(j.number, sp.S.Zero) for j in robot.movable for c in columns]
     return tape.tape(arrays(robot, "q", "qd"), outputs)
 
 
-def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
+def friction_torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJoint]]:
     """Return, for every friction parameter, its torque on each joint that it acts on."""
     out = []
     for p, drive in _drives(robot, tape):
-        force = _force(p, drive, tape)
+        force, _ = _force(p, drive, tape)
         named = {j: tape.name(f"D{p.name}_{j}", c * force) for j, c in drive.share.items()}
         out.append((p, named))
     effects = effect_columns(robot, tape)
@@ -81,8 +82,24 @@ def torque_columns(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, ByJ
     return out + [(known[name], column) for name, column in effects.items()]
 
 
+def friction_torque_slopes(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, Rows]]:
+    """Return, for friction parameters, d(torque on j)/dqd_k by j and k, if it is not zero."""
+    out = []
+    for p, drive in _drives(robot, tape):
+        _, slope = _force(p, drive, tape)
+        if slope == 0:
+            continue
+        slope = tape.name(f"z{p.name}", slope)
+        rows: Rows = {j: {} for j in drive.share}
+        for j, a in drive.share.items():
+            for k, b in drive.share.items():
+                rows[j][k] = tape.name(f"z{p.name}_{j}_{k}", a * b * slope)
+        out.append((p, rows))
+    return out
+
+
 def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
-    speed = by_joint(robot, variables(robot).qd)
+    speed = joint_map(robot, variables(robot).qd)
     coupled = {
         c.second: _Drive(
             drive_speed(c, speed, tape),
@@ -103,14 +120,18 @@ def _drives(robot: Robot, tape: TapeBuilder) -> list[tuple[Parameter, _Drive]]:
     return out
 
 
-def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> sp.Expr:
-    """Return 1, v, or sign(v); a declared width gives tanh(v/width) instead of sign(v)."""
+def _force(p: Parameter, drive: _Drive, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:
+    """Return the force 1, v or sign(v), and its slope over v.
+
+    A declared width gives tanh(v/width) instead of sign(v). sign(v) has the slope 0.
+    """
     if p.prefix == "OF":
-        return sp.S.One
+        return sp.S.One, sp.S.Zero
     if p.prefix in ("FV", "FVM"):
-        return drive.speed
+        return drive.speed, sp.S.One
     if not drive.width:
-        return tape.name(f"s{p.name}", sp.sign(drive.speed))
+        return tape.name(f"s{p.name}", sp.sign(drive.speed)), sp.S.Zero
     inverse = tape.constant(f"k{p.name}", 1 / sp.Rational(repr(drive.width)))
     scaled = tape.name(f"x{p.name}", drive.speed * inverse)
-    return tape.name(f"s{p.name}", sp.tanh(scaled))
+    smooth = tape.name(f"s{p.name}", sp.tanh(scaled))
+    return smooth, inverse * (1 - smooth * smooth)

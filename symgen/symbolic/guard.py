@@ -16,7 +16,7 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import stacked, state_columns
-from symgen.symbolic.kinematics import by_joint
+from symgen.symbolic.kinematics import joint_map
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -73,7 +73,7 @@ def require_floats_agree(
     count = len(parameters) + _MARGIN
     state = random_inputs(robot, count, len(parameters))
     rest = {key: [x[:1] for x in entries] for key, entries in state.items()}
-    arithmetic, positions = Numbers(values, FUNCTIONS), by_joint(robot, state["q"])
+    arithmetic, positions = Numbers(values, FUNCTIONS), joint_map(robot, state["q"])
     out = state_columns(energy, parameters, arithmetic, state, rest, positions)
     W = stacked(out, count).astype(float)
     W = W[1:] - W[0]

@@ -43,7 +43,7 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     for effect, name in declared:
         if not np.isfinite(largest[place[name]]):
             raise RobotError(
-                f"effect {effect.name!r} of joint {effect.joints[0]}: the torque of {name} is not "
+                f"effect {effect.name!r} of joint {effect.joint}: the torque of {name} is not "
                 "a finite number everywhere; accepted: one that is, where joints are within half a "
                 "turn or 1 m and move at up to 3 rad/s or 1 m/s"
             )
@@ -58,7 +58,7 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         left = float(np.linalg.norm(column - others @ fit))
         if left <= _NEW * float(np.linalg.norm(column)):
             raise RobotError(
-                f"effect {effect.name!r} of joint {effect.joints[0]}: {name} is nothing new: "
+                f"effect {effect.name!r} of joint {effect.joint}: {name} is nothing new: "
                 "its torque is a combination of the model's other columns; accepted: an effect "
                 "that the declared friction and the rigid body do not contain"
             )

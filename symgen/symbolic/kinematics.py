@@ -1,21 +1,13 @@
-"""Velocity, gravity and height of every link, by recursion in link frames.
+"""The way from the base to every link: elementary motions, and the rates of the joints.
 
 The modified Denavit-Hartenberg transform is a product of elementary motions along and about z and
-x. The recursion applies them one by one to the state of a frame
-
-    w  angular velocity of the frame, in the frame                       [rad/s]
-    V  velocity of its origin, in the frame                              [m/s]
-    g  acceleration of gravity, in the frame                             [m/s2]
-    u  potential energy of a unit mass at the origin, -g . 0P            [J/kg]
-
-so that jw_j = jA_a aw_a + sigmabar z qd and jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
-(Khalil and Kleinfinger 1987; a is the antecedent of j). Zeros and signs of the geometry vanish
-while the steps are written. Every step has a name.
+x. Recursions apply them one by one. Zeros and signs of the geometry vanish while the steps are
+written. Every step has a name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +15,7 @@ import sympy as sp
 
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
-from symgen.symbolic.spatial import ZERO, Screw, Shift, Turn, Vector, onward, replaced, turned
+from symgen.symbolic.spatial import Shift, Turn, Vector
 from symgen.symbolic.tape import Symbols, TapeBuilder, real_symbol
 
 #: Names of arrays in generated code, which no step may have.
@@ -65,21 +57,6 @@ class Step:
     def still(self) -> Step:
         """Return the same step at rest."""
         return replace(self, qd=sp.S.Zero, rate=sp.S.Zero)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """State of one link frame, in that frame."""
-
-    w: Vector
-    V: Vector
-    g: Vector
-    u: sp.Expr
-
-    @property
-    def twist(self) -> Screw:
-        """Angular velocity, and velocity of the origin."""
-        return self.w, self.V
 
 
 @dataclass(frozen=True)
@@ -125,7 +102,7 @@ def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
     return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
 
 
-def by_joint(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
+def joint_map(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:
     """Return values of the movable joints by the number of the joint."""
     return dict(zip(robot.numbers, values, strict=True))
 
@@ -144,10 +121,10 @@ def carriers(robot: Robot) -> set[int]:
     return {number for joint in robot.moving for number in path(robot, joint.number)}
 
 
-def steps(robot: Robot, tape: TapeBuilder) -> Way:
+def way_of(robot: Robot, tape: TapeBuilder) -> Way:
     """Return the way to every joint, in file order; sines and cosines become steps of the tape."""
     variable = variables(robot)
-    q, qd = by_joint(robot, variable.q), by_joint(robot, variable.qd)
+    q, qd = joint_map(robot, variable.q), joint_map(robot, variable.qd)
     out = []
     for joint in robot.joints:
         j = joint.number
@@ -193,44 +170,6 @@ def gravity(robot: Robot, tape: TapeBuilder) -> Vector:
     if robot.gravity_input:
         return robot.gravity
     return tuple(tape.constant(f"g{a}", g) for a, g in zip("xyz", robot.gravity, strict=True))
-
-
-def frames(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, Frame]:
-    """Derive the state of every link frame, fixed links included, by joint number; 0 is the base.
-
-    Args:
-        way: from `steps`.
-        base_gravity: from `gravity`, or ZERO if the caller does not use it.
-        tape: receives the named steps.
-    """
-    states = {0: Frame(ZERO, ZERO, base_gravity, sp.S.Zero)}
-    for step in way:
-        states[step.joint.number] = next_frame(states[step.joint.antecedent], step, tape)
-    return states
-
-
-def next_frame(frame: Frame, step: Step, tape: TapeBuilder) -> Frame:
-    """Return the state of the frame of joint j from that of the link before it."""
-    j = step.joint.number
-    for motion in step.before:
-        frame = _moved(frame, motion, tape)
-    if step.joint.turns:
-        w3 = tape.name(f"W3{j}", frame.w[2] + step.rate)
-        frame = replace(frame, w=replaced(frame.w, {2: w3}))
-    for shift in step.after:
-        frame = _moved(frame, shift, tape)
-    if step.joint.slides:
-        V3 = tape.name(f"V3{j}", frame.V[2] + step.rate)
-        frame = replace(frame, V=replaced(frame.V, {2: V3}))
-    return frame
-
-
-def _moved(frame: Frame, motion: Turn | Shift, tape: TapeBuilder) -> Frame:
-    w, V = onward(frame.twist, motion, "WV", tape)
-    if isinstance(motion, Turn):
-        return Frame(w, V, turned(frame.g, motion, "G", tape), frame.u)
-    u = tape.name(f"U{motion.tag}", frame.u - frame.g[motion.axis] * motion.length)
-    return Frame(w, V, frame.g, u)
 
 
 def _angle(angle: sp.Expr, name: str, tape: TapeBuilder) -> tuple[sp.Expr, sp.Expr]:

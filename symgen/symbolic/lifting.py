@@ -21,7 +21,7 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
 from symgen.symbolic.energy import state_columns
-from symgen.symbolic.kinematics import by_joint
+from symgen.symbolic.kinematics import joint_map
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Arithmetic, Numbers, Tape, real_symbol
 
@@ -198,7 +198,7 @@ class _Columns:
             if self.robot.gravity_input:
                 state["g"] = [sp.Integer(draw.randrange(-9, 10)) for _ in range(3)]
             at_rest = {"q": rest.q, "qd": rest.qd}
-            number = by_joint(self.robot, point.number)
+            number = joint_map(self.robot, point.number)
             rows.append(
                 state_columns(self.tape, self.parameters, arithmetic, state, at_rest, number)
             )

@@ -1,7 +1,12 @@
-"""Accelerations, joint screws and wrenches along the way from the base to the links.
+"""Velocities, accelerations, joint screws and wrenches from the base to the links.
 
-Accelerations start from -g at the base, so weight needs no separate term (Luh, Walker and Paul
-1980). Steps repeat those of `frames` exactly, and the tape keeps one of each.
+With the antecedent a of joint j, its speed qd, and P from the origin of a to that of j,
+
+    jw_j = jA_a aw_a + sigmabar z qd,    jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
+
+(Khalil and Kleinfinger 1987). Accelerations start from -g at the base, so weight needs no separate
+term (Luh, Walker and Paul 1980). Steps repeat those of `velocities` exactly, and the tape keeps one
+of each.
 """
 
 from __future__ import annotations
@@ -34,16 +39,32 @@ from symgen.symbolic.tape import TapeBuilder
 
 
 @dataclass(frozen=True)
-class Motion:
-    """Velocity and acceleration of a link frame, in the frame; a is the acceleration minus gravity.
+class LinkState:
+    """LinkState of a link frame, in the frame.
 
-    A reference motion also has the real angular velocity of the link; None in the real motion.
+    A twist (w, V) passes on to the next link as the acceleration (dw, a) of a motion from rest
+    does. So the recursion of velocities is that of accelerations where w is zero.
+
+    Attributes:
+        dw: angular acceleration, or the angular velocity.
+        a: acceleration of the origin minus gravity, or the velocity of the origin.
+        w: angular velocity; zero in the recursion of velocities.
+        real: in a reference motion, the real angular velocity of the link.
+        g: gravity.
+        u: potential energy of a unit mass at the origin, J/kg.
     """
 
-    w: Vector
     dw: Vector
     a: Vector
+    w: Vector = ZERO
     real: Vector | None = None
+    g: Vector = ZERO
+    u: sp.Expr = sp.S.Zero
+
+    @property
+    def twist(self) -> Screw:
+        """Angular velocity, and velocity of the origin."""
+        return self.dw, self.a
 
     @property
     def turning(self) -> Vector:
@@ -70,13 +91,30 @@ class Letters:
     slide: str
 
 
+VELOCITY = Letters("", "W", "V", "V", "{}{}{}", "V{}{}")
 REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
 REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
-def motions(
+def velocities(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, LinkState]:
+    """Derive the twist, gravity and height of every link by joint number; 0 is the base.
+
+    Args:
+        way: from `steps`.
+        base_gravity: from `gravity`, or ZERO if the caller does not use it.
+        tape: receives the named steps.
+    """
+    states = {0: LinkState(ZERO, ZERO, g=base_gravity)}
+    for step in way:
+        rates = sp.S.Zero, sp.S.Zero, step.rate
+        before = states[step.joint.antecedent]
+        states[step.joint.number] = passed(before, step, rates, VELOCITY, tape)
+    return states
+
+
+def accelerations(
     way: Way, base_gravity: Vector, qdd: ByJoint, tape: TapeBuilder
-) -> Mapping[int, Motion]:
+) -> Mapping[int, LinkState]:
     """Derive w, dw and a of every link by joint number.
 
     Args:
@@ -95,18 +133,18 @@ def motions(
 
 def references(
     way: Way,
-    real: Mapping[int, Motion],
+    real: Mapping[int, LinkState],
     base_gravity: Vector,
     speed: ByJoint,
     acceleration: ByJoint,
     tape: TapeBuilder,
     letters: Letters = REFERENCE,
-) -> Mapping[int, Motion]:
+) -> Mapping[int, LinkState]:
     """Derive the reference motion of links by joint number, with their real velocity.
 
     Args:
         way: from `steps`, with the real speeds; the links before it rest.
-        real: the real motion of every link, from `motions`.
+        real: the real motion of every link, from `accelerations`.
         base_gravity: acceleration of gravity in frame 0.
         speed: reference speeds by joint number; absent means zero.
         acceleration: reference accelerations by joint number.
@@ -114,7 +152,7 @@ def references(
         letters: for the names of steps.
     """
     rest = _at_rest(base_gravity)
-    states: dict[int, Motion] = {}
+    states: dict[int, LinkState] = {}
     for step in way:
         j = step.joint.number
         rate = speed.get(j, sp.S.Zero)
@@ -125,17 +163,17 @@ def references(
     return states
 
 
-def _at_rest(base_gravity: Vector) -> Motion:
-    return Motion(ZERO, ZERO, scaled(sp.S.NegativeOne, base_gravity))
+def _at_rest(base_gravity: Vector) -> LinkState:
+    return LinkState(ZERO, scaled(sp.S.NegativeOne, base_gravity))
 
 
 def passed(
-    now: Motion,
+    now: LinkState,
     step: Step,
     rates: tuple[sp.Expr, sp.Expr, sp.Expr],
     letters: Letters,
     tape: TapeBuilder,
-) -> Motion:
+) -> LinkState:
     """Express a motion in the frame of joint j, and add its rate, speed and acceleration."""
     j, (rate, speed, faster) = step.joint.number, rates
     for motion in step.before:
@@ -145,7 +183,7 @@ def passed(
         dw = vector(lambda i: tape.name(letters.joint.format(letters.dw, i + 1, j), gained[i]))
         w = _faster(now.w, letters.joint.format(letters.w, 3, j), rate, tape)
         real = now.real and _faster(now.real, f"W3{j}", step.rate, tape)
-        now = Motion(w, dw, now.a, real)
+        now = replace(now, w=w, dw=dw, real=real)
     for shift in step.after:
         now = _moved(now, shift, letters, tape)
     if step.joint.slides:
@@ -165,16 +203,18 @@ def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
     return replaced(w, {2: tape.name(name, w[2] + rate)})
 
 
-def _moved(now: Motion, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> Motion:
+def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> LinkState:
     if isinstance(motion, Shift):
-        return replace(now, a=_carried(now, motion, letters.shift, tape))
+        a = _carried(now, motion, letters.shift, tape)
+        u = tape.name(f"U{motion.tag}", now.u - now.g[motion.axis] * motion.length)
+        return replace(now, a=a, u=u)
     w = turned(now.w, motion, letters.w, tape)
     real = now.real and turned(now.real, motion, "W", tape)
     dw, a = turned(now.dw, motion, letters.dw, tape), turned(now.a, motion, letters.a, tape)
-    return Motion(w, dw, a, real)
+    return LinkState(dw, a, w, real, turned(now.g, motion, "G", tape), now.u)
 
 
-def _carried(now: Motion, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+def _carried(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
     """Return a + dw x P + w x (real w x P) for P along one axis."""
     k, (i, h) = shift.axis, around(shift.axis)
 

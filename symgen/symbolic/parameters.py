@@ -62,7 +62,7 @@ def standard_parameters(robot: Robot) -> tuple[Parameter, ...]:
         for prefix in names.COUPLING_FRICTION:
             add(prefix, robot.joint(coupling.second), inertial=False)
     added = [
-        Parameter(name, "", effect.joints[0], unit, inertial=False, load=effect.loads(name))
+        Parameter(name, "", effect.joint, unit, inertial=False, load=effect.loads(name))
         for effect in robot.effects
         for name, unit in effect.linear
     ]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from symgen.symbolic.constraints import ByJoint, folded, spread
+from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.dynamics import (
     Plant,
     gravity_torque,
@@ -21,37 +21,38 @@ from symgen.symbolic.dynamics import (
     to_joints,
     with_rotors,
 )
-from symgen.symbolic.kinematics import by_joint, frames, variables
-from symgen.symbolic.motion import motions, references
-from symgen.symbolic.spatial import ZERO, acting, axis, moved
+from symgen.symbolic.kinematics import joint_map, variables
+from symgen.symbolic.motion import accelerations, references, velocities
+from symgen.symbolic.spatial import ZERO, acting, axis, screw_rate
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
     """Return M qddr + C(q, qd) qdr + g + friction(qd), and effects of its rigid-body torque."""
     variable, tape = variables(p.robot), p.tape
-    qdr, qddr = (by_joint(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
+    qdr, qddr = (joint_map(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
-    real = motions(p.way, ZERO, {}, tape)
+    real = accelerations(p.way, ZERO, {}, tape)
     found = references(p.way, real, p.gravity, speed, acceleration, tape)
     wrench = {
         j: body.virtual_wrench(found[j], f"{j}", tape, p.namer(f"{j}"))
         for j, body in p.bodies.items()
     }
-    torque = folded(p.robot, to_joints(p, wrench, "s"), "Tf", tape)
+    torque = to_variables(p.robot, to_joints(p, wrench, "s"), "Tf", tape)
     return in_all(p, with_rotors(p, torque, qddr))
 
 
 def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
-    tape, qd = p.tape, by_joint(p.robot, variables(p.robot).qd)
-    moving = frames(p.way, ZERO, tape)
+    tape, qd = p.tape, joint_map(p.robot, variables(p.robot).qd)
+    moving = velocities(p.way, ZERO, tape)
     total = handed_down(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
     for joint in p.robot.moving:
         j, screw, twist = joint.number, axis(joint.sigma), moving[joint.number].twist
         momentum[j] = acting(total[j], screw)
-        rate[j] = tape.name(f"r{j}", acting(total[j], moved(screw, twist)))
-    momentum, rate = folded(p.robot, momentum, "pf", tape), folded(p.robot, rate, "rf", tape)
+        rate[j] = tape.name(f"r{j}", acting(total[j], screw_rate(screw, twist)))
+    momentum = to_variables(p.robot, momentum, "pf", tape)
+    rate = to_variables(p.robot, rate, "rf", tape)
     weight, momentum = gravity_torque(p), with_rotors(p, momentum, qd)
     return (
         {j: tape.name(f"p{j}", momentum[j]) for j in p.numbers},

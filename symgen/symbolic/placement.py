@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from symgen.robot.types import Joint, Robot
-from symgen.symbolic.constraints import folded
-from symgen.symbolic.kinematics import Way, arrays, builder, path, steps
-from symgen.symbolic.motion import motions
+from symgen.symbolic.constraints import to_variables
+from symgen.symbolic.kinematics import Way, arrays, builder, path, way_of
+from symgen.symbolic.motion import accelerations
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -28,17 +28,17 @@ from symgen.symbolic.spatial import (
     named,
     plus,
     scaled,
-    unit,
+    unit_vector,
 )
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
 Place = tuple[Vector, ...]  # axes x, y, z and origin, in frame 0
 
 
-def places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
+def link_places(robot: Robot, tape: TapeBuilder) -> tuple[dict[int, Place], Way]:
     """Return the pose of every frame in frame 0, by joint number, and the steps that lead there."""
-    way = steps(robot, tape)
-    out: dict[int, Place] = {0: (*map(unit, range(3)), ZERO)}
+    way = way_of(robot, tape)
+    out: dict[int, Place] = {0: (*map(unit_vector, range(3)), ZERO)}
     for step in way:
         place = out[step.joint.antecedent]
         for motion in step.way:
@@ -66,7 +66,7 @@ def moved_place(place: Place, motion: Turn | Shift, tape: TapeBuilder) -> Place:
 def frames_tape(robot: Robot) -> Tape:
     """Derive 0T_j of every link, fixed ones included: (links, 4, 4), row-major."""
     tape = builder(robot)
-    placed, _ = places(robot, tape)
+    placed, _ = link_places(robot, tape)
     bottom = [sp.S.Zero, sp.S.Zero, sp.S.Zero, sp.S.One]
     out: list[sp.Expr] = []
     for joint in robot.joints:
@@ -82,7 +82,7 @@ def jacobian_tape(robot: Robot) -> Tape:
     A fixed joint on the base that comes after it in the file, as in a URDF, does not count.
     """
     tape = builder(robot)
-    placed, _ = places(robot, tape)
+    placed, _ = link_places(robot, tape)
     moving = {j.number for j in robot.moving}
     paths = (path(robot, joint.number) for joint in reversed(robot.joints))
     way = next(numbers for numbers in paths if moving.intersection(numbers))
@@ -108,7 +108,7 @@ def coordinates(letter: str, count: int = 3) -> Symbols:
 def link_jacobian_tape(robot: Robot) -> Tape:
     """Derive the Jacobian of a point of a link in frame 0: rows v then w, (6, n), row-major."""
     tape = _builder(robot)
-    placed, _ = places(robot, tape)
+    placed, _ = link_places(robot, tape)
     *axes, origin = (_chosen(robot, placed, k, f"R{k}", tape) for k in range(4))
     offsets = (scaled(c, a) for a, c in zip(axes, coordinates("c"), strict=True))
     tip = named(plus(origin, *offsets), "t", tape)
@@ -144,7 +144,7 @@ def _rows(robot: Robot, columns: Mapping[int, Screw], tape: TapeBuilder) -> list
     rows: list[sp.Expr] = []
     for row in range(6):
         entries = {j: column[row // 3][row % 3] for j, column in columns.items()}
-        moved = folded(robot, entries, f"J{row}", tape)
+        moved = to_variables(robot, entries, f"J{row}", tape)
         rows += [moved.get(joint.number, sp.S.Zero) for joint in robot.movable]
     return rows
 
@@ -152,8 +152,8 @@ def _rows(robot: Robot, columns: Mapping[int, Screw], tape: TapeBuilder) -> list
 def link_drift_tape(robot: Robot) -> Tape:
     """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular."""
     tape = _builder(robot)
-    placed, way = places(robot, tape)
-    motion = {j: (m.w, m.dw, m.a) for j, m in motions(way, ZERO, {}, tape).items()}
+    placed, way = link_places(robot, tape)
+    motion = {j: (m.w, m.dw, m.a) for j, m in accelerations(way, ZERO, {}, tape).items()}
     w, dw, a = (_chosen(robot, motion, k, letter, tape) for k, letter in enumerate("wxy"))
     axes = [_chosen(robot, placed, k, f"R{k}", tape) for k in range(3)]
     point = coordinates("c")

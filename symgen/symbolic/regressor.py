@@ -23,22 +23,29 @@ from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
-from symgen.symbolic.constraints import ByJoint, folded, spread
+from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.energy import inertial_parameters
-from symgen.symbolic.kinematics import (
-    Frame,
-    Way,
-    arrays,
-    builder,
-    by_joint,
-    frames,
-    gravity,
-    steps,
-    variables,
+from symgen.symbolic.kinematics import Way, arrays, builder, gravity, joint_map, variables, way_of
+from symgen.symbolic.motion import (
+    LinkState,
+    accelerations,
+    handed_on,
+    references,
+    screws,
+    velocities,
 )
-from symgen.symbolic.motion import Motion, handed_on, motions, references, screws
 from symgen.symbolic.parameters import Parameter
-from symgen.symbolic.spatial import Screw, Vector, acting, axis, cross, dot, moved, named, unit
+from symgen.symbolic.spatial import (
+    Screw,
+    Vector,
+    acting,
+    axis,
+    cross,
+    dot,
+    named,
+    screw_rate,
+    unit_vector,
+)
 from symgen.symbolic.tape import Tape, TapeBuilder
 
 Columns = list[ByJoint]
@@ -69,13 +76,13 @@ class _Scene:
             else _rotor(self, p, acceleration)
             for p in self.parameters
         ]
-        rubbing = friction.torque_columns(self.robot, self.tape)
+        rubbing = friction.friction_torque_columns(self.robot, self.tape)
         return self.close(inputs, [*columns, *(column for _, column in rubbing)])
 
     def close(self, inputs: Sequence[str], *matrices: Columns) -> Tape:
         """Return the tape of some matrices (n, columns), row-major, one after the other."""
         acting = [
-            [folded(self.robot, c, f"G{k}_{i}", self.tape) for i, c in enumerate(columns)]
+            [to_variables(self.robot, c, f"G{k}_{i}", self.tape) for i, c in enumerate(columns)]
             for k, columns in enumerate(matrices)
         ]
         rows = [
@@ -87,15 +94,15 @@ class _Scene:
         return self.tape.tape(arrays(self.robot, *inputs), rows)
 
 
-def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, Frame], Mapping[int, Motion]]:
+def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, LinkState]]:
     tape = builder(robot)
-    way = steps(robot, tape)
+    way = way_of(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
-    qdd = spread(robot, by_joint(robot, variables(robot).qdd), tape)
+    qdd = spread(robot, joint_map(robot, variables(robot).qdd), tape)
     base = gravity(robot, tape)
     screw, parameters = screws(way, tape), inertial_parameters(robot)
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
-    return scene, frames(way, base, tape), motions(way, base, qdd, tape)
+    return scene, velocities(way, base, tape), accelerations(way, base, qdd, tape)
 
 
 def torque_tape(robot: Robot) -> Tape:
@@ -113,7 +120,7 @@ def slotine_li_tape(robot: Robot) -> Tape:
     scene, _, real = _scene(robot)
     variable, tape = variables(robot), scene.tape
     qdr, qddr = (
-        spread(robot, by_joint(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
+        spread(robot, joint_map(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
     )
     found = references(scene.way, real, gravity(robot, tape), qdr, qddr, tape)
 
@@ -133,9 +140,9 @@ def momentum_tape(robot: Robot) -> Tape:
     scene, frame, _ = _scene(robot)
     # (dw, dV) of link i with q_j, by i and j. In frame j the joint's own speed makes no difference:
     # it is along z, through the origin.
-    own = {
-        joint.number: moved(axis(joint.sigma), frame[joint.number].twist) for joint in robot.moving
-    }
+    own = {}
+    for joint in robot.moving:
+        own[joint.number] = screw_rate(axis(joint.sigma), frame[joint.number].twist)
     change = handed_on(scene.way, own, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
@@ -155,11 +162,11 @@ def momentum_tape(robot: Robot) -> Tape:
     return scene.close(("q", "qd"), momentum, slope)
 
 
-def _weight(p: Parameter, here: Frame, screw: Screw) -> sp.Expr:
+def _weight(p: Parameter, here: LinkState, screw: Screw) -> sp.Expr:
     """Return the part of dL/dq_j that gravity adds, for one unit parameter."""
     e, v = screw
     if p.prefix in names.MOMENT:
-        return dot(unit(names.MOMENT.index(p.prefix)), cross(here.g, e))
+        return dot(unit_vector(names.MOMENT.index(p.prefix)), cross(here.g, e))
     return dot(here.g, v) if p.prefix == names.MASS else sp.S.Zero
 
 

@@ -41,13 +41,13 @@ def symmetric(entries: Mapping[tuple[int, int], sp.Expr]) -> Matrix:
 UPPER = tuple((i, k) for i in range(3) for k in range(i, 3))
 
 
-def unit(axis: int) -> Vector:
+def unit_vector(axis: int) -> Vector:
     """Return the unit vector of an axis."""
     return vector(lambda i: sp.Integer(int(i == axis)))
 
 
 ZERO: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
-Z = unit(2)
+Z = unit_vector(2)
 
 
 def axis(sigma: int) -> Screw:
@@ -81,7 +81,7 @@ def scaled(factor: sp.Expr, a: Sequence[sp.Expr]) -> Vector:
     return tuple(factor * x for x in a)
 
 
-def times(a: Matrix, b: Vector) -> Vector:
+def matvec(a: Matrix, b: Vector) -> Vector:
     """Return the product of a matrix and a vector."""
     return tuple(dot(row, b) for row in a)
 
@@ -96,7 +96,7 @@ def named(a: Sequence[sp.Expr], name: str, tape: TapeBuilder) -> Vector:
     return tuple(tape.entry(x, name, "", i) for i, x in enumerate(a))
 
 
-def moved(screw: Screw, twist: Screw) -> Screw:
+def screw_rate(screw: Screw, twist: Screw) -> Screw:
     """Return twist x screw, the rate of a screw that moves with a twist."""
     (e, v), (w, V) = screw, twist
     return cross(w, e), plus(cross(w, v), cross(V, e))
@@ -154,7 +154,7 @@ def turned(v: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
     return _renamed(v, new, letter, turn.tag, tape)
 
 
-def shifted(moment: Vector, v: Vector, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+def shift_moment(moment: Vector, v: Vector, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
     """Return moment + v x P: the velocity of the shifted origin, for (V, w)."""
     a, b = around(shift.axis)
     new = {a: moment[a] + v[b] * shift.length, b: moment[b] - v[a] * shift.length}
@@ -171,4 +171,4 @@ def onward(twist: Screw, motion: Turn | Shift, letters: Sequence[str], tape: Tap
     (w, V), (first, second) = twist, letters
     if isinstance(motion, Turn):
         return turned(w, motion, first, tape), turned(V, motion, second, tape)
-    return w, shifted(V, w, motion, second, tape)
+    return w, shift_moment(V, w, motion, second, tape)

@@ -322,10 +322,6 @@ class TapeBuilder:
         """Name an entry of an array by its letter, its indices counted from 1, and a tag."""
         return self.name(f"{letter}{''.join(str(k + 1) for k in places)}{tag}", expr)
 
-    def definitions(self) -> dict[sp.Symbol, sp.Expr]:
-        """Return the steps so far: what each symbol stands for."""
-        return {symbol: expr for expr, symbol in self._steps.items()}
-
     def tape(
         self, inputs: Iterable[tuple[str, Sequence[sp.Symbol]]], outputs: Sequence[sp.Expr]
     ) -> Tape:

@@ -27,7 +27,7 @@ int main(void)
 {% for a in k.arguments %}
         static const {{ a.real }} {{ a.name }}[{{ a.points }}][{{ a.size }}] = {
 {% for row in a.rows %}
-            { {{ row }} },
+            { {{ row | join(a.suffix ~ ", ") }}{{ a.suffix }} },
 {% endfor %}
         };
 {% endfor %}

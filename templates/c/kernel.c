@@ -25,6 +25,11 @@
 {% for line in k.body %}
     {{ line }}
 {% endfor %}
+{% if k.guards %}
+{# Guards have the order of the elimination: after the first failure, nothing has a meaning. #}
+{# NaN makes every comparison by <= false, and x - x is 0 if x is finite. #}
+{% include "status.c" %}
+{% endif %}
 {% endif %}
 }
 {% include "batch.c" %}

@@ -7,7 +7,7 @@
 {% endmacro %}
 {% macro lanes() %}
 {{ strides() }}{% for a in inputs %}
-    {{ k.dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
+    {{ dtype }} padded_{{ a.name }}[REACH({{ a.size }}u)];
     lanes lanes_{{ a.name }}[BLOCKS({{ a.size }}u)];
 {% endfor %}
     if (N == 0u) {
@@ -37,7 +37,17 @@ ALWAYS int panel({{ k.panel.parameters }}, const int stream)
 {% for line in k.panel.body %}
     {{ line }}
 {% endfor %}
-    return {{ k.panel.status }};
+{% if k.guards %}
+{% set zero = "0.0" if dtype == "double" else "0.0f" %}
+    const mask singular = {% for g in k.panel.guards %}(mask)({{ g }} <= {{ zero }}){{ ";" if loop.last else " | " }}{% endfor %}
+
+    const mask odd = {% for g in k.panel.guards %}(~(mask)({{ g }} > {{ zero }}) & ~(mask)({{ g }} <= {{ zero }})) | {% endfor %}
+{% for r in k.panel.results %}(~(mask)({{ r }} - {{ r }} == {{ zero }})){{ ";" if loop.last else " | " }}{% endfor %}
+
+    const int status = (lanes_any(singular) ? (int){{ name }}_NOT_POSITIVE_DEFINITE : 0)
+        | (lanes_any(odd & ~singular) ? (int){{ name }}_NOT_FINITE : 0);
+{% endif %}
+    return {{ "status" if k.guards else "0" }};
 }
 
 /* Compiled once for rows and panels. */
@@ -53,7 +63,7 @@ int {{ name }}_{{ k.name }}_rows(int stream, size_t N, const size_t *strides,
 {{ lanes() }}{% for o in outputs %}
     lanes lanes_{{ o.name }}[BLOCKS({{ o.size }}u)];
 {% endfor %}
-    {{ k.dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
+    {{ dtype }} scratch[{{ k.panel.largest }}u * {{ name }}_WIDTH] __attribute__((aligned(64)));
 {% for o in outputs %}
     memset(lanes_{{ o.name }}, 0, sizeof lanes_{{ o.name }});
 {% endfor %}

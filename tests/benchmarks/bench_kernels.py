@@ -40,10 +40,10 @@ from rich.console import Console
 from rich.table import Table
 
 import symgen
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.backends.c import functions
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.kernels import ALL
 from symgen.codegen.model import Model
-from symgen.codegen.package import library
-from symgen.codegen.recipes import ALL
 from symgen.codegen.verification import physical_parameters
 
 ROBOTS = ("planar2r", "puma560", "tx40", "panda", "wam7")
@@ -200,7 +200,7 @@ def flags(name: str, console: Console) -> None:
 def single(model: Model, kernel: Kernel, build: str, folder: Path) -> ctypes.CDLL:
     """Compile a loop of single calls of a kernel with a compiler and its flags."""
     folder.mkdir()
-    for path, content in library(model, (kernel.name,)).items():
+    for path, content in functions(model, (kernel.name,)).items():
         (folder / path).write_bytes(content)
     words = {
         "NAME": model.robot.name,

@@ -27,7 +27,7 @@ from packages import c_files, run
 from peers import base_of, casadi_slopes, loops, pinocchio_model, pinocchio_objects
 
 import symgen
-from symgen.codegen.kernels import SCALARS, Kernel
+from symgen.codegen.kernel import SCALARS, Kernel
 
 ROBOTS = ("panda", "puma560", "ur10e")
 SAMPLES, REPEATS = 256, 41

@@ -49,7 +49,7 @@ from rich.console import Console
 from rich.table import Table
 
 import symgen
-from symgen.codegen.package import library
+from symgen.codegen.backends.c import functions
 from symgen.codegen.verification import physical_parameters
 from symgen.runtime.build import find_compiler, native
 from symgen.runtime.flags import kernel_flags
@@ -201,7 +201,7 @@ def panels_in_c(model: symgen.Model, name: str, flags: list[str], folder: Path) 
     """Return ns a sample of single calls, batch and panels in C, and the width of a panel."""
     compiler, kernel = find_compiler(), model.kernel(name)
     assert compiler is not None
-    for path, content in library(model, (name,), panels=True).items():
+    for path, content in functions(model, (name,), panels=True).items():
         (folder / path).write_bytes(content)
     words = {
         "NAME": model.robot.name,

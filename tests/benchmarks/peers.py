@@ -21,9 +21,9 @@ import numpy as np
 import symgen
 from symgen import names
 from symgen.cache import cache_folder
-from symgen.codegen.casadi_model import casadi_function
-from symgen.codegen.kernels import Kernel, regrouped
-from symgen.codegen.model import Model
+from symgen.codegen.backends.casadi import casadi_functions
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.model import Model, regrouping
 from symgen.robot.types import LENGTHS
 from symgen.runtime.build import Compiler
 
@@ -152,7 +152,7 @@ def base_of(model: Model, arm: Any) -> np.ndarray:
         m, mx, my, mz, xx, xy, yy, xz, yz, zz = arm.inertias[j].toDynamicParameters()
         values = (xx, xy, xz, yy, yz, zz, mx, my, mz, m)
         standard |= {f"{w}{j}": float(v) for w, v in zip(names.LINK, values, strict=True)}
-    return np.array(regrouped(model.base, list(standard.values()), model.robot.values()))
+    return regrouping(model) @ list(standard.values())
 
 
 CASADI_LOOP = """
@@ -176,7 +176,7 @@ def casadi_c(
     model: Model, kernel: Kernel, folder: Path, compiler: Compiler, flags: tuple[str, ...]
 ) -> ctypes.CDLL:
     """Compile the C that CasADi generates of a kernel, with symgen's compiler and flags."""
-    function = casadi_function(model, kernel)
+    function = casadi_functions("peer", model.robot, [kernel])[kernel.name]()
     peer = casadi.Function("peer", function.sx_in(), function.call(function.sx_in()))
     generator = casadi.CodeGenerator("peer.c")
     generator.add(peer)
@@ -227,7 +227,7 @@ def casadi_slopes(model: Model, kernel: str, name: str) -> str:
     """
     found = model.kernel(kernel)
     assert found is not None
-    function = casadi_function(model, found)
+    function = casadi_functions("peer", model.robot, [found])[kernel]()
     inputs = function.sx_in()
     (value,) = function.call(inputs)
     count = 3 if kernel == "forward_dynamics" else 2

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from oracles.on_line import DELAY, equations, folded, share
 
-from symgen.codegen.package import runtime_source
+from symgen.codegen.backends.c import runtime_source
 
 FILES = ("least_squares.h", "least_squares.c", "identifier.h", "identifier.c")
 MOMENTUM_FILES = ("identifier_momentum.h", "identifier_momentum.c")

@@ -8,7 +8,7 @@ from oracles.random_arms import random_parameters
 from oracles.transforms import LINK_PARAMETERS, Arm, world_transforms
 
 import symgen
-from symgen.codegen.kernels import regrouped
+from symgen.codegen.model import regrouping
 
 TEXT = """
 [robot]
@@ -94,7 +94,7 @@ def test_every_kernel_is_that_of_the_constrained_tree(model: symgen.Model, backe
         value |= {f"{name}{j}": x for name, x in zip(LINK_PARAMETERS, row, strict=True)}
     value |= {f"{name}L": x for name, x in zip(LINK_PARAMETERS, load, strict=True)}
     standard = [value[p.name] for p in model.base.standard]
-    X = np.array(regrouped(model.base, standard, model.robot.values()))
+    X = regrouping(model) @ standard
     carried = links.copy()
     carried[3] += load
     tree = PinocchioArm(ARM, carried)

@@ -12,7 +12,7 @@ from packages import c_files, run
 from support import parsed, sampled
 
 import symgen
-from symgen.codegen.kernels import regrouped
+from symgen.codegen.model import regrouping
 
 D2, D3, D4, D8, RL4 = 0.4, 0.8, -0.2, 1.0, 1.0
 _RIGHT = np.pi / 2
@@ -63,7 +63,7 @@ def test_sr400_has_the_torques_that_its_closed_chain_needs(model: symgen.Model) 
     rotors = [j in OWN for j in range(1, 11)]
     values = parameter_vector(arm, links, np.zeros(8), rotors)
     standard = [*values, *np.zeros(len(model.base.standard) - len(values))]
-    X = np.array(regrouped(model.base, standard, model.robot.values()))
+    X = regrouping(model) @ standard
     evaluator = symgen.load(model, backend="casadi")
     witness = PinocchioArm(arm, links)
     draw = np.random.default_rng(0)

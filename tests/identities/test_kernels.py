@@ -15,8 +15,9 @@ from oracles.transforms import jacobians, parameter_vector, world_transforms
 from support import parsed, robot_of
 
 import symgen
-from symgen.codegen.kernels import Kernel, regrouped
-from symgen.codegen.recipes import STANDARD
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.kernels import KERNELS
+from symgen.codegen.model import regrouping
 from symgen.symbolic import forward
 from symgen.symbolic.tape import Numbers
 
@@ -62,8 +63,7 @@ class Case:
         with pytest.MonkeyPatch.context() as patch:
             if kind == "many":
                 patch.setattr(forward, "MANY", 1)
-            every = tuple(k.name for k in symgen.derive(robot, "all").kernels)
-            self.model = symgen.derive(robot, (*every, *STANDARD))
+            self.model = symgen.derive(robot, tuple(KERNELS))
         self.links, self.rotors = random_parameters(self.arm, seed)
         draw = np.random.default_rng(seed)
         self.q, self.qd, self.qdd, self.b = draw.uniform(-1, 1, (4, robot.n))
@@ -81,7 +81,7 @@ class Case:
         inertial = parameter_vector(self.arm, links, self.rotors, self.flags)
         count = len(self.model.base.standard) - len(inertial)
         standard = np.array([*inertial, *self.rest[:count]])
-        return np.array(regrouped(self.model.base, standard, self.model.robot.values())), standard
+        return regrouping(self.model) @ standard, standard
 
     def mass(self, q: np.ndarray) -> np.ndarray:
         return self.G.T @ self.tree.mass_matrix(self.G @ q + self.c) @ self.G

@@ -15,7 +15,7 @@ DOORS = {
     # An effect that was found becomes an exact declaration.
     "sympy": ("robot", "symbolic", "codegen", "diagnosis/extend"),
     "jinja2": ("files",),
-    "casadi": ("codegen/casadi_model", "experiment/search"),
+    "casadi": (),
     "cffi": ("runtime/build",),
     "pyarrow": ("data/tables",),
     "fsspec": ("data/urls",),
@@ -24,7 +24,7 @@ DOORS = {
     "pandas": ("identification/estimate",),
     "clarabel": ("identification/possible",),
     "plotly": ("report", "views"),
-    "pydantic": ("robot/schema", "robot/toml_io", "schemas"),
+    "pydantic": ("schemas",),
     "click": ("cli", "report/terminal"),
     "rich": ("cli/progress", "report/terminal"),
 }

@@ -15,7 +15,7 @@ from browser import Page
 from support import PROJECT
 
 import symgen
-from symgen.report.store import read_result, result_page
+from symgen.report.store import load_result, result_page
 
 WRITTEN = Path(__file__).with_name("schemas")
 RESULTS = [p for p in sorted(WRITTEN.iterdir()) if not p.name.startswith("manifest")]
@@ -39,7 +39,7 @@ def test_a_result_of_every_schema_is_read_and_printed(folder, command):
     kind, version = folder.name.split("-")[:2]
     content = _content(folder)
     assert content["schema"] == f"symgen.{kind}/{version}"
-    result = read_result(folder)
+    result = load_result(folder)
     assert result.robot == "planar2r"
     code, out, err = command("report", folder)
     assert (code, err) == (0, "")
@@ -96,7 +96,7 @@ def test_an_unknown_key_is_refused_by_its_name(folder, tmp_path):
         (content[place] if place else content)["surprise"] = 1
         (copy / f"{kind}.json").write_text(json.dumps(content))
         with pytest.raises(symgen.ParameterError, match=rf"{kind}\.json.*surprise: an unknown key"):
-            read_result(copy)
+            load_result(copy)
 
 
 def test_an_estimate_of_any_version_gives_parameters(command, tmp_path):
@@ -118,4 +118,4 @@ def test_curves_without_a_law_of_an_older_diagnosis_are_left_out(tmp_path):
     folder = shutil.copytree(WRITTEN / "diagnosis-1", tmp_path / "old")
     content = _content(WRITTEN / "diagnosis-1") | {"free_functions": [{"joint": 1}]}
     (folder / "diagnosis.json").write_text(json.dumps(content), "utf-8")
-    assert read_result(folder).verdict == content["verdict"]
+    assert load_result(folder).verdict == content["verdict"]

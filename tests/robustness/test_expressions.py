@@ -127,7 +127,7 @@ def read(key: str, written: str) -> symgen.Robot | None:
 
 def value(robot: symgen.Robot) -> float:
     """The torque of its effect AT a state."""
-    ((_, torque),) = robot.effects[0].torque
+    torque = robot.effects[0].torque
     at = {s: sp.Rational(AT[s.name]) for s in torque.free_symbols}
     return float(torque.subs(at).evalf(20))
 

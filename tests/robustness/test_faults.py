@@ -26,7 +26,7 @@ from support import heeds_ctrl_c, messages
 from support_commands import LIMITS, LOADED, PARAMETERS, URDF
 
 import symgen
-from symgen.report.store import read_result
+from symgen.report.store import load_result
 
 KILLS = int(os.environ.get("SYMGEN_KILLS", "200"))
 SEED = os.environ.get("SYMGEN_SEED", "1")
@@ -51,14 +51,14 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
         "out.csv",
         lambda p: symgen.read_log(p),
     ),
-    "identify": (["planar2r", "log.csv"], "out", read_result),
-    "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", read_result),
-    "diagnose": (["planar2r", "log.csv"], "out", read_result),
-    "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", read_result),
+    "identify": (["planar2r", "log.csv"], "out", load_result),
+    "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", load_result),
+    "diagnose": (["planar2r", "log.csv"], "out", load_result),
+    "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", load_result),
     "payload --calibrate": (
         ["planar2r", "loaded.csv", "--without", "log.csv", "--mass", "2", "--calibrate"],
         "out",
-        lambda p: (read_result(p), symgen.read_robot(p / "robot.toml")),
+        lambda p: (load_result(p), symgen.read_robot(p / "robot.toml")),
     ),
     "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
@@ -371,7 +371,7 @@ def test_a_poor_machine_gives_the_same_answer(world, tmp_path, change):
     assert len(said) <= 1
     for line in said:  # that CasADi takes the compiler's place
         assert line.startswith("symgen: warning: ")
-    here, there = (read_result(p) for p in (world / "est", into))
+    here, there = (load_result(p) for p in (world / "est", into))
     assert abs(here.X - there.X).max() <= 1e-8 * abs(here.X).max()
 
 

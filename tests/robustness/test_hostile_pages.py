@@ -12,7 +12,7 @@ import pytest
 from support import PROJECT
 
 import symgen
-from symgen.report.store import read_result, result_page
+from symgen.report.store import load_result, result_page
 
 WRITTEN = PROJECT / "tests" / "reference" / "schemas"
 EVIL = '"></script><script>alert(1)</script><img src=x onerror=alert(2)>\x1b]0;x\x07'
@@ -43,7 +43,7 @@ def accepted(folder: Path, name: str, content: Any) -> bool:
     """Whether a result is read; it is refused in a plain line."""
     (folder / name).write_text(json.dumps(content))
     try:
-        read_result(folder)
+        load_result(folder)
     except symgen.SymgenError as error:
         assert "\x1b" not in str(error)
         return False
@@ -67,7 +67,7 @@ def test_no_text_of_a_result_is_markup_of_its_page(kind: str, tmp_path: Path) ->
             content, done = spoiled, done + 1
     assert done > 2
     accepted(tmp_path / kind, name, content)
-    page = result_page(read_result(tmp_path / kind))
+    page = result_page(load_result(tmp_path / kind))
     assert "onerror=alert(2)" in page  # it is there, as a text
     for raw in ("<img src=x", "<script>alert", "</script><script>a", "\x1b"):
         assert raw not in page

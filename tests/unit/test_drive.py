@@ -10,7 +10,7 @@ import symgen
 from symgen.data.drive import joint_side, motor_side
 from symgen.data.log import make_log, read_log
 from symgen.errors import LogError, RobotError
-from symgen.robot.types import Drive
+from symgen.robot.tables import Drive
 
 TWO = '[robot]\nname = "two"\n[[joint]]\n[[joint]]\nd = 0.5\n'
 T = np.arange(20) * 0.01

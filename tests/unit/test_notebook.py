@@ -13,7 +13,7 @@ import pytest
 from support import PROJECT
 
 import symgen
-from symgen.report.store import read_result, result_page
+from symgen.report.store import load_result, result_page
 
 
 class Cells(HTMLParser):
@@ -75,7 +75,7 @@ def test_results_are_one_short_line() -> None:
         ("payload-1", "<Payload of planar2r on joint 2: mass 2.005 kg>"),
         ("study-1", "<Study of planar2r: "),
     ):
-        text = repr(read_result(read / folder))
+        text = repr(load_result(read / folder))
         assert text.startswith(said), text
         assert len(text) < 200, text
 
@@ -106,7 +106,7 @@ def test_latex_has_a_formula_for_each_parameter_and_balanced_braces(model) -> No
 
 
 def kept(kind: str):
-    return read_result(Path(__file__).parents[1] / "reference" / "schemas" / kind)
+    return load_result(Path(__file__).parents[1] / "reference" / "schemas" / kind)
 
 
 @pytest.mark.parametrize(

@@ -123,11 +123,10 @@ def loaded(robot: str) -> np.ndarray:
 
 def regrouped(evaluator: Any, values: dict[str, float]) -> np.ndarray:
     """Return base parameters of standard ones: those whose torques are the same."""
-    from symgen.codegen import kernels
+    from symgen.codegen.model import regrouping
 
-    base = evaluator.model.base
-    standard = [values.get(p.name, 0.0) for p in base.standard]
-    return np.array(kernels.regrouped(base, standard, evaluator.model.robot.values()))
+    standard = [values.get(p.name, 0.0) for p in evaluator.model.base.standard]
+    return regrouping(evaluator.model) @ standard
 
 
 class Online:

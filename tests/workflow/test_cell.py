@@ -18,7 +18,7 @@ import symgen
 from symgen.experiment.bounds import Cell
 from symgen.experiment.plan import Plan, exported
 from symgen.experiment.trajectory import Trajectory, basis
-from symgen.robot.types import Limits
+from symgen.robot.tables import Limits
 
 #: Two links that swing in the vertical plane x, z.
 SWING = """[robot]

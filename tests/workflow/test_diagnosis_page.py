@@ -26,7 +26,7 @@ from symgen.diagnosis.diagnosis import (
     read_diagnosis,
 )
 from symgen.faults.logs import open_samples
-from symgen.faults.mended import MendedChannel, largest, mended_channels
+from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.files import write_folder
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
@@ -131,7 +131,7 @@ def test_pictures_are_of_the_place_and_at_most_eight() -> None:
     log = spoiled_log(1, spikes=True, turns=True)
     robot = symgen.read_robot("planar2r")
     samples, repairs = open_samples(log, robot)
-    found = largest(mended_channels([(log, samples)], repairs, robot.sigma))
+    found = largest_repairs(mended_channels([(log, samples)], repairs, robot.sigma))
     assert {c.channel for c in found} == {"q2", "tau1"}
     by = {c.channel: c for c in found}
     t, x = by["tau1"].recorded
@@ -139,7 +139,7 @@ def test_pictures_are_of_the_place_and_at_most_eight() -> None:
     assert np.min(x) < -80
     assert np.abs(by["tau1"].repaired[1]).max() < 6
     assert np.ptp(by["q2"].repaired[1]) < 3.0 < np.ptp(by["q2"].recorded[1])
-    assert len(largest([channel("a.csv", k, 1.0) for k in range(12)])) == 8
+    assert len(largest_repairs([channel("a.csv", k, 1.0) for k in range(12)])) == 8
     assert not [*mended_channels([(log, samples)], (), robot.sigma)]
 
 

@@ -13,9 +13,10 @@ import sympy as sp
 
 import symgen
 from symgen.identification.parameters import base_values, cad_parameters, read_parameters
-from symgen.robot.effect import definitions, of_library
+from symgen.robot.declared_effects import of_library
+from symgen.robot.effect import definitions
+from symgen.robot.tables import Coupling
 from symgen.robot.toml_io import read_imported
-from symgen.robot.types import Coupling
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
@@ -100,7 +101,7 @@ def arm(tmp_path_factory):
     spring = of_library(definitions()["gravity_spring"], 2, 0, {}, {})
     robot = replace(
         found.robot, joints=tuple(joints), effects=(spring,),
-        couplings=(Coupling(2, 3, sp.Rational(-3, 2)),),
+        couplings=(Coupling((2, 3), sp.Rational(-3, 2)),),
     )  # fmt: skip
     model = symgen.derive(robot, "all")
     X = base_values({**dict(found.parameters), **VALUES}, model, "values")

@@ -11,7 +11,7 @@ from support import robot_of, sampled
 
 import symgen
 from symgen import names
-from symgen.codegen.kernels import regrouped
+from symgen.codegen.model import regrouping
 from symgen.codegen.verification import physical_parameters
 from symgen.identification.possible import nearest_possible
 
@@ -37,7 +37,7 @@ def estimate_near_truth(seed: int):
     for number, row in enumerate(links, 1):
         light = 10.0 ** (-3 * number / len(links))
         truth |= {f"{k}{number}": light * x for k, x in zip(names.LINK, row, strict=True)}
-    X = np.array(regrouped(model.base, [truth[p.name] for p in model.base.standard], {}))
+    X = regrouping(model) @ [truth[p.name] for p in model.base.standard]
     std = np.abs(X).max() * 10.0 ** rng.uniform(-5, -1, len(X))
     Q = np.linalg.qr(rng.normal(size=(len(X), len(X))))[0]
     C = Q * 10.0 ** rng.uniform(-2, 0, len(X)) @ Q.T

@@ -11,7 +11,7 @@ from support import robot_of, sampled
 
 import symgen
 from symgen import names
-from symgen.codegen.kernels import regrouped
+from symgen.codegen.model import regrouping
 from symgen.codegen.verification import physical_parameters
 from symgen.identification.physical import LinkParameters, bodies
 
@@ -74,7 +74,7 @@ def require_bodies(found: LinkParameters, model: symgen.Model) -> None:
 def require_values(found: LinkParameters, model: symgen.Model, X: np.ndarray) -> None:
     """They regroup to X, by the code that the packages are made with."""
     standard = [found.values[p.name] for p in model.base.standard]
-    given = np.array(regrouped(model.base, standard, model.robot.values()))
+    given = regrouping(model) @ standard
     assert np.abs(given - X).max() <= 1e-9 * np.abs(X).max()
     np.testing.assert_allclose(given, X, rtol=1e-9, atol=1e-12)
 
@@ -89,7 +89,7 @@ def test_a_robot_that_exists_is_found_possible(seed: int) -> None:
     for number, row in enumerate(links, 1):
         truth |= {f"{k}{number}": float(x) for k, x in zip(names.LINK, row, strict=True)}
     truth |= {f"IA{j.number}": float(r) for j, r in zip(model.robot.movable, rotors, strict=True)}
-    X = np.array(regrouped(model.base, [truth[p.name] for p in model.base.standard], {}))
+    X = regrouping(model) @ [truth[p.name] for p in model.base.standard]
     found = symgen.link_parameters(model, X)
     assert found.sigmas == 0
     require_values(found, model, X)
@@ -108,7 +108,7 @@ def test_the_nearest_robot_with_the_links_of_a_file_has_bodies(seed: int) -> Non
     file = {f"{k}{number}": float(x) for number, row in enumerate(links, 1)
             for k, x in zip(names.LINK, row, strict=True)}  # fmt: skip
     truth = {p.name: 0.0 if p.prefix == "IA" else 1.0 for p in model.base.standard} | file
-    X = np.array(regrouped(model.base, [truth[p.name] for p in model.base.standard], {}))
+    X = regrouping(model) @ [truth[p.name] for p in model.base.standard]
     std = 0.3 * np.abs(X) + 0.01
     off = X + std * np.random.default_rng(seed).standard_normal(len(X))
     found = symgen.link_parameters(model, off, prior=file, nearest=np.diag(std**2))

@@ -1,45 +1,90 @@
-"""Backends: each writes the files of one target, based on the C package."""
+"""Backends: each writes the files of one target."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cached_property
+from typing import Any, Protocol
 
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
+from symgen.codegen.kernels import ENERGY
 from symgen.codegen.model import Model
 from symgen.codegen.values import Values
+from symgen.codegen.verification import verification
+from symgen.files import rendered
+
+#: Version of the interface in C, CMake and pkg-config; the first number is that of the layout.
+VERSION = "1.2.0"
 
 
 @dataclass(frozen=True)
 class Package:
-    """The C package on which a backend builds.
+    """What the files of a package are made from.
 
     Attributes:
-        name: prefix of every function.
+        name: prefix of every file and function.
         model: the derived model.
-        dtype: "double" or "float".
-        kernels: kernels of the package.
-        files: path -> text of every file of the C package.
+        dtype: "double" or "float", of the C sources.
+        kernels: the kernels to write.
+        targets: the targets to write.
         values: values of the parameters, if they are known.
     """
 
     name: str
     model: Model
     dtype: str
-    kernels: Sequence[Kernel]
-    files: Mapping[str, str]
+    kernels: tuple[Kernel, ...]
+    targets: tuple[str, ...] = ()
     values: Values | None = None
+
+    def has(self, *kernels: str) -> bool:
+        """Whether all these kernels are written."""
+        return set(kernels) <= {k.name for k in self.kernels}
+
+    @cached_property
+    def verified(self) -> Mapping[str, Any]:
+        """Check values, as `verification` returns them."""
+        return verification(self.model, self.kernels)
+
+    @cached_property
+    def runtime(self) -> tuple[str, ...]:
+        """Parts of the C runtime: least squares and the identifiers whose kernels are written."""
+        base = self.model.base
+        regressor, power = ENERGY
+        friction = len(base.parameters) > base.inertial
+        nonlinear = self.model.robot.loaded
+        if nonlinear or not self.has(regressor, *([power] if friction else [])):
+            return ()
+        if not self.has("momentum_regressor", *(["friction_torque"] if friction else [])):
+            return ("least_squares", "identifier")
+        return ("least_squares", "identifier", "identifier_momentum")
+
+    def render(self, template: str, **data: Any) -> str:
+        """Render a template with the names and sizes of the package and further data."""
+        robot, base = self.model.robot, self.model.base
+        return rendered(
+            template,
+            name=self.name,
+            robot=robot.name,
+            n=robot.n,
+            p=len(base.parameters),
+            inertial=base.inertial,
+            gravity_input=robot.gravity_input,
+            version=VERSION,
+            dtype=self.dtype,
+            **data,
+        )
 
 
 class Backend(Protocol):
-    """Interface of a backend module: the files that a target adds to a C package.
+    """Interface of a module that writes a target.
 
     Attributes:
-        NEEDS: names of the kernels that it calls.
+        BUILDS_ON: the targets whose files it needs beside its own.
     """
 
-    NEEDS: frozenset[str]
+    BUILDS_ON: tuple[str, ...]
 
     def files(self, package: Package) -> dict[str, str]:
         """Return path -> text of its files."""

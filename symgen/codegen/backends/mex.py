@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from symgen.codegen.backends import Package
-from symgen.codegen.kernels import Kernel
+from symgen.codegen.kernel import Kernel
 from symgen.files import rendered
 
-NEEDS: frozenset[str] = frozenset()
+BUILDS_ON: tuple[str, ...] = ("c",)
 
 
 def files(package: Package) -> dict[str, str]:

@@ -12,6 +12,7 @@ from symgen.errors import BuildError, IdentificationError, LogError
 from symgen.estimation.equation_model import NEEDED
 from symgen.robot.types import require_gravity
 from symgen.runtime.evaluator import Evaluator
+from symgen.runtime.identifier import identifier_module
 
 _MODELS = ("energy", "momentum")
 _MODES = ("start", "sliding", "consecutive")  # as identifier.h numbers them
@@ -72,12 +73,13 @@ class Identifier:
                 raise IdentificationError(
                     f"model {model} needs the kernel {kernel}; accepted: a model derived with it"
                 )
-        if evaluator.library is None:
+        if evaluator.backend != "c":
             raise BuildError(
                 "identification on line needs a compiled model; install a C compiler "
                 "(pip install 'symgen[cc]' brings one) and load the model with backend 'c'"
             )
-        self._ffi, self._lib = evaluator.library.ffi, evaluator.library.lib
+        module = identifier_module(derived)
+        self._ffi, self._lib = module.ffi, module.lib
         self._prefix = f"{derived.robot.name}_identifier"
         begin = "" if model == "energy" else f"_{model}"
         size = self._call(f"{begin}_size", window if mode == "sliding" and window > 0 else 0)

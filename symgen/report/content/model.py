@@ -42,7 +42,7 @@ def model_content(evaluator: Evaluator) -> Content:
 def _costs(evaluator: Evaluator) -> Figure:
     """Draw the operations of each kernel."""
     kernels, figure = evaluator.model.kernels, plots.empty()
-    labels = [plots.plain(k.name) for k in kernels]
+    labels = [plots.escape_text(k.name) for k in kernels]
     for key, colour in zip(_OPERATIONS, plots.COLOURS, strict=False):
         counts = [getattr(k.tape.operations, key) for k in kernels]
         figure.add_bar(y=labels, x=counts, name=key, orientation="h", marker={"color": colour})

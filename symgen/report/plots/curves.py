@@ -1,7 +1,7 @@
 """Plotly figures of an identification; functions return them and show nothing.
 
 The colours of Okabe and Ito (2008) are distinct for colour-blind readers. Repeated colours have
-another dash pattern. Names from files pass through `plain`, because plotly reads labels as HTML.
+another dash pattern. Names from files pass through `escape_text`, as plotly reads labels as HTML.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Panel:
     log: tuple[str, str] | None = None
 
 
-def plain(text: str) -> str:
+def escape_text(text: str) -> str:
     """Return `text` escaped, so that plotly shows it literally: no tag, formula or template."""
     tags = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return tags.replace("$", "&#36;").replace("%{", "%&#123;")
@@ -130,11 +130,11 @@ def bars(
     levels: Sequence[float],
 ) -> Figure:
     """Draw a bar for each parameter, hatched if it is beyond a level, and the levels."""
-    figure, shown = empty(), [plain(label) for label in labels]
+    figure, shown = empty(), [escape_text(label) for label in labels]
     looks = ({"color": BLUE}, {"color": ORANGE, "pattern": {"shape": "/"}})
     for name, chosen, marker in zip(names, (~beyond, beyond), looks, strict=True):
         at = np.flatnonzero(chosen & np.isfinite(heights)).tolist()
-        told = {"hovertext": [plain(hover[k]) for k in at], "hoverinfo": "text"}
+        told = {"hovertext": [escape_text(hover[k]) for k in at], "hoverinfo": "text"}
         figure.add_bar(x=[shown[k] for k in at], y=heights[at], name=name, marker=marker, **told)
     for level in levels:
         figure.add_hline(y=level, line={"color": INK, "width": 1, "dash": "dash"})
@@ -181,7 +181,7 @@ def correlation(estimate: Estimate) -> Figure | None:
     """Draw the correlation of the estimated parameters as a heat map; None without one."""
     if not estimate.correlation.size:
         return None
-    names = [plain(p.name) for p in estimate.parameters]
+    names = [escape_text(p.name) for p in estimate.parameters]
     bar = {"title": {"text": "correlation, -", "side": "right"}, "thickness": 12}
     figure = empty().add_heatmap(
         **{"x": names, "y": names, "z": np.round(estimate.correlation, 3).astype(np.float32)},
@@ -238,7 +238,7 @@ def line_grid(
     figure = make_subplots(
         rows,
         columns,
-        subplot_titles=[plain(panel.title) for panel in first],
+        subplot_titles=[escape_text(panel.title) for panel in first],
         shared_xaxes=stacked,
         shared_yaxes=beside,
         vertical_spacing=apart / height if rows > 1 else 0.0,
@@ -266,20 +266,20 @@ def line_grid(
             for name, x, y in curves:
                 look = _LOOKS.get(name) or line_style(order.index(name))
                 across, up = y if y.ndim == 2 else (x, y)
-                line = curve(across, up, name, look, legendgroup=plain(name))
+                line = curve(across, up, name, look, legendgroup=escape_text(name))
                 figure.add_trace(line.update(showlegend=name not in told), **place)
                 told.add(name)
             owners += [log] * (len(figure.data) - len(owners))
     for k, (place, panel) in enumerate(zip(places, first, strict=True)):
         label = panel.xlabel or (xlabel if k + columns >= len(first) else "")
-        figure.update_xaxes(title={"text": plain(label), "standoff": 2}, **place)
-        figure.update_yaxes(title=plain(panel.ylabel), title_standoff=4, **place)
+        figure.update_xaxes(title={"text": escape_text(label), "standoff": 2}, **place)
+        figure.update_yaxes(title=escape_text(panel.ylabel), title_standoff=4, **place)
     figure.update_layout(showlegend=len({c.name for c in figure.data}) > 1)
     figure.update_annotations(font_size=12)
     if columns == 1:
         figure.update_annotations(x=0, xanchor="left")
     choose_log(figure, [log for log in logs if log is not None], owners)
-    styled(figure, plain(title), height)
+    styled(figure, escape_text(title), height)
     # panels side by side need their room on a phone, too
     meta = {"min_width": 240 * columns, "grid": True}
     return figure.update_layout(margin={"t": figure.layout.margin.t + 26 * titled}, meta=meta)
@@ -329,7 +329,7 @@ def choose_log(
     buttons, every = [], list(range(len(owners)))
     for log in logs:
         seen = {"visible": [owner == log for owner in owners]}
-        label = f"{plain(log[0])} ({_KINDS.get(log[1], plain(log[1]))})"
+        label = f"{escape_text(log[0])} ({_KINDS.get(log[1], escape_text(log[1]))})"
         act = [seen, {"plot_bgcolor": ground[log]}, every]
         buttons.append({"label": label, "method": "update", "args": act})
     for drawn, owner in zip(figure.data, owners, strict=True):
@@ -371,7 +371,7 @@ def curve(x: FloatArray, y: FloatArray, name: str, line: dict[str, Any], **optio
     else:
         told = {**dict(zip("xy", thin(x, y), strict=True)), "line": line}
     mode = "markers" if "size" in line else "lines"
-    return go.Scatter(name=plain(shortened(name, _LEGEND)), mode=mode, **told, **options)
+    return go.Scatter(name=escape_text(shortened(name, _LEGEND)), mode=mode, **told, **options)
 
 
 def styled(figure: Figure, title: str, height: int, min_width: int = 0) -> Figure:

@@ -17,8 +17,8 @@ from symgen.report.plots.curves import (
     Panel,
     add_menu,
     empty,
+    escape_text,
     line_grid,
-    plain,
     styled,
 )
 
@@ -34,7 +34,10 @@ def gaps(diagnosis: Diagnosis) -> Figure:
 
     The axis begins at zero; a button makes it logarithmic.
     """
-    labels = [*(plain(diagnosis.extended.labels[number]) for number in diagnosis.joints), "all"]
+    labels = [
+        *(escape_text(diagnosis.extended.labels[number]) for number in diagnosis.joints),
+        "all",
+    ]
     figure, seen = empty(), []
     for name, gap, colour, hatch in (
         ("before", diagnosis.before, ORANGE, "/"),

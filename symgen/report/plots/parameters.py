@@ -18,7 +18,7 @@ from symgen.report.plots.curves import (
     NAMED_AXIS,
     bars,
     empty,
-    plain,
+    escape_text,
     styled,
 )
 
@@ -87,13 +87,16 @@ def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source
         given = np.isfinite(ratio) & ~np.isinf(source.std)
         ends = np.abs(ratio - 1) + np.nan_to_num(bar)
         reach += [e for e in ends[given & ~weak].tolist() if e <= _MOST]
-        label, told = plain(source.name), {"legendgroup": f"{k}", "name": plain(source.name)}
+        label, told = (
+            escape_text(source.name),
+            {"legendgroup": f"{k}", "name": escape_text(source.name)},
+        )
         colour, symbol = COLOURS[k % len(COLOURS)], _SYMBOLS[k % len(_SYMBOLS)]
         for chosen, opacity in ((given & ~weak, 1.0), (given & weak, 0.25)):
             at = np.flatnonzero(chosen).tolist()
             hover = [
-                f"{plain(names[i])} by {label}: {source.values[i]:.5g} ± "
-                f"{2 * source.std[i]:.3g} {plain(units[i])}"
+                f"{escape_text(names[i])} by {label}: {source.values[i]:.5g} ± "
+                f"{2 * source.std[i]:.3g} {escape_text(units[i])}"
                 for i in at
             ]
             spread = {"array": np.nan_to_num(bar[at]), "thickness": 1.3, "width": 3}
@@ -110,9 +113,9 @@ def _drawn(names: Sequence[str], units: Sequence[str], sources: Sequence[_Source
                 **told,
             )
     half = 1.08 * max(reach)
-    ticks = {"tickvals": list(range(len(names))), "ticktext": [plain(name) for name in names]}
+    ticks = {"tickvals": list(range(len(names))), "ticktext": [escape_text(name) for name in names]}
     figure.update_xaxes(title="parameter", showgrid=False, **NAMED_AXIS, **ticks)
     figure.update_xaxes(range=[-0.7, len(names) - 0.3])
-    figure.update_yaxes(title=f"value over that of {plain(sources[0].name)}, -")
+    figure.update_yaxes(title=f"value over that of {escape_text(sources[0].name)}, -")
     figure.update_yaxes(range=[1 - half, 1 + half])
     return styled(figure, "Values", 460, min_width=(6 + 5 * len(sources)) * len(names))

@@ -16,12 +16,14 @@ import sympy as sp
 from symgen import names
 from symgen.errors import RobotError, first_of, located
 from symgen.robot import dh, exact_numbers
-from symgen.robot.dh import Array, Line
+from symgen.robot.body import Array, Body, inverse, pose, screw, turn
+from symgen.robot.dh import Line
 from symgen.robot.exact_numbers import context
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import robot_name
 from symgen.robot.imported import Imported
-from symgen.robot.types import EARTH, MAX_RATIO, Frame, Joint, Limits, Robot, Typed, joint_variable
+from symgen.robot.tables import Frame, Limits
+from symgen.robot.types import EARTH, MAX_RATIO, Joint, Robot, Typed, joint_variable
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
@@ -148,8 +150,8 @@ class Chain:
 
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with exact angles."""
-        turn = dh.turn(*self._meant(_many(rpy).tolist()))
-        return dh.pose(self._recognised(turn), _many(xyz))
+        rotation = turn(*self._meant(_many(rpy).tolist()))
+        return pose(self._recognised(rotation), _many(xyz))
 
     def _meant(self, angles: Sequence[Any]) -> list[Any]:
         """Replace angles near multiples of pi/24 by these multiples."""
@@ -159,12 +161,12 @@ class Chain:
                 self.snapped[f"{float(angle):.12g}"] = None
         return meant
 
-    def _recognised(self, turn: Array) -> Array:
+    def _recognised(self, rotation: Array) -> Array:
         """Make a rotation exact if all its angles are near multiples of pi/24."""
-        angles = dh.turned_by(turn)
+        angles = dh.turned_by(rotation)
         if any(exact_numbers.fraction_of_pi(angle) is None for angle in angles):
-            return turn
-        return dh.turn(*self._meant(angles))
+            return rotation
+        return turn(*self._meant(angles))
 
     def _line(self, joint: UrdfJoint) -> Line:
         frame = self.link[joint.child]
@@ -173,18 +175,18 @@ class Chain:
         axis = _many(joint.axis)
         axis = axis / dh.norm(axis)
         axis = np.where(abs(axis) > exact_numbers.TOLERANCE, axis, context().mpf(0))
-        turn = np.eye(3, dtype=object)
-        turn[:, 0] = axis / dh.norm(axis)
-        return frame[:3, 3], frame[:3, :3] @ self._recognised(turn)[:, 0]
+        rotation = np.eye(3, dtype=object)
+        rotation[:, 0] = axis / dh.norm(axis)
+        return frame[:3, 3], frame[:3, :3] @ self._recognised(rotation)[:, 0]
 
     def _place(self, joint: UrdfJoint) -> None:
         """Compute the table row and the frame of a joint."""
         base = self.frame[self.carrier[joint.parent]]
         line = self.line[joint.name]
         gamma, b, alpha, d = dh.reach(base, line)
-        before = base @ dh.screw(2, gamma, b) @ dh.screw(0, alpha, d)
+        before = base @ screw(2, gamma, b) @ screw(0, alpha, d)
         theta, r = self._rest(joint, before)
-        self.frame[joint.name] = before @ dh.screw(2, theta, r)
+        self.frame[joint.name] = before @ screw(2, theta, r)
         angles = {"gamma": gamma, "alpha": alpha, "theta": theta}
         lengths = {"b": b, "d": d, "r": r}
         self.table[joint.name] = {
@@ -223,7 +225,7 @@ class Chain:
 
     def pose(self, joint: str) -> Array:
         """Return the frame (4, 4) of a joint in the frame of the link that hosts it."""
-        return dh.inverse(self.link[self.host(joint)]) @ self.frame[joint]
+        return inverse(self.link[self.host(joint)]) @ self.frame[joint]
 
     # --- the robot ------------------------------------------------------------------------------
 
@@ -252,9 +254,9 @@ class Chain:
     def _frame(self, link: str) -> Frame:
         """Return the frame of a link, constant in that of the joint that moves it."""
         carrier = self.carrier[link]
-        pose = dh.inverse(self.frame[carrier]) @ self.link[link]
-        x, y, z = map(exact_numbers.number, pose[:3, 3])
-        roll, pitch, yaw = map(exact_numbers.number, dh.turned_by(pose[:3, :3]))
+        placed = inverse(self.frame[carrier]) @ self.link[link]
+        x, y, z = map(exact_numbers.to_double, placed[:3, 3])
+        roll, pitch, yaw = map(exact_numbers.to_double, dh.turned_by(placed[:3, :3]))
         return Frame(link, self.number.get(carrier, 0), (x, y, z), (roll, pitch, yaw))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
@@ -334,13 +336,12 @@ class Chain:
         if inertial is None:
             return [0.0] * len(names.LINK)
         own = self.link[link] @ self._pose(inertial.xyz, inertial.rpy)
-        pose = dh.inverse(self.frame[joint]) @ own
         xx, xy, xz, yy, yz, zz = _many(inertial.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], dtype=object)
-        (mass,), turn, c = _many((inertial.mass,)), pose[:3, :3], pose[:3, 3]
-        steiner = c @ c * np.eye(3, dtype=object) - np.outer(c, c)
-        about = (turn @ tensor @ turn.T + mass * steiner)[np.triu_indices(3)]
-        return [exact_numbers.number(v) for v in (*about, *(mass * c), mass)]
+        (mass,) = _many((inertial.mass,))
+        body = Body(self.number[joint], mass, _many(ORIGIN), tensor)
+        moved = body.moved(inverse(self.frame[joint]) @ own)
+        return [exact_numbers.to_double(v) for v in moved.standard]
 
 
 def _many(values: Sequence[sp.Rational]) -> Array:

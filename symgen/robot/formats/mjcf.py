@@ -1,4 +1,4 @@
-"""Read MJCF, the format of MuJoCo, and write identified values into it.
+"""Read MJCF, the format of MuJoCo.
 
 MuJoCo's compiler reads the file, so defaults, classes, included files, degrees and inertias from
 geometry have their usual meaning. Install it with `pip install 'symgen[mjcf]'`.
@@ -10,12 +10,11 @@ A body with several joints gets a link without mass for each joint but the last.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import sympy as sp
@@ -23,29 +22,23 @@ import sympy as sp
 from symgen import names
 from symgen.errors import ParameterError, RobotError, located, plain, told_by
 from symgen.robot import expressions
-from symgen.robot.body import Body, CouplingDynamics, Dynamics, FloatArray, JointDynamics
+from symgen.robot.body import FloatArray
+from symgen.robot.declared_effects import of_library
 from symgen.robot.dh import turned_by
-from symgen.robot.effect import definitions, of_library
+from symgen.robot.effect import definitions
 from symgen.robot.exact_numbers import angle, context
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
-from symgen.robot.formats.urdf import (
-    CAVEAT,
-    inertial_edit,
-    joint_name,
-    require_finite_joints,
-    written_bodies,
-)
-from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
-from symgen.robot.imported import Imported, read_text
-from symgen.robot.types import WITHOUT_MOTOR, Coupling, Robot
+from symgen.robot.formats.xml import parse_xml
+from symgen.robot.imported import Imported
+from symgen.robot.tables import Coupling
+from symgen.robot.types import WITHOUT_MOTOR, Robot
 
-_ACCEPTED = "an MJCF of an arm on a fixed base"
+ACCEPTED = "an MJCF of an arm on a fixed base"
 _DIGITS = 14
 _ON_JOINTS = 1  # largest number of a transmission of MuJoCo that acts on a joint itself
 SPRING = "gravity_spring"
 _SIGMA = {"slide": names.PRISMATIC, "hinge": names.REVOLUTE}
-_FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 
 
 def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
@@ -64,7 +57,7 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
             robot.
     """
     with located(where):
-        tree = _Tree(Path(where), text)
+        tree = MjcfTree(Path(where), text)
         chain = Chain(tree.urdf)
         found = chain.imported()
         gravity = tuple(map(_exact, tree.model.opt.gravity))
@@ -109,126 +102,6 @@ def _without_motor(robot: Robot, model: Any) -> Iterator[str]:
         )
 
 
-def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
-    """Return an MJCF with identified values.
-
-    Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes; a coupling becomes a fixed tendon.
-
-    Args:
-        path: path of the MJCF. All other bytes of it stay the same.
-        dynamics: of the imported robot. Links and joints that it does not name keep their values.
-
-    Raises:
-        RobotError: the file cannot be read.
-        ParameterError: a body or joint has no name or is in an included file, a body has several
-            joints, or MuJoCo carries the weight of a body.
-    """
-    text, _ = read_text(path, _ACCEPTED)
-    content, edits = text.encode("utf-8"), list[Edit]()
-    with located(path):
-        tree = _Tree(path, text)
-        tree.require_weight_on_motors()
-        chain = Chain(tree.urdf)
-        places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
-        found = written_bodies(chain, dynamics.bodies)
-        require_finite_joints(chain, dynamics.joints)
-        for link, body in found.items():
-            at = _named(places, "body", link)
-            body = replace(body, com=np.asarray(body.com) + tree.shift[link])
-            edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
-        joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
-        tendons = list[str]()
-        for own in dynamics.joints:
-            name = joint_name(chain, own.joint)
-            at = _named(joints, "joint", name)
-            angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
-            own_spring = bool(own.stiffness) or name in tree.springs
-            edits.append(with_attributes(content, at, _attributes(own, angle, own_spring)))
-        for pair in dynamics.couplings:
-            one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
-            if (one, two) in tree.tendons:
-                name = tree.tendons[one, two].name
-                at = _named(_by_name(tree.root, "tendon"), "tendon", name)
-                edits.append(with_attributes(content, at, _losses(pair)))
-            else:
-                tendons += _tendon(one, two, pair)
-        if tendons:
-            edits.append(_in_section(content, tree.root, "tendon", tendons))
-    return edited(text, edits)
-
-
-def _inertial(body: Body) -> str:
-    """Return the <inertial> of a body, in the frame of the element that holds it."""
-    values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
-    centre = " ".join(repr(float(v)) for v in body.com)
-    return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
-
-
-def _by_name(root: Element, section: str) -> dict[str | None, Element]:
-    """Return the elements of a section of the file by their names."""
-    found = root.first(section)
-    return {e.attributes.get("name"): e for e in (found.children if found else ())}
-
-
-def _named(places: Mapping[str | None, Element], what: str, name: str) -> Element:
-    """Return the element of a name in the file itself.
-
-    Raises:
-        ParameterError: there is none.
-    """
-    found = places.get(name)
-    if found is None:
-        raise ParameterError(
-            f"there is no {what} of the name {plain(name)!r} in the file itself; accepted: an MJCF "
-            "whose bodies and joints have names, one joint at most in a body, and are not included"
-        )
-    return found
-
-
-def _attributes(own: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
-    """Return the attributes of a <joint> in a file that writes a radian as `angle`.
-
-    Args:
-        own: its values.
-        angle: size of a radian in the file.
-        spring: whether the joint has a spring, or had one in the file.
-    """
-    values = {
-        "armature": own.armature,
-        "damping": own.damping,
-        "frictionloss": own.frictionloss,
-    }
-    if spring:
-        values["stiffness"] = own.stiffness
-    if own.stiffness:
-        values["springref"] = own.springref * angle
-    return {key: repr(float(value)) for key, value in values.items()}
-
-
-def _losses(pair: CouplingDynamics) -> dict[str, str]:
-    return {key: repr(float(getattr(pair, key))) for key in ("armature", "damping", "frictionloss")}
-
-
-def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
-    """Return a fixed tendon of length q_first + ratio q_second."""
-    words = " ".join(f'{key}="{value}"' for key, value in _losses(pair).items())
-    return [
-        f"<fixed name={quoteattr(f'coupling_{one}_{two}')} {words}>",
-        f'  <joint joint={quoteattr(one)} coef="1"/>',
-        f'  <joint joint={quoteattr(two)} coef="{float(pair.ratio)!r}"/>',
-        "</fixed>",
-    ]
-
-
-def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
-    """Return what adds lines to a section of the file, or adds the section."""
-    section = root.first(tag)
-    if section is not None:
-        return inserted(content, section, lines)
-    return inserted(content, root, [f"<{tag}>", *(f"  {line}" for line in lines), f"</{tag}>"])
-
-
 class _Tendon(NamedTuple):
     """A fixed tendon of length q_first + ratio q_second."""
 
@@ -239,7 +112,7 @@ class _Tendon(NamedTuple):
     frictionloss: float
 
 
-class _Tree:
+class MjcfTree:
     """A compiled MJCF as links and joints.
 
     Attributes:
@@ -385,7 +258,7 @@ class _Tree:
     def couplings(self, chain: Chain) -> tuple[Coupling, ...]:
         """Return the tendons as couplings of joints, by their numbers."""
         return tuple(
-            Coupling(chain.number[one], chain.number[two], _exact(tendon.ratio))
+            Coupling((chain.number[one], chain.number[two]), _exact(tendon.ratio))
             for (one, two), tendon in self.tendons.items()
         )
 
@@ -453,7 +326,7 @@ def _compiled(path: Path, notes: list[str]) -> Any:
         try:
             return _without_meshes(mujoco.MjSpec.from_file(str(path)))
         except (ValueError, OSError):
-            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {_ACCEPTED}"
+            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {ACCEPTED}"
             raise RobotError(what) from error
     finally:
         mujoco.set_mju_user_warning(None)

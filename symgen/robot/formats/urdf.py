@@ -22,8 +22,8 @@ import sympy as sp
 
 from symgen import names
 from symgen.errors import ExpressionError, ParameterError, RobotError, first_of, located
-from symgen.robot import dh, expressions
-from symgen.robot.body import Body, Dynamics, JointDynamics
+from symgen.robot import expressions
+from symgen.robot.body import Body, Dynamics, JointDynamics, merge_bodies
 from symgen.robot.expressions import shortened
 from symgen.robot.formats.chain import ORIGIN, Chain, Inertial, Triple, Urdf, UrdfJoint
 from symgen.robot.formats.xml import Edit, Element, edited, inserted, parse_xml, with_attributes
@@ -286,12 +286,12 @@ def written_bodies(chain: Chain, bodies: Iterable[Body]) -> dict[str, Body]:
         name = joint_name(chain, body.joint)
         link = chain.host(name)
         with located(f"joint {shortened(name)!r}"):
-            _require_finite(body)
+            body = _finite(body)
         empty = urdf.links[link] is None and not body.mass and not np.any(body.inertia)
         if link == urdf.root or empty:  # no joint moves it, or it has no mass
             continue
-        parts.setdefault(link, []).append(moved(body, chain.pose(name)))
-    return {link: _without_rounding(_joined(own)) for link, own in parts.items()}
+        parts.setdefault(link, []).append(body.moved(chain.pose(name).astype(float)))
+    return {link: _without_rounding(merge_bodies(own)) for link, own in parts.items()}
 
 
 def joint_name(chain: Chain, number: int) -> str:
@@ -313,33 +313,20 @@ def require_finite_joints(chain: Chain, joints: Iterable[JointDynamics]) -> None
                 raise ParameterError("its friction, inertia or spring is not a finite number")
 
 
-def _require_finite(body: Body) -> None:
+def _finite(body: Body) -> Body:
+    """Return a body with its values as floats.
+
+    Raises:
+        ParameterError: a value is not finite, or an array has another shape.
+    """
     values = [np.asarray(v, dtype=float) for v in (body.mass, body.com, body.inertia)]
     shapes = [v.shape for v in values]
     if shapes != [(), (3,), (3, 3)] or not all(np.isfinite(v).all() for v in values):
         raise ParameterError(
             "accepted: a mass, 3 coordinates of its centre and a 3 x 3 inertia, all finite"
         )
-
-
-def moved(body: Body, pose: dh.Array) -> Body:
-    """Return a body in another frame; `pose` is its frame there."""
-    R, origin = pose[:3, :3].astype(float), pose[:3, 3].astype(float)
-    inertia = np.asarray(body.inertia, dtype=float)
-    return Body(body.joint, float(body.mass), R @ body.com + origin, R @ inertia @ R.T)
-
-
-def _joined(bodies: Sequence[Body]) -> Body:
-    """Combine bodies in one frame, by Steiner's theorem."""
-    if len(bodies) == 1:
-        return bodies[0]
-    mass = sum(b.mass for b in bodies)
-    com = np.sum([b.mass * b.com for b in bodies], axis=0) / (mass or 1.0)
-    inertia = np.zeros((3, 3))
-    for b in bodies:
-        r = b.com - com
-        inertia += b.inertia + b.mass * (r @ r * np.eye(3) - np.outer(r, r))
-    return Body(bodies[0].joint, mass, com, inertia)
+    mass, com, inertia = values
+    return Body(body.joint, float(mass), com, inertia)
 
 
 def _without_rounding(body: Body) -> Body:
@@ -381,16 +368,10 @@ def _joint_edits(content: bytes, root: Element, chain: Chain, dynamics: Dynamics
 
 
 def inertial_edit(content: bytes, link: Element, lines: Sequence[str]) -> Edit:
-    """Return what sets or replaces the <inertial> of a link or body."""
+    """Return what adds or replaces the <inertial> of a link or body."""
     old = link.first("inertial")
-    start = link.start if old is None else old.start
-    margin = content[content.rfind(b"\n", 0, start) + 1 : start]
+    if old is None:
+        return inserted(content, link, lines)
+    margin = content[content.rfind(b"\n", 0, old.start) + 1 : old.start]
     indent = margin.decode("utf-8") if not margin.strip() else ""
-    if old is not None:
-        return old.start, old.end, f"\n{indent}".join(lines).encode()
-    inner = f"\n{indent}  "
-    new = inner + inner.join(lines)
-    if link.close > link.inside or link.end > link.close:
-        return link.inside, link.inside, new.encode()
-    tag = content[link.start : link.inside].removesuffix(b"/>").rstrip()
-    return link.start, link.end, tag + f">{new}\n{indent}</{link.tag}>".encode()
+    return old.start, old.end, f"\n{indent}".join(lines).encode()

@@ -1,26 +1,37 @@
-"""Print kernels as NAME_casadi.py: straight-line CasADi code, the same bytes every time."""
+"""CasADi: NAME_casadi.py, straight-line code of every kernel, the same bytes every time."""
 
 from __future__ import annotations
 
 import keyword
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy as sp
 
+from symgen.codegen import example
+from symgen.codegen.backends import Package
 from symgen.codegen.c_printer import Printer, literal
-from symgen.codegen.kernels import LINK, SCALARS, Kernel
-from symgen.codegen.model import Model
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.files import rendered
+from symgen.robot.types import Robot
 
 _WIDTH = 96
 #: What the text calls itself: no step may hide it.
 _TAKEN = frozenset({"ca", *keyword.kwlist})
 
 
-def casadi_source(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
+BUILDS_ON: tuple[str, ...] = ()
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return NAME_casadi.py, and the optimal control if its kernels are written."""
+    source = casadi_source(package.name, package.model.robot, package.kernels)
+    return {f"{package.name}_casadi.py": source, **example.optimal_control(package)}
+
+
+def casadi_source(name: str, robot: Robot, kernels: Sequence[Kernel]) -> str:
     """Return NAME_casadi.py: a function for each kernel that builds a casadi.Function.
 
     Arrays are columns and matrices of the shapes in NAME.h; 4x4 frames are stacked. An output is
@@ -29,15 +40,25 @@ def casadi_source(name: str, model: Model, kernels: Sequence[Kernel]) -> str:
 
     Args:
         name: prefix of the package.
-        model: the derived model; its robot has the values of the named lengths.
+        robot: the robot, with the values of the named lengths.
         kernels: kernels of the package.
     """
     return rendered(
         "casadi/kernels.py",
         name=name,
-        robot=model.robot.name,
-        kernels=[_described(name, model, kernel) for kernel in kernels],
+        robot=robot.name,
+        kernels=[_described(name, robot, kernel) for kernel in kernels],
     )
+
+
+def casadi_functions(
+    name: str, robot: Robot, kernels: Sequence[Kernel]
+) -> Mapping[str, Callable[[], Any]]:
+    """Run NAME_casadi.py; return for each kernel the function that builds its casadi.Function."""
+    content: dict[str, Any] = {"__name__": f"{name}_casadi"}
+    exec(compile(casadi_source(name, robot, kernels), f"{name}_casadi.py", "exec"), content)
+    functions: dict[str, Callable[[], Any]] = content["FUNCTIONS"]
+    return functions
 
 
 def function_name(name: str, kernel: str) -> str:
@@ -48,8 +69,8 @@ def function_name(name: str, kernel: str) -> str:
 class _Printer(Printer):
     """Writes the body of a kernel in Python."""
 
-    def __init__(self, kernel: Kernel, model: Model) -> None:
-        super().__init__(kernel, {}, model.robot.values(), "double")
+    def __init__(self, kernel: Kernel, robot: Robot) -> None:
+        super().__init__(kernel, {}, robot.values(), "double")
         given = {name for name, _ in kernel.tape.inputs}
         for symbol, word in self.word.items():
             if word in _TAKEN:
@@ -74,9 +95,9 @@ class _Printer(Printer):
             yield self.step(symbol, expr)
 
 
-def _described(name: str, model: Model, kernel: Kernel) -> dict[str, Any]:
+def _described(name: str, robot: Robot, kernel: Kernel) -> dict[str, Any]:
     """Return the data of a kernel for the template."""
-    printer = _Printer(kernel, model)
+    printer = _Printer(kernel, robot)
     inputs = [(a.name, 1 if a.link or a.name in SCALARS else a.size) for a in kernel.inputs]
     read = {a for a, _ in inputs}
     outputs = []

@@ -1,0 +1,239 @@
+"""C99: sources and headers of the functions, the check program, and the build files."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from symgen.codegen import example
+from symgen.codegen.backends import VERSION, Package
+from symgen.codegen.c_printer import Printer, literal
+from symgen.codegen.kernel import LINK, SCALARS, Kernel
+from symgen.codegen.model import Model
+from symgen.codegen.panels import panel, panelled
+from symgen.codegen.values import robot_digest, values_header
+from symgen.codegen.verification import DIGITS, TOLERANCE, checked_kernel
+from symgen.files import rendered
+from symgen.robot.expressions import six_digits
+from symgen.robot.identifiers import c_comment, c_identifiers
+from symgen.robot.types import Robot
+from symgen.symbolic.tape import real_symbol
+
+BUILDS_ON: tuple[str, ...] = ()
+_LINE = 100  # line length of a header
+_SINCOS, _LANES = "math.h", "lanes.h"  # no public headers
+#: Limits of [limits] that C has as constants.
+_LIMITS = ("position", "velocity", "acceleration", "jerk", "torque")
+
+#: Of a floating type: its bytes and bits, and the endings of vector instructions and of libm.
+_REALS: dict[str, dict[str, Any]] = {
+    "double": {"bytes": 8, "bits": 64, "ps": "pd", "f": "", "sqrt": "sqrt"},
+    "float": {"bytes": 4, "bits": 32, "ps": "ps", "f": "f", "sqrt": "sqrtf"},
+}
+
+_wrapped = partial(textwrap.wrap, break_long_words=False, break_on_hyphens=False)
+
+
+def files(package: Package) -> dict[str, str]:
+    """Return the library, its headers of constants, the check program, and the build files."""
+    name = package.name
+    out = library(package)
+    sources = [path for path in out if path.endswith(".c")]
+    out |= _constants(package)
+    private = (f"{name}_{_SINCOS}", f"{name}_{_LANES}")
+    headers = [path for path in out if path.endswith(".h") and path not in private]
+    controller = example.controller(package)
+    verified = package.verified
+    checked = [checked_kernel(name, k, verified, package.dtype) for k in package.kernels]
+    tolerance = repr(TOLERANCE[package.dtype])
+    out[f"{name}_check.c"] = package.render(
+        "c/check.c", kernels=checked, digits=DIGITS, tolerance=tolerance
+    )
+    out["CMakeLists.txt"] = package.render(
+        "c/CMakeLists.txt", sources=sources, headers=" ".join(headers), example=bool(controller)
+    )
+    out[f"{name}.pc.in"] = package.render("c/package.pc.in")
+    return out | controller
+
+
+def functions(
+    model: Model,
+    kernels: Sequence[str] | None = None,
+    *,
+    panels: bool = False,
+    runtime: bool = False,
+) -> dict[str, bytes]:
+    """Return the C sources and headers of a model in double, for Python.
+
+    Args:
+        model: the derived model.
+        kernels: their names; all by default.
+        panels: whether batches work on panels; otherwise they are loops of single calls, which
+            compile faster.
+        runtime: whether to add the identifiers.
+    """
+    chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
+    package = Package(model.robot.name, model, "double", chosen)
+    written = library(package, panels=panels, runtime=runtime)
+    return {path: content.encode() for path, content in written.items()}
+
+
+def library(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
+    """Return the sources and headers of the functions, and of the runtime if wanted."""
+    name, robot = package.name, package.model.robot
+    kernels = [_described(package, k, panels and panelled(k)) for k in package.kernels]
+    out = {f"{name}.h": _header(package, kernels)}
+    for k in kernels:
+        out[f"{name}_{k['name']}.c"] = package.render("c/kernel.c", k=k)
+    parts = package.runtime if runtime else ()
+    plain = [f"{stem}{suffix}" for stem in parts for suffix in (".h", ".c")]
+    if any(k["needs_sincos"] for k in kernels):
+        plain.append(_SINCOS)
+    on_panels = [k for k in kernels if k["panel"]]
+    if on_panels:
+        plain.append(_LANES)
+        out[f"{name}_panels.h"] = package.render("c/panels.h", kernels=on_panels)
+    for k in on_panels:
+        out[f"{name}_{k['name']}_panels.c"] = package.render("c/panels.c", k=k)
+    for path in plain:
+        source = runtime_source(path, robot.gravity_input, package.dtype)
+        out[f"{name}_{path}"] = source.replace("NAME", name)
+    return out
+
+
+def runtime_source(path: str, gravity_input: bool, dtype: str = "double") -> str:
+    """Return a file of the C runtime, with NAME in place of the prefix.
+
+    Args:
+        path: path in templates/c/runtime.
+        gravity_input: whether its functions take g as the last input.
+        dtype: double or float.
+    """
+    return rendered(
+        f"c/runtime/{path}",
+        gravity_input=gravity_input,
+        dtype=dtype,
+        G=", const NAME_real *g" if gravity_input else "",
+        g=", g" if gravity_input else "",
+        **_REALS[dtype],
+    )
+
+
+def _header(package: Package, kernels: Sequence[Any]) -> str:
+    """Return NAME.h."""
+    robot, base = package.model.robot, package.model.base
+    parameters = []
+    for b in base.parameters:
+        formula = f"{six_digits(b.expression)} [{b.unit}]"
+        parameters.append((b.name, _wrapped(formula, _LINE - 4)))
+    return package.render(
+        "c/model.h",
+        joints=", ".join(f"q{j.number}" for j in robot.movable),
+        named=[(f"q{j.number}", c_comment(j.name)) for j in robot.movable if j.name],
+        places=_named_places(robot),
+        geometry=[(name, literal(value, package.dtype)) for name, value in robot.geometry],
+        base=parameters,
+        kernels=kernels,
+        numbers=VERSION.split("."),
+        digest=robot_digest(robot),
+    )
+
+
+def _named_places(robot: Robot) -> list[tuple[str, int]]:
+    """Return an ending of a C identifier for each joint with a name, and its place in q."""
+    named = [(k, j.name) for k, j in enumerate(robot.movable) if j.name]
+    endings = c_identifiers((name for _, name in named), "joint")
+    return [(ending, k) for ending, (k, _) in zip(endings, named, strict=True)]
+
+
+def _constants(package: Package) -> dict[str, str]:
+    """Return the headers of constants that the robot file or the values give."""
+    name, model = package.name, package.model
+    robot, base = model.robot, model.base
+    out = {}
+    if robot.frames:
+        out[f"{name}_links.h"] = package.render("c/links.h", frames=_frames(package))
+    limits = {key: getattr(robot.limits, key, None) for key in _LIMITS}
+    if any(value is not None for value in limits.values()):
+        out[f"{name}_limits.h"] = package.render("c/limits.h", limits=limits)
+    if package.values is not None:
+        out[f"{name}_values.h"] = values_header(
+            name,
+            robot.name,
+            package.values,
+            [(b.name, b.expression, b.unit) for b in base.parameters],
+            digest=robot_digest(robot),
+            standard=[p.name for p in base.standard],
+        )
+    return out
+
+
+def _frames(package: Package) -> list[dict[str, Any]]:
+    """Return the frames of links: ending of the C names, text, joint, and rows of numbers."""
+    frames = package.model.robot.frames
+    out = []
+    for ending, frame in zip(c_identifiers((f.name for f in frames), "frame"), frames, strict=True):
+        rows = [", ".join(f"({package.name}_real){x!r}" for x in row) for row in frame.transform]
+        out.append(
+            {"ending": ending, "text": c_comment(frame.name), "joint": frame.joint, "rows": rows}
+        )
+    return out
+
+
+def _described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, Any]:
+    """Return the data of a kernel for the templates."""
+    name, dtype, robot = package.name, package.dtype, package.model.robot
+    macros = {real_symbol(g): f"{name}_geometry_{g}" for g, _ in robot.geometry}
+    function = Printer(kernel, macros, robot.values(), dtype, name).function()
+    counts = vars(kernel.tape.operations)
+    batch_parameters = kernel.listed(dtype, batch=True)
+    shapes = []
+    for line in _shapes(kernel, name):
+        shapes += _wrapped(line, _LINE - 4, subsequent_indent="  ")
+    declarations = []
+    for prototype in kernel.prototypes(name, dtype):
+        declarations += _wrapped(prototype, _LINE, subsequent_indent="    ")
+    strides = [a.name if a.shared else f"&{a.name}[k * {a.size}u]" for a in kernel.arguments]
+    operations = [f"{count} {kind}" for kind, count in counts.items() if count]
+    return {
+        "name": kernel.name,
+        "doc": _wrapped(kernel.doc, _LINE - 4),
+        "shapes": shapes,
+        "returns": "int" if kernel.fallible else "void",
+        "fallible": kernel.fallible,
+        "links": kernel.links,
+        "guards": len(kernel.guards),
+        "outputs": kernel.outputs,
+        "loop": kernel.batch and not on_panels,
+        "panel": on_panels and panel(kernel, macros, robot.values(), dtype, name),
+        "parameters": kernel.listed(dtype),
+        "batch_parameters": batch_parameters,
+        "batch_lines": _wrapped(batch_parameters, _LINE - 4),
+        "strides": ", ".join(strides),
+        "declarations": declarations,
+        "operations": ", ".join(operations) or "0 operations",
+        "body": function.body,
+        "names": ", ".join(a.name for a in kernel.arguments),
+        "needs_math": function.needs_math,
+        "needs_sincos": function.needs_sincos,
+    }
+
+
+def _shapes(kernel: Kernel, prefix: str) -> list[str]:
+    """Describe the arrays of a kernel, one line each."""
+    lines = []
+    for a in kernel.inputs:
+        shape = "a number" if a.name in SCALARS else f"({a.size},)"
+        if a.name == LINK:
+            shape = (
+                f"number of a joint in robot.toml, 1 to {a.size}; with any other the function "
+                f"returns {prefix}_NO_SUCH_LINK and writes nothing"
+            )
+        lines.append(f"{a.name}: {shape}")
+    for o in kernel.outputs:
+        columns = f": {', '.join(o.columns)}" if o.columns else ""
+        comma = "," if len(o.shape) == 1 else ""
+        lines.append(f"{o.name}: ({', '.join(map(str, o.shape))}{comma}){columns}")
+    return lines

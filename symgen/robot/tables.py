@@ -1,0 +1,312 @@
+"""The tables of a robot file as frozen values: a dataclass is the schema of its table.
+
+A field is a key. Its annotation says what the key accepts: a number, a text, a list (tuple), an
+exact expression, and conditions. `schema` reads every table by it, and `toml_text` writes it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+import sympy as sp
+
+from symgen.robot.body import pose, turn
+
+#: For the author of another Denavit-Hartenberg table.
+NOTATION = (
+    "; the table is modified Denavit-Hartenberg: d is the length along x and r the length along z "
+    "(Craig's a and d), and alpha and d come before theta and r; alpha and a of row j of a "
+    "standard table are alpha and d of row j + 1"
+)
+CONVENTION = "modified-dh"
+_GEARS = (1e-6, 1e6)
+#: Largest condition number of a matrix of gears, its rows scaled to unit length.
+_MAX_CONDITION = 1e6
+_SMALLEST_WIDTH = 1e-12
+_MAX_TITLE = 200
+_ROUNDING = 1e-15  # of the sine and cosine of a right angle
+_UNIT = re.compile(r"[A-Za-z0-9 /^().-]{0,40}", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Check:
+    """A condition on a value, with the words for what is accepted."""
+
+    accepted: str
+    passes: Callable[[Any], bool]
+
+
+@dataclass(frozen=True)
+class Before:
+    """A step from the value in the file to the one that the annotation describes."""
+
+    convert: Callable[[Any], Any]
+
+
+#: Of a list: it has one entry for each movable joint.
+PER_JOINT = "per joint"
+#: Of an expression: it is an angle in rad.
+ANGLE = "angle"
+#: Of a field that is no key of the file.
+BESIDE = "beside"
+
+
+def word_check(*words: str) -> Check:
+    """Return the condition that a value is one of some words."""
+    return Check(" or ".join(map(repr, words)), words.__contains__)
+
+
+Angle = Annotated[sp.Expr, ANGLE]
+Positive = Annotated[float, Check("a number above 0", lambda x: x > 0)]
+Gain = Annotated[float, Check("a number of 0 or more", lambda x: x >= 0)]
+Width = Annotated[
+    float,
+    Check(
+        f"0, or a width of at least {_SMALLEST_WIDTH:g}", lambda x: x == 0 or x >= _SMALLEST_WIDTH
+    ),
+]
+Factor = Annotated[
+    float,
+    Check(
+        f"a number other than 0, {_GEARS[0]:g} to {_GEARS[1]:g} in size",
+        lambda x: _GEARS[0] <= abs(x) <= _GEARS[1],
+    ),
+]
+Range = Annotated[tuple[float, float], Check("[low, high], low below high", lambda r: r[0] < r[1])]
+Triple = tuple[float, float, float]
+Number = Annotated[int, Check("0 (the base) or the number of a joint", lambda k: k >= 0)]
+Title = Annotated[
+    str,
+    Check(
+        f"a text in quotes of at most {_MAX_TITLE} printable characters",
+        lambda text: text.isprintable() and len(text) <= _MAX_TITLE,
+    ),
+]
+Name = Annotated[Title, Check("a text that is not empty", bool)]
+# A unit appears in comments of C, in tables and in formulas.
+Unit = Annotated[
+    str,
+    Check(
+        "a unit in quotes, such as 'N m/rad', of letters, digits, spaces, / ^ . ( ) -",
+        lambda text: _UNIT.fullmatch(text) is not None,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Head:
+    """[robot]: gravity in frame 0, m/s2."""
+
+    name: str
+    gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
+    convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION
+
+
+@dataclass(frozen=True)
+class PayloadTable:
+    """[payload]: a load on the link of a joint."""
+
+    joint: int
+
+
+@dataclass(frozen=True)
+class LogColumns:
+    """[log]: text of --columns for the logs of the robot."""
+
+    columns: str
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A drive that moves two joints: u = qd_j + ratio qd_k. Its parameters have the number k."""
+
+    joints: tuple[int, int]
+    ratio: sp.Expr
+
+    @property
+    def first(self) -> int:
+        """The number j."""
+        return self.joints[0]
+
+    @property
+    def second(self) -> int:
+        """The number k."""
+        return self.joints[1]
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A closed chain: frames on both sides of the cut joint, with common origin and z axis."""
+
+    cut: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame on a link, such as a flange or a tool: constant in the frame of its joint.
+
+    Attributes:
+        name: of the link in a file of another format.
+        joint: number of the joint that moves the link; 0 for the base.
+        xyz: origin in the frame of the joint, m.
+        rpy: roll, pitch and yaw, rad, as in a URDF: Rot(z, yaw) Rot(y, pitch) Rot(x, roll).
+    """
+
+    name: Name
+    joint: Number
+    xyz: Triple = (0.0, 0.0, 0.0)
+    rpy: Triple = (0.0, 0.0, 0.0)
+
+    @property
+    def transform(self) -> tuple[tuple[float, ...], ...]:
+        """The (4, 4) transform of points from this frame to that of the joint."""
+        transform = pose(turn(*self.rpy), self.xyz)
+        rounded = np.where(abs(transform) > _ROUNDING, transform, 0.0)
+        rounded[:3, 3] = self.xyz
+        return tuple(map(tuple, rounded.astype(float).tolist()))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of the movable joints and of the work cell; None if there is no limit.
+
+    Attributes:
+        position: lowest and highest position of each joint, rad or m.
+        velocity: largest speed of each joint, rad/s or m/s.
+        acceleration: largest acceleration of each joint, rad/s2 or m/s2.
+        jerk: largest jerk of each joint, rad/s3 or m/s3.
+        torque: largest torque of each joint, N m or N.
+        floor: height in frame 0, m; moving link frames and the tool stay above it.
+        tool: position of the tool in the frame of the last link, m.
+        boxes: regions in frame 0, m, that they avoid: x, y and z, each from low to high.
+    """
+
+    position: Annotated[tuple[Range, ...] | None, PER_JOINT] = None
+    velocity: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    acceleration: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    jerk: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    torque: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    floor: float | None = None
+    tool: Triple | None = None
+    boxes: tuple[tuple[Range, Range, Range], ...] = ()
+
+    def __post_init__(self) -> None:
+        for key, value in vars(self).items():  # lists are accepted too
+            object.__setattr__(self, key, _tuples(value))
+
+    def over(self, own: Limits | None) -> Limits:
+        """Return these limits, completed with the limits of a robot."""
+        given = {key: value for key, value in vars(self).items() if value not in (None, ())}
+        return replace(own or Limits(), **given)
+
+    @property
+    def cell(self) -> bool:
+        """Whether there is a floor or a box to avoid."""
+        return self.floor is not None or bool(self.boxes)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, (list, tuple)) else value
+
+
+def _as_matrix(ratio: Any) -> Any:
+    """Return a list of gear ratios as rows of a diagonal matrix; anything else as it is."""
+    if not isinstance(ratio, list) or any(isinstance(row, list) for row in ratio):
+        return ratio
+    return [[x if i == k else 0 for k in range(len(ratio))] for i, x in enumerate(ratio)]
+
+
+def _is_square(rows: tuple[tuple[float, ...], ...]) -> bool:
+    return all(len(row) == len(rows) for row in rows)
+
+
+def _is_invertible(rows: tuple[tuple[float, ...], ...]) -> bool:
+    matrix = np.array(rows)
+    sizes = np.linalg.norm(matrix, axis=1)
+    if sizes.min() < _GEARS[0] or abs(matrix).max() > _GEARS[1]:
+        return False
+    return bool(np.linalg.cond(matrix / sizes[:, None]) <= _MAX_CONDITION)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Gears and motors between the sensors of a log and the joints: q_motor = N q_joint.
+
+    Both sides have the same power, so tau_joint = N' tau_motor; and tau_motor = K i.
+
+    Attributes:
+        ratio: (n, n) N, in motor turns per joint turn (rad/m where the joint is prismatic).
+        torque_constant: (n,) K in N m/A on the motor side; None if logs contain torques.
+        gain: (n,) factors for the torques on the joint side; None for 1.
+        gain_std: (n,) standard deviations of the gains.
+        position_side: the side of q and qd in logs, "motor" or "joint".
+        torque_side: the side of tau in logs, "motor" or "joint"; currents are those of the motors.
+    """
+
+    ratio: Annotated[
+        tuple[tuple[float, ...], ...],
+        Before(_as_matrix),
+        PER_JOINT,
+        Check("one number for each movable joint, or the rows of an n x n matrix", _is_square),
+        Check(
+            f"numbers other than 0 of {_GEARS[0]:g} to {_GEARS[1]:g} in size, or a matrix that is "
+            "not singular: q_motor = N q_joint can be solved for q_joint",
+            _is_invertible,
+        ),
+    ]
+    torque_constant: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
+    gain: Annotated[tuple[Factor, ...] | None, PER_JOINT] = None
+    gain_std: Annotated[tuple[Positive, ...] | None, PER_JOINT] = None
+    position_side: Annotated[str, word_check("motor", "joint")] = "motor"
+    torque_side: Annotated[str, word_check("motor", "joint")] = "motor"
+
+    @property
+    def gain_uncertainty_percent(self) -> float | None:
+        """Largest relative standard deviation of a gain, percent; None if unknown."""
+        if self.gain_std is None:
+            return None
+        gain = self.gain or (1.0,) * len(self.gain_std)
+        return 100 * max(s / abs(g) for s, g in zip(self.gain_std, gain, strict=True))
+
+
+@dataclass(frozen=True)
+class Servo:
+    """Position control of the joints: tau = kp (qr - q) + kd (qdr - qd), on the joint side.
+
+    Attributes:
+        kp: (n,) N m/rad (N/m).
+        kd: (n,) N m s/rad (N s/m).
+        scale: "known", or "unknown" if the gains are known up to a common factor.
+    """
+
+    kp: Annotated[tuple[Gain, ...], PER_JOINT]
+    kd: Annotated[tuple[Gain, ...], PER_JOINT]
+    scale: Annotated[str, word_check("known", "unknown")] = "known"
+
+
+_ENDS = Check("a number, or [low, high] to be searched by `symgen diagnose`", lambda x: len(x) == 2)
+#: The value of a constant, or both ends of the range in which a diagnosis searches it.
+Constant: TypeAlias = sp.Expr | Annotated[tuple[sp.Expr, ...], _ENDS]
+
+
+@dataclass(frozen=True)
+class EffectTable:
+    """[[effect]]: an effect of the library, or one with its own torque.
+
+    Attributes:
+        name: in the library, or any other.
+        joints: numbers of the joints.
+        torque: on the joint, in the safe grammar; "" for an effect of the library.
+        linear: unit of each coefficient in the torque.
+        nonlinear: value or range of each constant.
+    """
+
+    name: Name
+    joints: tuple[int, ...]
+    torque: str = ""
+    linear: dict[str, Unit] = field(default_factory=dict)
+    nonlinear: dict[str, Constant] = field(default_factory=dict)

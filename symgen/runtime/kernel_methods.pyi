@@ -1,0 +1,338 @@
+"""The kernels as methods of an evaluator; `python tests/forms.py` writes this file."""
+
+from numpy.typing import ArrayLike
+
+from symgen.data.raw import FloatArray
+
+class KernelMethods:
+    """Every kernel as a method, `evaluator.mass_matrix(q, X)`."""
+
+    def energy_regressor(self, q: ArrayLike, qd: ArrayLike, g: ArrayLike = ...) -> FloatArray:
+        """Columns DE + DU of kinetic plus potential energy: E + U = out . X.
+
+        Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: out (p_inertial,).
+        """
+
+    def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Columns of the power that friction takes: P = out . X[p_inertial..p).
+
+        Inputs: q (n,), qd (n,).
+        Outputs: out (p - p_inertial,).
+        """
+
+    def friction_torque(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Columns of friction torque: out X[p_inertial..p).
+
+        Inputs: q (n,), qd (n,).
+        Outputs: out (n, p - p_inertial).
+        """
+
+    def power_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Columns of power: qd' tau = out . X, the rate of energy plus friction.
+
+        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: out (p,).
+        """
+
+    def momentum_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """Columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq.
+
+        Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: p_out (n, p_inertial), dl_out (n, p_inertial).
+        """
+
+    def torque_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Columns of torque: tau = out X, friction included.
+
+        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: out (n, p).
+        """
+
+    def inverse_dynamics(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Torque of a motion: tau = M qdd + C qd + g + friction.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: tau (n,).
+        """
+
+    def mass_matrix(self, q: ArrayLike, X: ArrayLike) -> FloatArray:
+        """Mass matrix M(q).
+
+        Inputs: q (n,), X (p_inertial,).
+        Outputs: M (n, n).
+        """
+
+    def gravity_torque(self, q: ArrayLike, X: ArrayLike, g: ArrayLike = ...) -> FloatArray:
+        """Torque that holds the arm at rest, without friction.
+
+        Inputs: q (n,), X (p_inertial,), and g (3,) if gravity is an input of the robot.
+        Outputs: tau (n,).
+        """
+
+    def coriolis(self, q: ArrayLike, qd: ArrayLike, X: ArrayLike) -> FloatArray:
+        """C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,).
+        Outputs: C (n, n).
+        """
+
+    def bias_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """H = C qd + g + friction.
+
+        Inputs: q (n,), qd (n,), X (p,), and g (3,) if gravity is an input of the robot.
+        Outputs: h (n,).
+        """
+
+    def forward_dynamics(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Accelerations under torques tau; not 0 where M is not positive definite.
+
+        Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: qdd (n,).
+        """
+
+    def energy(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """Kinetic energy T and potential energy U, U up to a constant.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: T_out (1,), U_out (1,).
+        """
+
+    def frames(self, q: ArrayLike) -> FloatArray:
+        """Homogeneous transforms 0T_j of all links, fixed ones included.
+
+        Inputs: q (n,).
+        Outputs: T_out (links, 4, 4).
+        """
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning.
+
+        Inputs: q (n,).
+        Outputs: J_out (6, n).
+        """
+
+    def slotine_li_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdr: ArrayLike,
+        qddr: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols.
+
+        Inputs: q (n,), qd (n,), qdr (n,), qddr (n,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: out (n, p).
+        """
+
+    def slotine_li_torque(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdr: ArrayLike,
+        qddr: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols.
+
+        Inputs: q (n,), qd (n,), qdr (n,), qddr (n,), X (p,), and g (3,) if gravity is an input
+        of the robot.
+        Outputs: tau (n,).
+        """
+
+    def generalized_momentum(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """P = M qd and rate = C' qd - g: dp/dt = tau - friction + rate.
+
+        Inputs: q (n,), qd (n,), X (p_inertial,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: p_out (n,), rate_out (n,).
+        """
+
+    def friction(self, qd: ArrayLike, X: ArrayLike) -> FloatArray:
+        """Torque of the friction that joints and couplings declare; effects are not in it.
+
+        Inputs: qd (n,), X (p,).
+        Outputs: tau (n,).
+        """
+
+    def effects(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Torque of the declared effects; with friction and the rigid body it is inverse_dynamics.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: tau (n,).
+        """
+
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """Dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0.
+
+        Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: dq_out (n, n), dqd_out (n, n).
+        """
+
+    def forward_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike,
+        X: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """Dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0.
+
+        Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
+        robot.
+        Outputs: dq_out (n, n), dqd_out (n, n), dtau_out (n, n).
+        """
+
+    def solve_mass_matrix(self, q: ArrayLike, b: ArrayLike, X: ArrayLike) -> FloatArray:
+        """X of M(q) x = b.
+
+        Inputs: q (n,), b (n,), X (p_inertial,).
+        Outputs: x (n,).
+        """
+
+    def mass_matrix_factor(self, q: ArrayLike, X: ArrayLike) -> tuple[FloatArray, ...]:
+        """M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with
+        L from its last row.
+
+        Inputs: q (n,), X (p_inertial,).
+        Outputs: L_out (n, n), D_out (n,).
+        """
+
+    def link_jacobian(self, q: ArrayLike, link: ArrayLike, point: ArrayLike) -> FloatArray:
+        """Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning.
+
+        Inputs: q (n,), link, point (3,).
+        Outputs: J (6, n).
+        """
+
+    def link_drift(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        link: ArrayLike,
+        point: ArrayLike,
+    ) -> FloatArray:
+        """DJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0.
+
+        Inputs: q (n,), qd (n,), link, point (3,).
+        Outputs: a (6,).
+        """
+
+    def base_parameters(self, standard: ArrayLike) -> FloatArray:
+        """X from the standard parameters, in this order: model.base.standard.
+
+        Inputs: standard (s,).
+        Outputs: X (p,).
+        """
+
+    def add_body(
+        self,
+        X: ArrayLike,
+        link: ArrayLike,
+        mass: ArrayLike,
+        com: ArrayLike,
+        inertia: ArrayLike,
+    ) -> FloatArray:
+        """Fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and
+        inertia XX XY XZ YY YZ ZZ about that; mass and inertia negative: take it off.
+
+        Inputs: X (p,), link, mass, com (3,), inertia (6,).
+        Outputs: X (p,).
+        """
+
+    def standard_energy_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> tuple[FloatArray, ...]:
+        """Columns DE and DU of kinetic and of potential energy in every standard parameter.
+
+        Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: kinetic_out (s_inertial,), potential_out (s_inertial,).
+        """
+
+    def standard_torque_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        g: ArrayLike = ...,
+    ) -> FloatArray:
+        """Columns of torque in every standard parameter, friction included.
+
+        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
+        Outputs: out (n, s).
+        """

@@ -1,0 +1,67 @@
+"""Forms of the list of kernels that stand in files: the stub of their methods, and a table.
+
+`python tests/forms.py` writes them; tests/unit/test_kernel_methods.py compares.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+
+from symgen.codegen.definition import GRAVITY
+from symgen.codegen.kernels import DEFINITIONS
+
+PROJECT = Path(__file__).parents[1]
+STUB = PROJECT / "symgen/runtime/kernel_methods.pyi"
+PAGE = PROJECT / "docs/c.md"
+BEGIN, END = "<!-- kernels: python tests/forms.py -->\n", "<!-- end of kernels -->\n"
+INDENT, WIDTH = 8 * " ", 88
+HEAD = '''"""The kernels as methods of an evaluator; `python tests/forms.py` writes this file."""
+
+from numpy.typing import ArrayLike
+
+from symgen.data.raw import FloatArray
+
+class KernelMethods:
+    """Every kernel as a method, `evaluator.mass_matrix(q, X)`."""
+'''
+
+
+def stub() -> str:
+    """Return the stub of the methods."""
+    return HEAD + "".join(methods())
+
+
+def methods() -> Iterator[str]:
+    """Yield the declaration of each method."""
+    for d in DEFINITIONS:
+        arguments = ["self", *(f"{a.name}: ArrayLike" for a in d.inputs if a.name != GRAVITY)]
+        arguments += ["g: ArrayLike = ..."] if any(a.name == GRAVITY for a in d.inputs) else []
+        result = "FloatArray" if len(d.outputs) == 1 else "tuple[FloatArray, ...]"
+        line = f"    def {d.name}({', '.join(arguments)}) -> {result}:"
+        if len(line) > 100:
+            rows = "".join(f"        {a},\n" for a in arguments)
+            line = f"    def {d.name}(\n{rows}    ) -> {result}:"
+        wrapped = [textwrap.fill(part, WIDTH) for part in d.documented.splitlines()]
+        text = textwrap.indent("\n".join(wrapped), INDENT).strip()
+        yield f'\n{line}\n{INDENT}"""{text}\n{INDENT}"""\n'
+
+
+def page() -> str:
+    """Return docs/c.md with its table of functions."""
+    before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    rows = ["| group | function | outputs | meaning |", "|---|---|---|---|"]
+    groups = list(dict.fromkeys(d.group for d in DEFINITIONS))
+    for d in sorted(DEFINITIONS, key=lambda d: groups.index(d.group)):
+        inputs = ", ".join(a.name for a in d.inputs if a.name != GRAVITY)
+        outputs = ", ".join(a.text for a in d.outputs)
+        meaning = d.doc.format(linear="p", standard="standard_names in manifest.json")
+        rows.append(f"| {d.group} | `{d.name}({inputs})` | {outputs} | {meaning} |")
+    return before + BEGIN + "\n".join(rows) + "\n" + END + after
+
+
+if __name__ == "__main__":
+    STUB.write_text(stub(), "utf-8")
+    PAGE.write_text(page(), "utf-8")
