@@ -105,8 +105,9 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     odds = np.array([fit.score - alone.score for fit in fits])
     k = int(np.argmax(odds))
     change = grid[k]
-    # One wrong sign is as improbable as another.
-    prior = math.log(prior_of(change.definition).odds) * max(1, len(change.joints))
+    # One wrong sign is as improbable as another; that of a set is that of the rest.
+    few = min(len(change.joints), len(size) - len(change.joints))
+    prior = math.log(prior_of(change.definition).odds) * max(1, few)
     whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
     return Changed(change, whole, *worth_and_gain(alone.left, fits[k].left, size, ()))
 
