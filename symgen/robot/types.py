@@ -160,6 +160,7 @@ class Robot:
 
     Attributes:
         gravity: (3,) or GRAVITY_INPUT if gravity is an argument of every call.
+        base: "fixed", or "imu" if an IMU measures the motion of the base, an argument of calls.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with any has no model.
@@ -171,6 +172,7 @@ class Robot:
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     joints: tuple[Joint, ...]
+    base: str = names.BASES[0]
     geometry: Named = ()
     couplings: tuple[Coupling, ...] = ()
     payload: int | None = None
@@ -262,6 +264,15 @@ class Robot:
     def gravity_input(self) -> bool:
         """Whether gravity is an argument of the kernels, for tilted mountings."""
         return self.gravity == GRAVITY_INPUT
+
+    @property
+    def imu(self) -> bool:
+        """Whether the base moves, and an IMU on it measures its motion."""
+        return self.base == "imu"
+
+    def at_rest(self) -> Robot:
+        """Return the robot on a base that does not move."""
+        return replace(self, base=names.BASES[0])
 
     @property
     def loaded(self) -> bool:
