@@ -25,6 +25,12 @@ FRICTION = {"coulomb": "FS", "viscous": "FV", "offset": "OF"}
 COUPLING_INERTIA = "IAM"
 COUPLING_FRICTION = ("FVM", "FSM")
 
+#: How the base of a robot stands: it is at rest, or an IMU on it measures its motion.
+BASES = ("fixed", "imu")
+#: What the IMU measures, in the axes of the base: specific force a - g, m/s2, and angular velocity,
+#: rad/s, with its derivative. They are inputs of kernels and, but for wd, columns of logs.
+BASE = ("f", "w", "wd")
+
 _UNITS = {
     **dict.fromkeys((*INERTIA, ROTOR, COUPLING_INERTIA), "kg m2"),
     **dict.fromkeys(MOMENT, "kg m"),

@@ -35,7 +35,8 @@ def methods() -> Iterator[str]:
     """Yield the declaration of each method."""
     for d in DEFINITIONS:
         arguments = ["self", *(f"{a.name}: ArrayLike" for a in d.inputs if a.name != GRAVITY)]
-        arguments += ["g: ArrayLike = ..."] if any(a.name == GRAVITY for a in d.inputs) else []
+        if any(a.name == GRAVITY for a in d.inputs):
+            arguments += ["*base: ArrayLike", "**named: ArrayLike"]
         result = "FloatArray" if len(d.outputs) == 1 else "tuple[FloatArray, ...]"
         line = f"    def {d.name}({', '.join(arguments)}) -> {result}:"
         if len(line) > 100:

@@ -15,8 +15,14 @@ from symgen.symbolic import dynamics
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.tape import Tape
 
-#: The input that only kernels of a robot whose gravity is an input have.
+#: The input that only kernels of a robot whose gravity is an input have. If the base has an IMU,
+#: its motion stands in place of gravity.
 GRAVITY = "g"
+#: Why a kernel does not exist if the base has an IMU.
+FIXED_BASE = (
+    "holds for a base at rest, and the base of {} has an IMU: what moves the base adds energy and "
+    "momentum that no log contains"
+)
 #: What is wrong with a call whose pivot of the mass matrix is not positive, and what to do.
 _NO_MASS = (
     "the mass matrix is not positive definite; accepted: parameters X of a robot that can exist"
@@ -103,6 +109,7 @@ class Definition:
         exists: whether a robot has it.
         batch: whether there is a version for N samples.
         standard: whether it is about standard parameters, and written only on request.
+        fixed_base: whether it exists only for a base that does not move.
     """
 
     group: str
@@ -114,6 +121,7 @@ class Definition:
     exists: Callable[[Subject], bool] | None = None
     batch: bool = True
     standard: bool = False
+    fixed_base: bool = False
 
     @property
     def documented(self) -> str:
@@ -122,12 +130,16 @@ class Definition:
         read = ", ".join(a.text for a in self.inputs if a.name != GRAVITY)
         if any(a.name == GRAVITY for a in self.inputs):
             read += ", and g (3,) if gravity is an input of the robot"
+            if not self.fixed_base:
+                read += ", or f (3,), w (3,), wd (3,) if its base has an IMU"
         written = ", ".join(a.text for a in self.outputs)
         return f"{text[0].upper()}{text[1:]}.\n\nInputs: {read}.\nOutputs: {written}."
 
     def derive(self, s: Subject) -> Kernel | None:
         """Return the kernel of a robot; None if the robot has none."""
         if self.exists is not None and not self.exists(s):
+            return None
+        if self.fixed_base and s.robot.imu:
             return None
         outputs = tuple(array.output(s) for array in self.outputs)
         tape = self.tape(s, self.inputs)

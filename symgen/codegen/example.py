@@ -50,7 +50,8 @@ def _literals(package: Package, error: float) -> list[str]:
 
 def has_optimal_control(package: Package) -> bool:
     """Whether the package can have the optimal control, which needs smooth torques."""
-    return not package.model.robot.effects and package.has(*_OPTIMAL_CONTROL)
+    robot = package.model.robot
+    return not (robot.effects or robot.imu) and package.has(*_OPTIMAL_CONTROL)
 
 
 def optimal_control(package: Package) -> dict[str, str]:

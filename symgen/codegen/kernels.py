@@ -97,6 +97,7 @@ DEFINITIONS = (
         (_Q, _QD, _G),
         (Array("out", (_INERTIAL,)),),
         of_robot(energy.energy_tape),
+        fixed_base=True,
     ),
     Definition(
         "regressors",
@@ -106,6 +107,7 @@ DEFINITIONS = (
         (Array("out", (_RUBBING,)),),
         of_robot(friction.power_tape),
         exists=_rubs,
+        fixed_base=True,
     ),
     Definition(
         "regressors",
@@ -123,6 +125,7 @@ DEFINITIONS = (
         (_Q, _QD, _QDD, _G),
         (Array("out", (_LINEAR,)),),
         of_robot(regressor.power_tape),
+        fixed_base=True,
     ),
     Definition(
         "regressors",
@@ -131,6 +134,7 @@ DEFINITIONS = (
         (_Q, _QD, _G),
         (Array("p_out", (_N, _INERTIAL)), Array("dl_out", (_N, _INERTIAL))),
         of_robot(regressor.momentum_tape),
+        fixed_base=True,
     ),
     Definition(
         "regressors",
@@ -171,6 +175,7 @@ DEFINITIONS = (
         (_Q, _QD, _X_INERTIAL),
         (Array("C", (_N, _N)),),
         of_plant(dynamics.coriolis, inertial=True),
+        fixed_base=True,
     ),
     Definition(
         "dynamics",
@@ -195,6 +200,7 @@ DEFINITIONS = (
         (_Q, _QD, _X_INERTIAL, _G),
         (Array("T_out", (1,)), Array("U_out", (1,))),
         of_plant(dynamics.energies, inertial=True),
+        fixed_base=True,
     ),
     Definition(
         "kinematics",
@@ -219,6 +225,7 @@ DEFINITIONS = (
         (_Q, _QD, _QDR, _QDDR, _G),
         (Array("out", (_N, _LINEAR)),),
         of_robot(regressor.slotine_li_tape),
+        fixed_base=True,
     ),
     Definition(
         "control",
@@ -227,6 +234,7 @@ DEFINITIONS = (
         (_Q, _QD, _QDR, _QDDR, _X, _G),
         (_TAU,),
         of_plant(passive.slotine_li_torque),
+        fixed_base=True,
     ),
     Definition(
         "control",
@@ -235,6 +243,7 @@ DEFINITIONS = (
         (_Q, _QD, _X_INERTIAL, _G),
         (Array("p_out", (_N,)), Array("rate_out", (_N,))),
         of_plant(passive.generalized_momentum, inertial=True),
+        fixed_base=True,
     ),
     Definition(
         "dynamics",
@@ -332,6 +341,7 @@ DEFINITIONS = (
         ),
         of_robot(energy.separate_tape),
         standard=True,
+        fixed_base=True,
     ),
     Definition(
         "with `--standard`",

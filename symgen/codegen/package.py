@@ -13,6 +13,7 @@ from typing import Any
 
 from symgen.codegen.backends import Backend, Package, c, casadi, mex
 from symgen.codegen.c_printer import DTYPES
+from symgen.codegen.definition import FIXED_BASE
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.kernels import KERNELS
 from symgen.codegen.latex import latex_document
@@ -100,6 +101,9 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
                 f"kernel {name!r}: {model.robot.name} has no friction and no effects; "
                 f"accepted: all, or some of {others}"
             )
+        if name in KERNELS and KERNELS[name].fixed_base and model.robot.imu:
+            reason = FIXED_BASE.format(model.robot.name)
+            raise PackageError(f"kernel {name!r}: it {reason}; accepted: {', '.join(known)}")
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if names is None or k.name in names)

@@ -12,10 +12,10 @@ from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
 from symgen.diagnosis.extended import Extended
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.registry import Found
-from symgen.hypotheses.rows import torque_at
 from symgen.hypotheses.score import dense
 from symgen.robot.effect import definitions
 

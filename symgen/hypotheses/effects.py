@@ -46,19 +46,19 @@ class Torques:
         load: (N, n) rigid-body torque of the joints: taur of effects.
         friction: (N, n) friction of the declared model, without found effects.
         links: (links, 10) link parameters that give this torque, one of many such sets.
-        of_links: function from q, qd, qdd, (k, n) each, to the torque (k, n) of these links, in
-            the geometry and gravity of the file.
+        of_links: function from the arrays of `FilteredLog.motion` to the torque (k, n) of these
+            links, in the geometry and gravity of the file.
     """
 
     model: FloatArray
     load: FloatArray
     friction: FloatArray
     links: FloatArray
-    of_links: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+    of_links: Callable[..., FloatArray]
 
     def rigid(self, s: FilteredLog) -> FloatArray:
         """Return the torque of the links along a log, (N, n)."""
-        return self.of_links(s.q, s.qd, s.qdd)
+        return self.of_links(*s.motion)
 
     def weight(self, s: FilteredLog) -> FloatArray:
         """Return the torque of the links at rest along a log, (N, n)."""
@@ -76,7 +76,7 @@ class Torques:
         state = [x.copy() for x in (s.q, s.qd, s.qdd)]
         for x, a in zip(state, along, strict=True):
             x[:, j] += a
-        return self.of_links(*state)
+        return self.of_links(*state, *s.base)
 
 
 #: Gives columns at the rate of a log from the log, the model's torques and the constants.

@@ -40,7 +40,7 @@ from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
-from symgen.symbolic.independence import random_states
+from symgen.symbolic.independence import random_base, random_states
 from symgen.symbolic.variation import Variation, variation
 
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
@@ -69,7 +69,7 @@ def special_candidates(
     yield from _elastic(robot, bent)
     yield from _loose(robot)
     yield from _on_joints(robot)
-    if variation(robot).gravity.any():  # otherwise such torques are those of another robot
+    if variation(robot).gravity.any() and not robot.imu:  # else these are of another robot
         yield _of_links("commanded_torque", (), _dynamic)
     if given:
         yield from _load(robot, _LOAD)
@@ -93,14 +93,17 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
     q, qd, qdd = random_states(v.robot, _STATES)
     if gravity is not None:
         qd, qdd = np.zeros((2, *q.shape))
-    return v.regressor((q, qd, qdd), links, gravity).reshape(-1, len(links))
+    state = (q, qd, qdd, *random_base(v.robot, _STATES))
+    return v.regressor(state, links, gravity).reshape(-1, len(links))
 
 
 def _tilts(robot: Robot) -> Iterator[Candidate]:
     """Yield gravity turned about the two axes of frame 0 most normal to it: dg = -beta x g.
 
-    The base turns by beta, so that gravity turns by -beta in frame 0.
+    The base turns by beta, so that gravity turns by -beta in frame 0. An IMU measures its tilt.
     """
+    if robot.imu:
+        return
     v = variation(robot)
     units = _units(v)
     turned = {}
@@ -162,7 +165,7 @@ def _lengthened(
     v: Variation, length: tuple[int, str], s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
     """Return d tau / d length, at one of many equivalent sets of link parameters."""
-    state = (s.q, s.qd, s.qdd)
+    state = s.motion
     return _column(_slope(lambda h: v.torque(state, torques.links, changes={length: h})))
 
 
@@ -174,7 +177,7 @@ def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatA
 
 def _on_joints(robot: Robot) -> Iterator[Candidate]:
     """Yield a zero offset, another gear ratio and gravity compensation of each joint."""
-    heavy = variation(robot).gravity.any()
+    heavy = variation(robot).gravity.any() and not robot.imu
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
             yield _of_links("zero_offset", (j,), partial(_offset, j))
@@ -393,7 +396,7 @@ def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
 
     @lru_cache(maxsize=4)
     def along(s: FilteredLog) -> Columns:
-        return everywhere(v.regressor((s.q, s.qd, s.qdd), units[kept]))
+        return everywhere(v.regressor(s.motion, units[kept]))
 
     load, joints = definitions()["payload"], (robot.n - 1,)
     yield Candidate(

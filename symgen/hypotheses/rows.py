@@ -17,7 +17,7 @@ from symgen.data.mask import rms
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
-from symgen.estimation.system import torque_rows
+from symgen.estimation.system import torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.score import TINY, Columns, dense
 from symgen.runtime.evaluator import Evaluator
@@ -147,16 +147,9 @@ def make_rows(
     return found
 
 
-def torque_at(
-    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
-) -> FloatArray:
-    """Return the model's torque at given states, (k, n)."""
-    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
-
-
 def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
     """Return the model's torque along a log at the full rate, (N, n)."""
-    return torque_at(evaluator, X, log.q, log.qd, log.qdd)
+    return torque_at(evaluator, X, *log.motion)
 
 
 def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:

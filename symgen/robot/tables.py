@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 import sympy as sp
 
+from symgen import names
 from symgen.robot.body import pose, turn
 
 #: For the author of another Denavit-Hartenberg table.
@@ -103,6 +104,7 @@ class Head:
 
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
+    base: Annotated[str, word_check(*names.BASES)] = names.BASES[0]
     convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION
 
 

@@ -159,6 +159,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         name=head.name,
         gravity=head.gravity,
         joints=joints,
+        base=head.base,
         geometry=tuple(reader.geometry.items()),
         couplings=_couplings(_repeated(data, "coupling"), sigma, reader),
         payload=None if payload is None else payload.joint,
@@ -207,7 +208,14 @@ def _head(table: Any, reader: TableReader) -> Head:
             f"robot, key 'name': {shortened(head.name)!r} is not accepted; accepted: a C "
             f"identifier of at most {MAX_NAME} characters that is no word and no header of C"
         )
-    return replace(head, gravity=GRAVITY_INPUT) if table.get("gravity") == "input" else head
+    if table.get("gravity") != "input":
+        return head
+    if head.base != names.BASES[0]:
+        raise RobotError(
+            "robot, key 'gravity': 'input' has no place beside base = 'imu', whose specific force "
+            "holds gravity; accepted: gravity where the base rests, three numbers"
+        )
+    return replace(head, gravity=GRAVITY_INPUT)
 
 
 def _joints(data: Mapping[str, Any], reader: TableReader) -> tuple[Joint, ...]:

@@ -22,6 +22,8 @@ def robot_toml(robot: Robot) -> str:
     """Return the robot as robot.toml text; reading it gives the same robot."""
     gravity = "input" if robot.gravity_input else robot.gravity
     head = {"name": robot.name, "convention": CONVENTION, "gravity": gravity}
+    if robot.imu:
+        head["base"] = robot.base
     tables: list[tuple[str, Mapping[str, Any]]] = [("[robot]", head)]
     if robot.geometry:
         tables.append(("[geometry]", dict(robot.geometry)))

@@ -138,19 +138,24 @@ class Joint(Typed):
 
 
 def require_gravity(robot: Robot, what: str) -> None:
-    """Refuse a robot whose gravity is an input.
+    """Refuse a robot whose gravity, or the motion of whose base, is an input.
 
     Args:
         robot: the mechanism.
         what: the use that needs fixed gravity, for the message.
 
     Raises:
-        RobotError: the robot's gravity is an input.
+        RobotError: the robot's gravity is an input, or its base has an IMU.
     """
     if robot.gravity_input:
         raise RobotError(
             f'robot {robot.name!r}: gravity = "input" has no place in {what}; accepted: three '
             "numbers there"
+        )
+    if robot.imu:
+        raise RobotError(
+            f"robot {robot.name!r}: base = 'imu' has no place in {what}; accepted: a robot file "
+            "without it, for a base at rest"
         )
 
 
@@ -160,6 +165,7 @@ class Robot:
 
     Attributes:
         gravity: (3,) or GRAVITY_INPUT if gravity is an argument of every call.
+        base: "fixed", or "imu" if an IMU measures the motion of the base, an argument of calls.
         geometry: pairs (name, exact value); the names are symbols in the expressions of joints.
         payload: number of the joint whose link carries a load, or None.
         sought: effects that a diagnosis searches. A robot with any has no model.
@@ -171,6 +177,7 @@ class Robot:
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     joints: tuple[Joint, ...]
+    base: str = names.BASES[0]
     geometry: Named = ()
     couplings: tuple[Coupling, ...] = ()
     payload: int | None = None
@@ -262,6 +269,15 @@ class Robot:
     def gravity_input(self) -> bool:
         """Whether gravity is an argument of the kernels, for tilted mountings."""
         return self.gravity == GRAVITY_INPUT
+
+    @property
+    def imu(self) -> bool:
+        """Whether the base moves, and an IMU on it measures its motion."""
+        return self.base == "imu"
+
+    def at_rest(self) -> Robot:
+        """Return the robot on a base that does not move."""
+        return replace(self, base=names.BASES[0])
 
     @property
     def loaded(self) -> bool:

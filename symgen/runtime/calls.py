@@ -12,10 +12,17 @@ from numpy.typing import ArrayLike
 from symgen.codegen.kernel import LINK, Argument, Kernel
 from symgen.data.raw import FloatArray as FloatArray
 from symgen.errors import ParameterError
+from symgen.names import BASE
 from symgen.robot.expressions import shortened
 
 NOT_POSITIVE_DEFINITE = 1  # as NAME.h numbers them; a batch has the bits of all its samples
 NOT_FINITE = 2
+_MOVING = "the motion of the base is an input of this robot; accepted: f, w and wd behind the other"
+#: What is wrong with a call that lacks the inputs of the base.
+_BASE = dict.fromkeys(BASE, f"{_MOVING} arrays") | {
+    "g": "gravity is an input of this robot; accepted: g behind the other arrays, or a robot file "
+    "whose gravity is three numbers"
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +51,9 @@ class Bound:
 def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArray], int | None]:
     """Return the inputs as C-contiguous arrays, and N for a batch (None for one sample)."""
     expected = kernel.inputs
-    if len(inputs) == len(expected) - 1 and expected[-1].name == "g":
-        raise ParameterError(
-            f"{kernel.name}: gravity is an input of this robot; accepted: g behind the other "
-            "arrays, or a robot file whose gravity is three numbers"
-        )
+    base = tuple(a.name for a in expected if a.name in _BASE)
+    if base and len(inputs) == len(expected) - len(base):
+        raise ParameterError(f"{kernel.name}: {_BASE[base[-1]]}")
     if len(inputs) != len(expected):
         raise ParameterError(
             f"{kernel.name} takes {len(expected)} arrays ({', '.join(a.name for a in expected)}), "

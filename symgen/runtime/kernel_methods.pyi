@@ -7,7 +7,13 @@ from symgen.data.raw import FloatArray
 class KernelMethods:
     """Every kernel as a method, `evaluator.mass_matrix(q, X)`."""
 
-    def energy_regressor(self, q: ArrayLike, qd: ArrayLike, g: ArrayLike = ...) -> FloatArray:
+    def energy_regressor(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
+    ) -> FloatArray:
         """Columns DE + DU of kinetic plus potential energy: E + U = out . X.
 
         Inputs: q (n,), qd (n,), and g (3,) if gravity is an input of the robot.
@@ -33,7 +39,8 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         qdd: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Columns of power: qd' tau = out . X, the rate of energy plus friction.
 
@@ -45,7 +52,8 @@ class KernelMethods:
         self,
         q: ArrayLike,
         qd: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq.
 
@@ -58,11 +66,13 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         qdd: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Columns of torque: tau = out X, friction included.
 
-        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
+        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot, or f
+        (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: out (n, p).
         """
 
@@ -72,12 +82,13 @@ class KernelMethods:
         qd: ArrayLike,
         qdd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Torque of a motion: tau = M qdd + C qd + g + friction.
 
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
-        robot.
+        robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (n,).
         """
 
@@ -88,10 +99,17 @@ class KernelMethods:
         Outputs: M (n, n).
         """
 
-    def gravity_torque(self, q: ArrayLike, X: ArrayLike, g: ArrayLike = ...) -> FloatArray:
+    def gravity_torque(
+        self,
+        q: ArrayLike,
+        X: ArrayLike,
+        *base: ArrayLike,
+        **named: ArrayLike,
+    ) -> FloatArray:
         """Torque that holds the arm at rest, without friction.
 
-        Inputs: q (n,), X (p_inertial,), and g (3,) if gravity is an input of the robot.
+        Inputs: q (n,), X (p_inertial,), and g (3,) if gravity is an input of the robot, or f
+        (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (n,).
         """
 
@@ -107,11 +125,13 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """H = C qd + g + friction.
 
-        Inputs: q (n,), qd (n,), X (p,), and g (3,) if gravity is an input of the robot.
+        Inputs: q (n,), qd (n,), X (p,), and g (3,) if gravity is an input of the robot, or f
+        (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: h (n,).
         """
 
@@ -121,12 +141,13 @@ class KernelMethods:
         qd: ArrayLike,
         tau: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Accelerations under torques tau; not 0 where M is not positive definite.
 
         Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
-        robot.
+        robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: qdd (n,).
         """
 
@@ -135,7 +156,8 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Kinetic energy T and potential energy U, U up to a constant.
 
@@ -164,7 +186,8 @@ class KernelMethods:
         qd: ArrayLike,
         qdr: ArrayLike,
         qddr: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols.
 
@@ -180,7 +203,8 @@ class KernelMethods:
         qdr: ArrayLike,
         qddr: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols.
 
@@ -194,7 +218,8 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """P = M qd and rate = C' qd - g: dp/dt = tau - friction + rate.
 
@@ -216,12 +241,13 @@ class KernelMethods:
         qd: ArrayLike,
         qdd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Torque of the declared effects; with friction and the rigid body it is inverse_dynamics.
 
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
-        robot.
+        robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: tau (n,).
         """
 
@@ -231,12 +257,13 @@ class KernelMethods:
         qd: ArrayLike,
         qdd: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0.
 
         Inputs: q (n,), qd (n,), qdd (n,), X (p,), and g (3,) if gravity is an input of the
-        robot.
+        robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n).
         """
 
@@ -246,12 +273,13 @@ class KernelMethods:
         qd: ArrayLike,
         tau: ArrayLike,
         X: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0.
 
         Inputs: q (n,), qd (n,), tau (n,), X (p,), and g (3,) if gravity is an input of the
-        robot.
+        robot, or f (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: dq_out (n, n), dqd_out (n, n), dtau_out (n, n).
         """
 
@@ -316,7 +344,8 @@ class KernelMethods:
         self,
         q: ArrayLike,
         qd: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> tuple[FloatArray, ...]:
         """Columns DE and DU of kinetic and of potential energy in every standard parameter.
 
@@ -329,10 +358,12 @@ class KernelMethods:
         q: ArrayLike,
         qd: ArrayLike,
         qdd: ArrayLike,
-        g: ArrayLike = ...,
+        *base: ArrayLike,
+        **named: ArrayLike,
     ) -> FloatArray:
         """Columns of torque in every standard parameter, friction included.
 
-        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot.
+        Inputs: q (n,), qd (n,), qdd (n,), and g (3,) if gravity is an input of the robot, or f
+        (3,), w (3,), wd (3,) if its base has an IMU.
         Outputs: out (n, s).
         """

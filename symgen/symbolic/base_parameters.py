@@ -30,7 +30,7 @@ from symgen.symbolic.elimination import (
 )
 from symgen.symbolic.energy import energy_tape, stacked, state_columns
 from symgen.symbolic.guard import require_floats_agree
-from symgen.symbolic.kinematics import joint_map
+from symgen.symbolic.kinematics import base_inputs, joint_map
 from symgen.symbolic.lifting import lifted
 from symgen.symbolic.modular import (
     BadDrawError,
@@ -144,10 +144,13 @@ def bound(robot: Robot) -> int:
     """Return Gautier and Khalil's upper bound 8 n_r + 5 n_t - 4 - sigmabar_1.
 
     It holds for the inertial parameters of a serial arm that stands on one joint: for each further
-    joint on the base, the four parameters that joint 1 lacks are taken off for that root.
+    joint on the base, the four parameters that joint 1 lacks are taken off for that root. On a base
+    with an IMU, no joint lacks any.
     """
     revolute = sum(j.turns for j in robot.joints)
     prismatic = sum(j.slides for j in robot.joints)
+    if robot.imu:
+        return 8 * revolute + 5 * prismatic
     first = robot.movable[0]
     return 8 * revolute + 5 * prismatic - 4 - (1 if first.turns else 0)
 
@@ -293,10 +296,9 @@ class _Columns:
     def _differences(self, field: PrimeField) -> Residues:
         count = len(self.names) + _MARGIN
         state = self._state(field, count)
-        rest = {}
-        if self.robot.gravity_input:
-            rest = self._state(field, 1)
-            state["g"] = [field.numbers(count) for _ in range(3)]
+        rest = self._state(field, 1) if base_inputs(self.robot) else state
+        for name, symbols in base_inputs(self.robot):
+            state[name] = [field.numbers(count) for _ in symbols]
         number = joint_map(self.robot, [getattr(q, "number", q) for q in state["q"]])
         columns = state_columns(self.energy, self.state, field, state, rest, number)
         h: Residues = stacked(columns, count)

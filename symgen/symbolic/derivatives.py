@@ -156,8 +156,10 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     """Return dtau/dq and dtau/dqd of links, over all joints that move."""
     tape = p.tape
-    moving, rates = velocities(p.way, ZERO, tape), spread(p.robot, qdd, tape)
-    motion = accelerations(p.way, p.gravity, rates, tape)
+    # The torques do not depend on the velocity of the base, which is zero here.
+    base = LinkState(p.mounting.w, ZERO)
+    moving, rates = velocities(p.way, base, tape), spread(p.robot, qdd, tape)
+    motion = accelerations(p.way, p.mounting, rates, tape)
     force = handed_down(p, wrenches(p, rates), "")
     momentum = p.momenta(moving)
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}

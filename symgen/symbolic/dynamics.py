@@ -26,13 +26,20 @@ from symgen.symbolic.kinematics import (
     Way,
     arrays,
     builder,
-    gravity,
     joint_map,
     path,
     variables,
     way_of,
 )
-from symgen.symbolic.motion import Letters, LinkState, accelerations, handed_back, references
+from symgen.symbolic.motion import (
+    AT_REST,
+    Letters,
+    LinkState,
+    accelerations,
+    base_acceleration,
+    handed_back,
+    references,
+)
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
 
@@ -41,13 +48,13 @@ Wrenches = dict[int, Screw]
 
 @dataclass(frozen=True)
 class Plant:
-    """A robot with symbols for its base parameters, and the way to its joints."""
+    """A robot with symbols for its base parameters, the way to its joints, and its mounting."""
 
     robot: Robot
     base: BaseParameters
     tape: TapeBuilder
     way: Way
-    gravity: Vector
+    mounting: LinkState
     X: Symbols
 
     @property
@@ -103,7 +110,7 @@ def plant(robot: Robot, base: BaseParameters) -> Plant:
     """Begin a tape of a robot in its base parameters."""
     X = tuple(real_symbol(f"X_{p.name}") for p in base.parameters)
     tape = builder(robot, X)
-    return Plant(robot, base, tape, way_of(robot, tape), gravity(robot, tape), X)
+    return Plant(robot, base, tape, way_of(robot, tape), base_acceleration(robot, tape), X)
 
 
 def inverse_dynamics(p: Plant, *, accelerating: bool = True) -> ByJoint:
@@ -186,7 +193,7 @@ def gravity_torque(p: Plant) -> ByJoint:
 
 def wrenches(p: Plant, qdd: ByJoint) -> Wrenches:
     """Return the wrench that accelerates each link, at accelerations of all joints that move."""
-    motion = accelerations(p.way, p.gravity, qdd, p.tape)
+    motion = accelerations(p.way, p.mounting, qdd, p.tape)
     return {j: body.wrench(motion[j], j, p.tape) for j, body in p.bodies.items()}
 
 
@@ -252,12 +259,12 @@ def mass_matrix(p: Plant) -> Rows:
 def coriolis(p: Plant) -> Rows:
     """Return C by rows and columns of joint numbers: C qd are the torques, M' - 2 C is skew."""
     rows: Rows = {j.number: {} for j in p.robot.moving}
-    real = accelerations(p.way, ZERO, {}, p.tape)
+    real = accelerations(p.way, AT_REST, {}, p.tape)
     after = {s.joint.number: path(p.robot, s.joint.number) for s in p.way}
     for j in rows:
         moved = tuple(s for s in p.way if j in after[s.joint.number])
         letters = Letters(f"E{j}_", f"e{j}_", f"l{j}_", f"l{j}_", "{}{}{}", f"l{j}p{{1}}_{{0}}")
-        virtual = references(moved, real, ZERO, {j: sp.S.One}, {}, p.tape, letters)
+        virtual = references(moved, real, AT_REST, {j: sp.S.One}, {}, p.tape, letters)
         wrench: Wrenches = {}
         for i, motion in virtual.items():
             tag = f"{i}v{j}"
@@ -271,7 +278,7 @@ def energies(p: Plant) -> list[sp.Expr]:
     """Return kinetic and potential energy of a robot in its base parameters, J."""
     bases = [b for b in p.base.parameters if b.inertial]
     standard = [p.base.standard[b.index] for b in bases]
-    columns = separate_columns(p.robot, standard, p.way, p.gravity, p.tape)
+    columns = separate_columns(p.robot, standard, p.way, p.tape)
     return [
         p.tape.name(f"{letter}sum", sp.Add(*(x * c for x, c in zip(p.X, column, strict=False))))
         for letter, column in zip("TU", columns, strict=True)

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.robot.types import Robot
 from symgen.symbolic.friction import drive_speed
-from symgen.symbolic.kinematics import Way, arrays, builder, gravity, joint_map, variables, way_of
-from symgen.symbolic.motion import LinkState, velocities
+from symgen.symbolic.kinematics import Way, arrays, builder, joint_map, variables, way_of
+from symgen.symbolic.motion import AT_REST, LinkState, base_velocity, velocities
 from symgen.symbolic.parameters import Parameter, standard_parameters
-from symgen.symbolic.spatial import UPPER, ZERO, Vector, cross, dot
+from symgen.symbolic.spatial import UPPER, cross, dot
 from symgen.symbolic.tape import Arithmetic, Tape, TapeBuilder
 
 _HALF = sp.Rational(1, 2)
@@ -38,7 +38,7 @@ def energy_tape(robot: Robot) -> Tape:
         A tape from q and qd to h(q, qd) = DE + DU, in the order of `standard_parameters`.
     """
     tape = builder(robot)
-    links = velocities(way_of(robot, tape), gravity(robot, tape), tape)
+    links = velocities(way_of(robot, tape), base_velocity(robot, tape), tape)
     columns = _columns(robot, inertial_parameters(robot), [("D", links)], tape)
     return tape.tape(arrays(robot, "q", "qd"), [column for (column,) in columns])
 
@@ -50,8 +50,8 @@ def separate_tape(robot: Robot) -> Tape:
         A tape from q and qd to the columns of kinetic energy, then those of potential energy.
     """
     tape = builder(robot)
-    way, base = way_of(robot, tape), gravity(robot, tape)
-    columns = separate_columns(robot, inertial_parameters(robot), way, base, tape)
+    way = way_of(robot, tape)
+    columns = separate_columns(robot, inertial_parameters(robot), way, tape)
     return tape.tape(
         arrays(robot, "q", "qd"), [column for columns_ in columns for column in columns_]
     )
@@ -66,12 +66,12 @@ def separate_columns(
     robot: Robot,
     parameters: Sequence[Parameter],
     way: Way,
-    base_gravity: Vector,
     tape: TapeBuilder,
 ) -> Iterator[tuple[sp.Expr, ...]]:
     """Return the columns of kinetic energy of some parameters, and those of potential energy."""
-    moving = velocities(way, ZERO, tape)
-    resting = velocities(tuple(step.still() for step in way), base_gravity, tape)
+    base = base_velocity(robot, tape)
+    moving = velocities(way, AT_REST, tape)
+    resting = velocities(tuple(step.still() for step in way), base, tape)
     return zip(*_columns(robot, parameters, [("D", moving), ("U", resting)], tape), strict=True)
 
 
@@ -110,20 +110,20 @@ def state_columns(
 ) -> list[Any]:
     """Return the columns of parameters that are functions of the state x = (q, qd).
 
-    They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g is an input, the
-    energies are h(x, g) - h(x0, g).
+    They are the energies h(x) - h(x0), and q_j for an offset OF_j. If gravity g, or the motion of
+    the base, is an input, the energies are h(x, g) - h(x0, g).
 
     Args:
         energy: tape of the inertial ones among them.
         parameters: in the order of the columns.
         arithmetic: the number system.
-        state: entries of q and qd, and of g if gravity is an input.
-        rest: the same entries of x0.
+        state: entries of q and qd, and of the inputs that describe the base.
+        rest: entries of q and qd of x0.
         position: q_j as plain numbers, by joint.
     """
     columns = energy.run(arithmetic, state)
-    if "g" in state:
-        there = energy.run(arithmetic, {**rest, "g": state["g"]})
+    if any(name not in rest for name, _ in energy.inputs):
+        there = energy.run(arithmetic, {**state, **rest})
         columns = [arithmetic.sub(a, b) for a, b in zip(columns, there, strict=True)]
     energies = iter(columns)
     return [next(energies) if p.inertial else position[p.joint] for p in parameters]

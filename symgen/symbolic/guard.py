@@ -16,7 +16,7 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import stacked, state_columns
-from symgen.symbolic.kinematics import joint_map
+from symgen.symbolic.kinematics import base_inputs, joint_map
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Numbers, Tape
 
@@ -45,12 +45,18 @@ def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.fl
 
 
 def random_inputs(robot: Robot, count: int, seed: int) -> dict[str, list[NDArray[np.float64]]]:
-    """Return random states as inputs of a tape, each with a gravity vector if that is an input."""
+    """Return random states as inputs of a tape, with those of the base if it is an input."""
     states = random_states(robot, count, seed)
     inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
-    if robot.gravity_input:
-        inputs["g"] = list(np.random.default_rng(count).uniform(-10, 10, (3, count)))
+    for (name, _), x in zip(base_inputs(robot), random_base(robot, count), strict=True):
+        inputs[name] = list(x.T)
     return inputs
+
+
+def random_base(robot: Robot, count: int) -> list[NDArray[np.float64]]:
+    """Return random values of the inputs that describe the base, (count, 3) each."""
+    draw = np.random.default_rng(count)
+    return [draw.uniform(-10, 10, (3, count)).T for _ in base_inputs(robot)]
 
 
 def require_floats_agree(
@@ -72,7 +78,7 @@ def require_floats_agree(
     values = robot.values()
     count = len(parameters) + _MARGIN
     state = random_inputs(robot, count, len(parameters))
-    rest = {key: [x[:1] for x in entries] for key, entries in state.items()}
+    rest = {key: [x[:1] for x in state[key]] for key in ("q", "qd")}
     arithmetic, positions = Numbers(values, FUNCTIONS), joint_map(robot, state["q"])
     out = state_columns(energy, parameters, arithmetic, state, rest, positions)
     W = stacked(out, count).astype(float)

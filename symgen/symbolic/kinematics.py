@@ -13,6 +13,7 @@ from typing import Any
 
 import sympy as sp
 
+from symgen import names
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import followed
 from symgen.symbolic.spatial import Shift, Turn, Vector
@@ -99,7 +100,15 @@ def builder(robot: Robot, symbols: Iterable[sp.Symbol] = ()) -> TapeBuilder:
     """Return an empty tape on which names of the file, variables and other symbols are taken."""
     variable = (s for group in vars(variables(robot)).values() for s in group)
     taken = {s.name for s in (*variable, *symbols)} | {name for name, _ in robot.geometry}
-    return TapeBuilder(taken | ARGUMENTS, [("g", robot.gravity)] if robot.gravity_input else [])
+    base = base_inputs(robot)
+    return TapeBuilder(taken | ARGUMENTS | {name for name, _ in base}, base)
+
+
+def base_inputs(robot: Robot) -> list[tuple[str, Symbols]]:
+    """Return the inputs that describe the base: gravity, or the motion that its IMU measures."""
+    if robot.imu:
+        return [(x, tuple(real_symbol(f"X_{x}{i}") for i in (1, 2, 3))) for x in names.BASE]
+    return [("g", robot.gravity)] if robot.gravity_input else []
 
 
 def joint_map(robot: Robot, values: Sequence[Any]) -> dict[int, Any]:

@@ -21,7 +21,7 @@ from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import NeedsValuesError
 from symgen.symbolic.energy import state_columns
-from symgen.symbolic.kinematics import joint_map
+from symgen.symbolic.kinematics import base_inputs, joint_map
 from symgen.symbolic.parameters import Parameter
 from symgen.symbolic.tape import Arithmetic, Numbers, Tape, real_symbol
 
@@ -190,13 +190,13 @@ class _Columns:
     ) -> list[list[Any]]:
         """Return the columns at every point but the first, minus those at the first.
 
-        Where gravity is an input, it is drawn at every point.
+        Where gravity or the motion of the base is an input, it is drawn at every point.
         """
         rows = []
         for point in points:
             state = {"q": point.q, "qd": point.qd}
-            if self.robot.gravity_input:
-                state["g"] = [sp.Integer(draw.randrange(-9, 10)) for _ in range(3)]
+            for name, symbols in base_inputs(self.robot):
+                state[name] = [sp.Integer(draw.randrange(-9, 10)) for _ in symbols]
             at_rest = {"q": rest.q, "qd": rest.qd}
             number = joint_map(self.robot, point.number)
             rows.append(

@@ -5,8 +5,9 @@ With the antecedent a of joint j, its speed qd, and P from the origin of a to th
     jw_j = jA_a aw_a + sigmabar z qd,    jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
 
 (Khalil and Kleinfinger 1987). Accelerations start from -g at the base, so weight needs no separate
-term (Luh, Walker and Paul 1980). Steps repeat those of `velocities` exactly, and the tape keeps one
-of each.
+term (Luh, Walker and Paul 1980). If the base has an IMU, they start from what it measures: specific
+force, angular velocity and angular acceleration. Steps repeat those of `velocities` exactly, and
+the tape keeps one of each.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from symgen.robot.types import Robot
 from symgen.symbolic.constraints import ByJoint
-from symgen.symbolic.kinematics import Step, Way
+from symgen.symbolic.kinematics import Step, Way, base_inputs, gravity
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -96,15 +98,39 @@ REAL = Letters("W", "X", "Z", "Z", "{}{}{}", "Z{}{}")
 REFERENCE = Letters("E", "e", "l", "v", "{}{}j{}", "l{}j{}")
 
 
-def velocities(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int, LinkState]:
+#: A base at rest, without gravity.
+AT_REST = LinkState(ZERO, ZERO)
+
+
+def base_velocity(robot: Robot, tape: TapeBuilder) -> LinkState:
+    """Return the twist of the base and gravity, for the recursion of velocities.
+
+    With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity:
+    their symbols are those of wd and f.
+    """
+    if not robot.imu:
+        return replace(AT_REST, g=gravity(robot, tape))
+    inputs = dict(base_inputs(robot))
+    return LinkState(inputs["w"], inputs["wd"], g=inputs["f"])
+
+
+def base_acceleration(robot: Robot, tape: TapeBuilder) -> LinkState:
+    """Return the motion of the base minus gravity, for the recursion of accelerations."""
+    if not robot.imu:
+        return replace(AT_REST, a=scaled(sp.S.NegativeOne, gravity(robot, tape)))
+    inputs = dict(base_inputs(robot))
+    return LinkState(inputs["wd"], inputs["f"], w=inputs["w"])
+
+
+def velocities(way: Way, base: LinkState, tape: TapeBuilder) -> Mapping[int, LinkState]:
     """Derive the twist, gravity and height of every link by joint number; 0 is the base.
 
     Args:
         way: from `steps`.
-        base_gravity: from `gravity`, or ZERO if the caller does not use it.
+        base: from `base_velocity`, or AT_REST if the caller does not use gravity.
         tape: receives the named steps.
     """
-    states = {0: LinkState(ZERO, ZERO, g=base_gravity)}
+    states = {0: base}
     for step in way:
         rates = sp.S.Zero, sp.S.Zero, step.rate
         before = states[step.joint.antecedent]
@@ -113,17 +139,17 @@ def velocities(way: Way, base_gravity: Vector, tape: TapeBuilder) -> Mapping[int
 
 
 def accelerations(
-    way: Way, base_gravity: Vector, qdd: ByJoint, tape: TapeBuilder
+    way: Way, base: LinkState, qdd: ByJoint, tape: TapeBuilder
 ) -> Mapping[int, LinkState]:
     """Derive w, dw and a of every link by joint number.
 
     Args:
         way: from `steps`; its speeds may be zero.
-        base_gravity: acceleration of gravity in frame 0.
+        base: from `base_acceleration`.
         qdd: joint accelerations by joint number; absent means zero.
         tape: receives the named steps.
     """
-    states = {0: _at_rest(base_gravity)}
+    states = {0: base}
     for step in way:
         j = step.joint.number
         rates = step.rate, step.qd, qdd.get(j, sp.S.Zero)
@@ -134,7 +160,7 @@ def accelerations(
 def references(
     way: Way,
     real: Mapping[int, LinkState],
-    base_gravity: Vector,
+    base: LinkState,
     speed: ByJoint,
     acceleration: ByJoint,
     tape: TapeBuilder,
@@ -145,26 +171,21 @@ def references(
     Args:
         way: from `steps`, with the real speeds; the links before it rest.
         real: the real motion of every link, from `accelerations`.
-        base_gravity: acceleration of gravity in frame 0.
+        base: from `base_acceleration`.
         speed: reference speeds by joint number; absent means zero.
         acceleration: reference accelerations by joint number.
         tape: receives the named steps.
         letters: for the names of steps.
     """
-    rest = _at_rest(base_gravity)
     states: dict[int, LinkState] = {}
     for step in way:
         j = step.joint.number
         rate = speed.get(j, sp.S.Zero)
         rates = rate, rate, acceleration.get(j, sp.S.Zero)
         before = step.joint.antecedent
-        now = replace(states.get(before, rest), real=real[before].turning)
+        now = replace(states.get(before, base), real=real[before].turning)
         states[j] = passed(now, step, rates, letters, tape)
     return states
-
-
-def _at_rest(base_gravity: Vector) -> LinkState:
-    return LinkState(ZERO, scaled(sp.S.NegativeOne, base_gravity))
 
 
 def passed(

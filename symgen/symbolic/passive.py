@@ -22,8 +22,8 @@ from symgen.symbolic.dynamics import (
     with_rotors,
 )
 from symgen.symbolic.kinematics import joint_map, variables
-from symgen.symbolic.motion import accelerations, references, velocities
-from symgen.symbolic.spatial import ZERO, acting, axis, screw_rate
+from symgen.symbolic.motion import AT_REST, accelerations, references, velocities
+from symgen.symbolic.spatial import acting, axis, screw_rate
 
 
 def slotine_li_torque(p: Plant) -> ByJoint:
@@ -31,8 +31,8 @@ def slotine_li_torque(p: Plant) -> ByJoint:
     variable, tape = variables(p.robot), p.tape
     qdr, qddr = (joint_map(p.robot, symbols) for symbols in (variable.qdr, variable.qddr))
     speed, acceleration = (spread(p.robot, rate, tape) for rate in (qdr, qddr))
-    real = accelerations(p.way, ZERO, {}, tape)
-    found = references(p.way, real, p.gravity, speed, acceleration, tape)
+    real = accelerations(p.way, AT_REST, {}, tape)
+    found = references(p.way, real, p.mounting, speed, acceleration, tape)
     wrench = {
         j: body.virtual_wrench(found[j], f"{j}", tape, p.namer(f"{j}"))
         for j, body in p.bodies.items()
@@ -44,7 +44,7 @@ def slotine_li_torque(p: Plant) -> ByJoint:
 def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
     tape, qd = p.tape, joint_map(p.robot, variables(p.robot).qd)
-    moving = velocities(p.way, ZERO, tape)
+    moving = velocities(p.way, AT_REST, tape)
     total = handed_down(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
     for joint in p.robot.moving:

@@ -14,7 +14,7 @@ import sympy as sp
 from symgen.robot.types import Joint, Robot
 from symgen.symbolic.constraints import to_variables
 from symgen.symbolic.kinematics import Way, arrays, builder, path, way_of
-from symgen.symbolic.motion import accelerations
+from symgen.symbolic.motion import AT_REST, accelerations
 from symgen.symbolic.spatial import (
     ZERO,
     Screw,
@@ -153,7 +153,7 @@ def link_drift_tape(robot: Robot) -> Tape:
     """Derive dJ/dt qd of a point of a link in frame 0: (6,), linear then angular."""
     tape = _builder(robot)
     placed, way = link_places(robot, tape)
-    motion = {j: (m.w, m.dw, m.a) for j, m in accelerations(way, ZERO, {}, tape).items()}
+    motion = {j: (m.w, m.dw, m.a) for j, m in accelerations(way, AT_REST, {}, tape).items()}
     w, dw, a = (_chosen(robot, motion, k, letter, tape) for k, letter in enumerate("wxy"))
     axes = [_chosen(robot, placed, k, f"R{k}", tape) for k in range(3)]
     point = coordinates("c")

@@ -25,10 +25,12 @@ from symgen.symbolic import friction
 from symgen.symbolic.bodies import Inertia, unit_wrench
 from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.energy import inertial_parameters
-from symgen.symbolic.kinematics import Way, arrays, builder, gravity, joint_map, variables, way_of
+from symgen.symbolic.kinematics import Way, arrays, builder, joint_map, variables, way_of
 from symgen.symbolic.motion import (
     LinkState,
     accelerations,
+    base_acceleration,
+    base_velocity,
     handed_on,
     references,
     screws,
@@ -99,10 +101,10 @@ def _scene(robot: Robot) -> tuple[_Scene, Mapping[int, LinkState], Mapping[int, 
     way = way_of(robot, tape)
     qd = {step.joint.number: step.qd for step in way}
     qdd = spread(robot, joint_map(robot, variables(robot).qdd), tape)
-    base = gravity(robot, tape)
+    twist, base = base_velocity(robot, tape), base_acceleration(robot, tape)
     screw, parameters = screws(way, tape), inertial_parameters(robot)
     scene = _Scene(robot, tape, way, qd, qdd, screw, parameters)
-    return scene, velocities(way, base, tape), accelerations(way, base, qdd, tape)
+    return scene, velocities(way, twist, tape), accelerations(way, base, qdd, tape)
 
 
 def torque_tape(robot: Robot) -> Tape:
@@ -122,7 +124,7 @@ def slotine_li_tape(robot: Robot) -> Tape:
     qdr, qddr = (
         spread(robot, joint_map(robot, symbols), tape) for symbols in (variable.qdr, variable.qddr)
     )
-    found = references(scene.way, real, gravity(robot, tape), qdr, qddr, tape)
+    found = references(scene.way, real, base_acceleration(robot, tape), qdr, qddr, tape)
 
     def wrench(p: Parameter) -> Screw:
         def name(vector: Vector, letter: str) -> Vector:

@@ -8,7 +8,8 @@ joint j does not change a body on link j, the body can as well belong to the ant
 * prismatic j: a body without mass and moment, of which only the orientation counts (XX..ZZ): 6;
 * fixed j: any body: 10;
 * as long as every rotation so far keeps one direction a (links before the second revolute axis
-  that is not parallel to the first), the moment along a moves no energy: a . (MX, MY, MZ).
+  that is not parallel to the first), the moment along a moves no energy: a . (MX, MY, MZ). A base
+  with an IMU keeps no direction.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
     """Return the relations of all joints, from the base to the tips, then those of the payload."""
     found: list[Relation] = []
     # Direction, in each link, that all rotations so far keep: () for none yet, None for several.
-    direction: dict[int, Vector | None] = {0: ()}
+    direction: dict[int, Vector | None] = {0: None if robot.imu else ()}
     for joint in robot.joints:
         c, s = cosine_sine(joint.theta)
         before, after = elementary(joint, c, s, joint.r, _Formulas())  # at q = 0

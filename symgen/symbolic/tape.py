@@ -267,7 +267,7 @@ class TapeBuilder:
 
     Args:
         reserved: names that no step may have.
-        last: inputs that come last, if the derivation reads them.
+        last: inputs that come last, if the derivation reads any of them.
     """
 
     def __init__(
@@ -333,7 +333,7 @@ class TapeBuilder:
             tuple(outputs),
         ).keep(range(len(outputs)))
         read = {s for e in (*tape.outputs, *(e for _, e in tape.steps)) for s in e.free_symbols}
-        last = tuple(group for group in self._last if read.intersection(group[1]))
+        last = self._last if any(read.intersection(group) for _, group in self._last) else ()
         return replace(tape, inputs=(*tape.inputs, *last))
 
 

@@ -33,17 +33,26 @@ class PinocchioArm:
         arm: the table.
         links: (links, 10) in the order XX XY XZ YY YZ ZZ MX MY MZ M, about the frames' origins.
         rotor_inertia: (n,) IA of the movable joints; none by default.
+        floating: whether the base is free, for `on_moving_base`.
     """
 
     def __init__(
-        self, arm: Arm, links: np.ndarray, rotor_inertia: np.ndarray | None = None
+        self,
+        arm: Arm,
+        links: np.ndarray,
+        rotor_inertia: np.ndarray | None = None,
+        floating: bool = False,
     ) -> None:
         self._pin = pin = load_pinocchio()
         self.model = pin.Model()
         self.model.gravity.linear = np.array([float(g) for g in arm.gravity])
         self.rotor_inertia = np.zeros(arm.n) if rotor_inertia is None else np.array(rotor_inertia)
         # Where the link's frame is: a Pinocchio joint and a constant placement in its frame.
-        carrier: dict[int, tuple[int, object]] = {0: (0, pin.SE3.Identity())}
+        root = 0
+        if floating:
+            free = pin.JointModelFreeFlyer()
+            root = self.model.addJoint(0, free, pin.SE3.Identity(), "base")
+        carrier: dict[int, tuple[int, object]] = {0: (root, pin.SE3.Identity())}
         velocity_index: dict[int, int] = {}
         for j in _depth_first(arm):
             parent, placement = carrier[arm.ant[j - 1]]
@@ -84,6 +93,32 @@ class PinocchioArm:
         states = (self._to_model(x) for x in (q, qd, qdd))
         found = self._pin.computeRNEADerivatives(self.model, self.data, *states)
         return np.array([x[np.ix_(self._slots, self._slots)] for x in found[:2]])
+
+    def on_moving_base(
+        self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray, base: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Torques (n,) and their derivatives by q and by qd, on a base that moves.
+
+        Args:
+            q, qd, qdd: as in `inverse_dynamics`.
+            base: rows f, w, wd: specific force of the origin, angular velocity and acceleration,
+                in the axes of the base. Its pose and its velocity are any.
+        """
+        pin, (f, w, wd) = self._pin, base
+        turned = pin.Quaternion(np.array([0.3, -0.5, 0.7, 0.4])).normalized()
+        V = np.array([0.9, -1.7, 0.4])
+        weight = turned.matrix().T @ self.model.gravity.linear
+        pose, twist = [1.0, 2.0, 3.0, *turned.coeffs()], [*V, *w]
+        moved = [*(f + weight - np.cross(w, V)), *wd]
+        at = np.zeros(self.model.nq)
+        at[:7], at[self._slots + 1] = pose, q
+        speed, rate = np.zeros((2, self.model.nv))
+        speed[:6], speed[self._slots] = twist, qd
+        rate[:6], rate[self._slots] = moved, qdd
+        torque = pin.rnea(self.model, self.data, at, speed, rate)[self._slots]
+        found = pin.computeRNEADerivatives(self.model, self.data, at, speed, rate)
+        by_q, by_qd = (x[np.ix_(self._slots, self._slots)].copy() for x in found[:2])
+        return torque + self.rotor_inertia * np.asarray(qdd), by_q, by_qd
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix (n, n), rotors included."""

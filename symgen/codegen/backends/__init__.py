@@ -71,6 +71,7 @@ class Package:
             p=len(base.parameters),
             inertial=base.inertial,
             gravity_input=robot.gravity_input,
+            imu=robot.imu,
             version=VERSION,
             dtype=self.dtype,
             **data,
