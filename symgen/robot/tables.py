@@ -99,11 +99,12 @@ Unit = Annotated[
 
 @dataclass(frozen=True)
 class Head:
-    """[robot]: gravity in frame 0, m/s2."""
+    """[robot]: gravity in frame 0, m/s2; `exact` for base parameters of the exact geometry."""
 
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION
+    exact: bool = False
 
 
 @dataclass(frozen=True)

@@ -170,6 +170,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         frames=_frames(_repeated(data, "frame"), len(joints), reader),
         controller=_once(data, "controller", Servo, reader),
         log_columns="" if log is None else log.columns,
+        exact=head.exact,
     )
     require_closed(robot)
     return robot
