@@ -86,6 +86,8 @@ def place_gap(ours: Ours, pinocchio: PinocchioUrdf, samples: int = 4) -> float:
     for i, frames in enumerate(ours.frames(q)):
         theirs = pinocchio.places(dict(zip(ours.names, q[i], strict=True)))
         for joint, T in zip(ours.robot.joints, frames, strict=True):
+            if joint.name not in theirs:  # a frame between nearly parallel axes
+                continue
             found = np.linalg.inv(T) @ theirs[joint.name]
             want = np.eye(4) if joint.sigma == 2 else inside.setdefault(joint.name, found)
             gap = max(gap, np.abs(found - want).max())

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, split_list
+from symgen.cli.options import EXACT, PATH, ROBOT, split_list
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_model
 
@@ -32,6 +33,7 @@ _DERIVING = 0.6
     help="Values for NAME_values.h and MEX: URDF, TOML or a result of identify.",
 )
 @click.option("--standard", is_flag=True, help="Add regressors of the standard parameters.")
+@EXACT
 @click.option("--tex", is_flag=True, help="Add base parameters and small regressors as LaTeX.")
 @click.option(
     "--check",
@@ -46,6 +48,7 @@ def generate(
     prefix: str | None,
     parameters: Path | None,
     standard: bool,
+    exact: bool,
     check: Path | None,
     **options: Any,
 ) -> None:
@@ -61,6 +64,7 @@ def generate(
     from symgen.identification.parameters import read_values
 
     source = symgen.read_robot(robot)
+    source = replace(source, exact=exact or source.exact)
     folder = into or Path("generated") / (prefix or default_prefix(source.name, dtype))
     if check is None:
         check_replaceable(folder, "manifest.json")

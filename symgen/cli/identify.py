@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import click
 
 from symgen.cli.options import (
     CUTOFF,
+    EXACT,
     LOGS,
     METHODS,
     MODELS,
@@ -80,6 +82,7 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     multiple=True,
     help="Commanded motion of a log, for method iv; once for each log.",
 )
+@EXACT
 @click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
 @click.option(
     "--workers",
@@ -99,6 +102,7 @@ def identify(
     forgetting: float,
     commanded: tuple[str, ...],
     weights: str | None,
+    exact: bool,
     workers: int | None,
     scheduler: str | None,
     into: Path,
@@ -116,9 +120,10 @@ def identify(
     from symgen.parallel import executor_of
 
     source = symgen.read_robot(robot)
+    source = replace(source, exact=exact or source.exact)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
-            robot,
+            source,
             logs,
             validation=validation,
             model=model,
@@ -135,7 +140,7 @@ def identify(
             said = f"no URDF is written: {reason.text}; symgen export writes the nearest one"
         elif robot.endswith(".urdf"):
             try:
-                file = identified_file(robot, estimate, folder=into)
+                file = identified_file(robot, estimate, robot=source, folder=into)
                 said = "; ".join(file.notes)
                 urdf[f"{estimate.robot}.urdf"] = file.text.encode()
             except symgen.ParameterError as error:

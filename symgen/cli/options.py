@@ -100,6 +100,11 @@ CUTOFF = click.option(
 WINDOW = click.option("--window", default=0.2, help="Length of the sliding windows, s.")
 DURATION = click.option("--duration", default=20.0, help="Duration of the Fourier series, s.")
 SEED = click.option("--seed", default=0, help="Seed of noise and Fourier series.")
+EXACT = click.option(
+    "--exact",
+    is_flag=True,
+    help="Base parameters of the exact geometry, not of the nominal one.",
+)
 MODELS = ("energy", "momentum", "torque")
 METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import click
 
-from symgen.cli.options import PATH
+from symgen.cli.options import EXACT, PATH
 from symgen.errors import SymgenWarning
 from symgen.report.terminal import print_robot, table
 
@@ -24,8 +25,11 @@ def robots() -> None:
 @click.argument("file", type=PATH)
 @click.option("--name", help="Name of the robot, a C identifier; default that of FILE.")
 @click.option("--fix", multiple=True, help="Joint to fix, NAME or NAME=VALUE; repeatable.")
+@EXACT
 @click.option("--into", type=PATH, help="robot.toml to write; default none.")
-def import_(file: Path, name: str | None, fix: tuple[str, ...], into: Path | None) -> None:
+def import_(
+    file: Path, name: str | None, fix: tuple[str, ...], exact: bool, into: Path | None
+) -> None:
     """Convert FILE (.urdf, .par of SYMORO, .xml of MuJoCo) to robot.toml and print its table.
 
     If FILE has values of parameters, symgen writes them to NAME_parameters.toml beside robot.toml.
@@ -43,7 +47,8 @@ def import_(file: Path, name: str | None, fix: tuple[str, ...], into: Path | Non
     found = with_fixed(read_imported(file), fix)
     if name is not None:
         found = with_name(found, name)
-    files = {} if into is None else {into: symgen.robot_toml(found.robot)}
+    robot = replace(found.robot, exact=exact)
+    files = {} if into is None else {into: symgen.robot_toml(robot)}
     if into is not None and found.parameters:
         values = into.with_name(f"{found.robot.name}_parameters.toml")
         files[values] = parameters_toml(found.parameters)

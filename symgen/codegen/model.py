@@ -19,12 +19,14 @@ from symgen.codegen.kernel import Kernel
 from symgen.codegen.kernels import ALL, ENERGY, KERNELS
 from symgen.errors import ParameterError
 from symgen.robot.effect import require_constants
+from symgen.robot.nominal import nominal
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters, find_base
 from symgen.symbolic.energy import energy_tape
 from symgen.symbolic.independence import require_new_columns
 from symgen.symbolic.parameters import standard_parameters
+from symgen.symbolic.practical import practical_base
 
 
 @dataclass(frozen=True)
@@ -138,16 +140,25 @@ def derive(
 
 def _proved(robot: Robot) -> tuple[BaseParameters, bool]:
     """Return the base parameters, and whether they hold only at the values of the lengths."""
-    standard = standard_parameters(robot)
-    base = find_base(robot, standard, energy_tape(robot))
-    at_values = base is None
-    if base is None:
-        robot = robot.with_values()
-        base = find_base(robot, standard, energy_tape(robot), at_values=True)
-    assert base is not None
+    base, at_values = _base(robot)
+    drawn = nominal(robot)
+    if not robot.exact and drawn != robot:
+        base = practical_base(robot, base, _base(drawn)[0])
     if robot.effects:
         require_new_columns(robot, base)
     return base, at_values
+
+
+def _base(robot: Robot) -> tuple[BaseParameters, bool]:
+    """Return the base parameters of a geometry, and whether they hold only at its values."""
+    standard = standard_parameters(robot)
+    base = find_base(robot, standard, energy_tape(robot))
+    if base is not None:
+        return base, False
+    plain = robot.with_values()
+    base = find_base(plain, standard, energy_tape(plain), at_values=True)
+    assert base is not None
+    return base, True
 
 
 def regrouping(model: Model) -> NDArray[np.float64]:

@@ -160,6 +160,8 @@ def _manifest(
     parameters = [
         {"name": b.name, "expression": b.expression, "unit": b.unit} for b in base.parameters
     ]
+    if base.nominal is not None:
+        names["nominal"] = vars(base.nominal)
     verification = {
         "digits": DIGITS,
         "seed": SEED,

@@ -29,6 +29,7 @@ def readme(package: Package) -> str:
         geometry=[(name, text(value)) for name, value in robot.geometry],
         base=base.parameters,
         proof=base.proof,
+        nominal=base.nominal,
         no_effect=", ".join(base.no_effect) or "none",
         kernels=[(k.name, *vars(k.tape.operations).values()) for k in package.kernels],
         control=example.has_optimal_control(package),

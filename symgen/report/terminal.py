@@ -140,6 +140,8 @@ def print_model(model: Any) -> None:
         f"({base.inertial} inertial, bound {bound(model.robot)}); exact rank {base.proof.rank} "
         f"modulo {' and '.join(map(str, base.proof.primes))}"
     )
+    if base.nominal is not None:
+        click.echo(base.nominal.text)
     for kernel in model.kernels:
         o = kernel.tape.operations
         click.echo(f"{kernel.name}: {o.mul} mul, {o.add} add, {o.div} div, {o.sincos} sincos")

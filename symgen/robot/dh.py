@@ -23,6 +23,8 @@ from symgen.robot.types import Robot
 #: A point on a joint axis, and its unit direction, both in frame 0.
 Line = tuple[Array, Array]
 _PARALLEL = 1e-9  # sine of the angle of two axes
+#: Sine of an angle of two axes below which their common normal can lie far outside the robot.
+NEARLY_PARALLEL = 0.05
 _TOUCH = 1e-12  # m
 _TIE = 1e-9  # rad
 
@@ -51,33 +53,62 @@ def norm(a: Array) -> Any:
     return context().sqrt(a @ a)
 
 
-def turned_by(rotation: Array) -> tuple[Any, Any, Any]:
+def turned_by(rotation: Array, within: float = TOLERANCE) -> tuple[Any, Any, Any]:
     """Return roll, pitch and yaw of a rotation.
 
-    If pitch is a right angle within TOLERANCE, only the sum or the difference of roll and yaw is
+    If pitch is a right angle within a bound, only the sum or the difference of roll and yaw is
     defined; roll is then zero.
     """
     digits, (x, y, z) = context(), rotation.T
     level = digits.hypot(x[0], x[1])
     pitch = digits.atan2(-x[2], level)
-    if level < TOLERANCE:
+    if level < within:
         return digits.mpf(0), pitch, digits.atan2(-y[0], y[1])
     return digits.atan2(y[2], z[2]), pitch, digits.atan2(x[1], x[0])
 
 
-def normal(first: Line, second: Line) -> Line | None:
+def nearly_parallel(first: Array, second: Array) -> bool:
+    """Return whether two directions are nearly parallel, but not parallel."""
+    return bool(_PARALLEL < norm(np.cross(first, second)) < NEARLY_PARALLEL)
+
+
+def normal(first: Line, second: Line, parallel: float = _PARALLEL) -> Line | None:
     """Return the common normal of two lines: its foot on the first line, and its direction.
 
     For parallel lines, the foot is the point of the first line. None if the lines coincide.
+
+    Args:
+        first, second: the lines.
+        parallel: sine of the angle up to which lines are parallel.
     """
     (point, along), (other, direction) = first, second
     between, across = other - point, np.cross(along, direction)
     sine = norm(across)
-    if sine > _PARALLEL:
+    if sine > parallel:
         return point + along * (np.cross(between, direction) @ across / sine**2), across / sine
     apart = between - along * (between @ along)
     distance = norm(apart)
     return (point, apart / distance) if distance > _TOUCH else None
+
+
+def crossing(base: Array, line: Line) -> Array:
+    """Return a frame (4, 4) between a frame and a line that is nearly parallel to its z axis.
+
+    Its z axis starts in the origin of the frame and meets the line at a right angle; its origin is
+    the point where they meet. Both joint transforms by way of it are short.
+    """
+    point, along = line
+    origin = base[:3, 3]
+    meeting = point + along * ((origin - point) @ along)
+    across = meeting - origin
+    if norm(across) <= _TOUCH:
+        across = np.cross(along, base[:3, 1])
+    frame = np.eye(4, dtype=object)
+    frame[:3, 2] = z = across / norm(across)
+    frame[:3, 0] = np.cross(z, along)
+    frame[:3, 1] = along
+    frame[:3, 3] = meeting
+    return frame
 
 
 def reach(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:

@@ -55,9 +55,17 @@ def fraction_of_pi(value: Any, within: float = TOLERANCE) -> sp.Rational | None:
     return sp.Rational(k, PARTS) if near and abs(k) <= _MAX_TURNS * PARTS else None
 
 
-def snapped(value: Any) -> Any:
-    """Return the multiple of pi/24 within TOLERANCE of an angle, else the angle; 50 digits."""
-    k = fraction_of_pi(value)
+def last_digit(decimal: sp.Rational) -> float:
+    """Return one unit of the last digit of a decimal."""
+    unit = sp.S.One
+    while not (decimal / unit).is_Integer:
+        unit /= 10
+    return float(unit)
+
+
+def snapped(value: Any, within: float) -> Any:
+    """Return the multiple of pi/24 within a bound of an angle, else the angle; 50 digits."""
+    k = fraction_of_pi(value, within)
     return value if k is None else context().pi * int(k.p) / int(k.q)
 
 

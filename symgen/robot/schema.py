@@ -6,7 +6,6 @@ A message names the table and the key, and says what is accepted.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Collection, Mapping
 from dataclasses import MISSING, fields
 from decimal import Decimal
@@ -16,8 +15,8 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 import sympy as sp
 
-from symgen.errors import RobotError, SymgenWarning, located
-from symgen.robot import exact_numbers, expressions
+from symgen.errors import RobotError, located
+from symgen.robot import expressions
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
 from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check
@@ -65,15 +64,14 @@ class TableReader:
     """Reads the tables of one file.
 
     Args:
-        where: name of the file in warnings.
         n: number of movable joints.
 
     Attributes:
         geometry: the named lengths and angles so far, with their exact values.
     """
 
-    def __init__(self, where: str, n: int = 0) -> None:
-        self.where, self.n = where, n
+    def __init__(self, n: int = 0) -> None:
+        self.n = n
         self.geometry: dict[str, sp.Expr] = {}
 
     def table(self, kind: type[Table], table: Any, place: str, **beside: Any) -> Table:
@@ -203,15 +201,6 @@ class TableReader:
                         f"{expressions.text(term)}; accepted: fractions of pi with a "
                         f"denominator of at most {_MAX_DENOMINATOR}"
                     )
-        near = exact_numbers.fraction_of_pi(exact_numbers.context().mpf(value))
-        if near is not None and (self.at_values(exact) - near * sp.pi).evalf(30) != 0:
-            meant = expressions.text(near * sp.pi)
-            warnings.warn(
-                f"{self.where}: {place}: {shortened(expressions.text(exact))} is within 1e-4 of "
-                f"{meant}, but not it; write {meant!r} if that is meant",
-                SymgenWarning,
-                stacklevel=2,
-            )
         return exact
 
 

@@ -100,12 +100,13 @@ Unit = Annotated[
 
 @dataclass(frozen=True)
 class Head:
-    """[robot]: gravity in frame 0, m/s2."""
+    """[robot]: gravity in frame 0, m/s2; `exact` for base parameters of the exact geometry."""
 
     name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     base: Annotated[str, word_check(*names.BASES)] = names.BASES[0]
     convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION
+    exact: bool = False
 
 
 @dataclass(frozen=True)

@@ -135,7 +135,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
             data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
         except (RecursionError, ArithmeticError, ValueError) as error:
             raise RobotError(f"not valid TOML: {told_by(error)}") from error
-        return _robot(data, TableReader(where))
+        return _robot(data, TableReader())
 
 
 def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
@@ -171,6 +171,7 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         frames=_frames(_repeated(data, "frame"), len(joints), reader),
         controller=_once(data, "controller", Servo, reader),
         log_columns="" if log is None else log.columns,
+        exact=head.exact,
     )
     require_closed(robot)
     return robot

@@ -21,9 +21,11 @@ from symgen.robot.types import Joint, Robot
 def robot_toml(robot: Robot) -> str:
     """Return the robot as robot.toml text; reading it gives the same robot."""
     gravity = "input" if robot.gravity_input else robot.gravity
-    head = {"name": robot.name, "convention": CONVENTION, "gravity": gravity}
+    head: dict[str, Any] = {"name": robot.name, "convention": CONVENTION, "gravity": gravity}
     if robot.imu:
         head["base"] = robot.base
+    if robot.exact:
+        head["exact"] = True
     tables: list[tuple[str, Mapping[str, Any]]] = [("[robot]", head)]
     if robot.geometry:
         tables.append(("[geometry]", dict(robot.geometry)))

@@ -172,6 +172,8 @@ class Robot:
         frames: frames of links in a file of another format.
         controller: gains of the controller that moved the robot in its logs.
         log_columns: text of --columns for its logs; "" if none.
+        exact: whether its base parameters are those of the exact geometry, however small the torque
+            that separates them, and never those of the nominal geometry.
     """
 
     name: str
@@ -189,6 +191,7 @@ class Robot:
     frames: tuple[Frame, ...] = ()
     controller: Servo | None = None
     log_columns: str = ""
+    exact: bool = False
 
     def __post_init__(self) -> None:
         drives = (names.COUPLING_INERTIA, *names.COUPLING_FRICTION)

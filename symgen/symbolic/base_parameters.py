@@ -108,13 +108,54 @@ class Proof:
 
 
 @dataclass(frozen=True)
+class Nominal:
+    """How the minimal set of the nominal geometry compares with that of the exact geometry.
+
+    Attributes:
+        rank, exact_rank: the numbers of parameters, by both.
+        separated: parameters that only the exact geometry separates, each with the share of its
+            torque that the set of the nominal geometry cannot express.
+        kept: those of them that are in X. The others regroup as in the nominal geometry.
+        missing: (n,) share of the torque of every joint that X cannot express.
+        states: number of states for these figures.
+        limit: bound of `missing`.
+    """
+
+    rank: int
+    exact_rank: int
+    separated: tuple[tuple[str, float], ...]
+    kept: tuple[str, ...]
+    missing: tuple[float, ...]
+    states: int
+    limit: float
+
+    @property
+    def text(self) -> str:
+        """The comparison in one sentence."""
+        listed = ", ".join(f"{name} ({100 * share:.3g} %)" for name, share in self.separated)
+        outcome = "X is the nominal set"
+        if self.kept:
+            outcome = f"X has {', '.join(self.kept)} of them"
+        return (
+            f"rank {self.rank} for the nominal geometry, {self.exact_rank} for the exact one, "
+            f"which also separates {listed}; {outcome} and leaves out at most "
+            f"{100 * max(self.missing):.2g} % of a joint's torque"
+        )
+
+
+@dataclass(frozen=True)
 class BaseParameters:
-    """The minimal set of a robot's parameters, in the order of X."""
+    """The minimal set of a robot's parameters, in the order of X.
+
+    Attributes:
+        nominal: how the sets of the nominal and of the exact geometry compare, if they differ.
+    """
 
     parameters: tuple[BaseParameter, ...]
     standard: tuple[Parameter, ...]
     no_effect: tuple[str, ...]
     proof: Proof
+    nominal: Nominal | None = None
 
     def __repr__(self) -> str:
         """Return how many there are, and of how many standard ones."""

@@ -160,7 +160,6 @@ def test_only_the_links_that_are_named_change():
 
 
 @pytest.mark.parametrize("seed", sampled(range(10), 4))
-@pytest.mark.filterwarnings("ignore:.*is within 1e-4 of")
 def test_the_robot_toml_is_the_same_robot(seed):
     robot = import_urdf(random_urdf(seed, mimics=True)).robot
     assert parse_robot(robot_toml(robot)) == robot

@@ -50,7 +50,6 @@ def test_torques_and_frames_are_those_of_pinocchio(name, limb, text):
 
 
 @pytest.mark.parametrize(("name", "limb", "text"), [c for c in CASES if not c.marks][::4])
-@pytest.mark.filterwarnings("ignore:.*is within 1e-4 of")
 def test_what_is_written_as_toml_is_the_same_robot(name, limb, text):
     robot = import_urdf(text, name + limb).robot
     assert parse_robot(robot_toml(robot)) == robot

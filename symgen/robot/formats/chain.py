@@ -7,7 +7,7 @@ limits and the inertias in the new frames follow from them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,8 @@ from symgen.robot.types import EARTH, MAX_RATIO, Joint, Robot, Typed, joint_vari
 
 _FAR = 10  # m
 _WRITTEN = 1e-14  # rad: an angle with all digits is not rounded
+_UNITS = 2  # of the last digit, by which files round or truncate an angle
+_DUST = 1e-9  # rad: an angle that a computation left, not one that was measured
 Triple = tuple[sp.Rational, sp.Rational, sp.Rational]
 ORIGIN: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
@@ -71,12 +73,18 @@ class UrdfJoint(Typed):
 
 @dataclass(frozen=True)
 class Urdf:
-    """A tree of links with inertias, and joints in document order."""
+    """A tree of links with inertias, and joints in document order.
+
+    Attributes:
+        computed: whether angles are computed from rotations whose digits are unknown. Those that
+            are written have the rounding error of their last digit.
+    """
 
     name: str
     root: str
     links: dict[str, Inertial | None]
     joints: dict[str, UrdfJoint]
+    computed: bool = False
 
 
 class Chain:
@@ -84,19 +92,31 @@ class Chain:
 
     def __init__(self, urdf: Urdf) -> None:
         self.urdf = urdf
+        self.named = [link for link in urdf.links if link != urdf.root]
         self.notes: list[str] = []
         self.far: list[str] = []
         self.snapped: dict[str, None] = {}
         self.above = {joint.child: joint for joint in urdf.joints.values()}
         self.link = self._link_frames()
         self.carrier = {name: self._carrier(name) for name in urdf.links}
-        self.order = self._order()
+        joints = self._order()
+        self.line = {name: self._line(urdf.joints[name]) for name in joints}
+        self.crossing: dict[str, str] = {}
+        for name in joints:
+            self._cross(urdf.joints[name])
+        self.order = [at for name in joints for at in (self.crossing.get(name), name) if at]
         self.number = {name: i for i, name in enumerate(self.order, 1)}
-        self.line = {name: self._line(urdf.joints[name]) for name in self.order}
         self.frame: dict[str, Array] = {"": np.eye(4, dtype=object)}
         self.table: dict[str, dict[str, sp.Expr]] = {}
-        for name in self.order:
+        for name in joints:
+            if name in self.crossing:
+                self._place_crossing(urdf.joints[name])
             self._place(urdf.joints[name])
+        if self.crossing:
+            self.notes.append(
+                f"fixed frames between nearly parallel axes keep all frames near: before joint "
+                f"{first_of(list(map(shortened, self.crossing)), 6)}"
+            )
         for joint in urdf.joints.values():
             if joint.floats:
                 self.notes.append(
@@ -146,27 +166,58 @@ class Chain:
             order.append(ready.name)
         return order[1:]
 
+    def _cross(self, joint: UrdfJoint) -> None:
+        """Add a fixed joint before one whose axis is nearly parallel to that of its carrier."""
+        carrier = self.carrier[joint.parent]
+        z = self.line[carrier][1] if carrier else np.array([0, 0, 1], dtype=object)
+        if not dh.nearly_parallel(z, self.line[joint.name][1]):
+            return
+        name = f"{joint.name}_crossing"
+        while name in self.urdf.joints or name in self.urdf.links:
+            name += "_"
+        fixed = UrdfJoint(name, names.FIXED, joint.parent, name, ORIGIN, ORIGIN)
+        self.urdf = replace(
+            self.urdf,
+            links=self.urdf.links | {name: None},
+            joints=self.urdf.joints | {name: fixed},
+        )
+        self.crossing[joint.name] = name
+        self.above[name] = fixed
+        self.carrier[name] = carrier
+
+    def _antecedent(self, joint: UrdfJoint) -> str:
+        """Return the joint from whose frame the row of a joint leads, or "" for the root."""
+        return self.crossing.get(joint.name, self.carrier[joint.parent])
+
     # --- frames ---------------------------------------------------------------------------------
 
     def _pose(self, xyz: Triple, rpy: Triple) -> Array:
         """Return Trans(xyz) Rot(z, yaw) Rot(y, pitch) Rot(x, roll), with exact angles."""
-        rotation = turn(*self._meant(_many(rpy).tolist()))
-        return pose(self._recognised(rotation), _many(xyz))
+        errors = list(map(self._rounding, rpy))
+        angles = map(self._meant, _many(rpy), errors)
+        within = min(sum(errors), exact_numbers.TOLERANCE)
+        return pose(self._recognised(turn(*angles), within), _many(xyz))
 
-    def _meant(self, angles: Sequence[Any]) -> list[Any]:
-        """Replace angles near multiples of pi/24 by these multiples."""
-        meant = list(map(exact_numbers.snapped, angles))
-        for angle, near in zip(angles, meant, strict=True):
-            if abs(near - angle) > _WRITTEN:
-                self.snapped[f"{float(angle):.12g}"] = None
+    def _rounding(self, angle: sp.Rational) -> float:
+        """Return the largest rounding error of an angle of the file."""
+        if self.urdf.computed:
+            return exact_numbers.TOLERANCE
+        units = max(_UNITS * exact_numbers.last_digit(angle), _DUST)
+        return min(units, exact_numbers.TOLERANCE)
+
+    def _meant(self, angle: Any, within: float) -> Any:
+        """Return the multiple of pi/24 of which an angle is the rounded value, or the angle."""
+        meant = exact_numbers.snapped(angle, within)
+        if abs(meant - angle) > _WRITTEN:
+            self.snapped[f"{float(angle):.12g}"] = None
         return meant
 
-    def _recognised(self, rotation: Array) -> Array:
-        """Make a rotation exact if all its angles are near multiples of pi/24."""
-        angles = dh.turned_by(rotation)
-        if any(exact_numbers.fraction_of_pi(angle) is None for angle in angles):
+    def _recognised(self, rotation: Array, within: float) -> Array:
+        """Make a rotation exact if all its angles are multiples of pi/24 within a bound."""
+        angles = dh.turned_by(rotation, within)
+        if any(exact_numbers.fraction_of_pi(angle, within) is None for angle in angles):
             return rotation
-        return turn(*self._meant(angles))
+        return turn(*(self._meant(angle, within) for angle in angles))
 
     def _line(self, joint: UrdfJoint) -> Line:
         frame = self.link[joint.child]
@@ -177,11 +228,20 @@ class Chain:
         axis = np.where(abs(axis) > exact_numbers.TOLERANCE, axis, context().mpf(0))
         rotation = np.eye(3, dtype=object)
         rotation[:, 0] = axis / dh.norm(axis)
-        return frame[:3, 3], frame[:3, :3] @ self._recognised(rotation)[:, 0]
+        rotation = self._recognised(rotation, exact_numbers.TOLERANCE)
+        return frame[:3, 3], frame[:3, :3] @ rotation[:, 0]
+
+    def _place_crossing(self, joint: UrdfJoint) -> None:
+        """Compute the table row and the frame of the fixed joint before a joint."""
+        name = self.crossing[joint.name]
+        base = self.frame[self.carrier[joint.parent]]
+        self.link[name] = dh.crossing(base, self.line[joint.name])
+        self.line[name] = self._line(self.urdf.joints[name])
+        self._place(self.urdf.joints[name])
 
     def _place(self, joint: UrdfJoint) -> None:
         """Compute the table row and the frame of a joint."""
-        base = self.frame[self.carrier[joint.parent]]
+        base = self.frame[self._antecedent(joint)]
         line = self.line[joint.name]
         gamma, b, alpha, d = dh.reach(base, line)
         before = base @ screw(2, gamma, b) @ screw(0, alpha, d)
@@ -208,7 +268,9 @@ class Chain:
             if not on.fixed and self.carrier[on.parent] == joint.name
         )
         found = next(behind, None)
-        common = None if found is None else dh.normal((at, z), self.line[found])
+        if found is None:
+            return context().mpf(0), context().mpf(0)
+        common = dh.normal((at, z), self.line[found], dh.NEARLY_PARALLEL)
         if common is None:
             return context().mpf(0), context().mpf(0)
         foot, x = common
@@ -242,11 +304,11 @@ class Chain:
             self.notes.append(f"the robot {shortened(self.urdf.name)!r} is called {name}")
         robot = Robot(
             name=name, gravity=(*ORIGIN[:2], EARTH), joints=joints, limits=self._limits(joints),
-            frames=tuple(self._frame(link) for link in self.urdf.links if link != self.urdf.root),
+            frames=tuple(map(self._frame, self.named)),
         )  # fmt: skip
         assumed = (
             f"lengths of more than {_FAR} m at joint {first_of(self.far, 3)}: is the file in mm? "
-            "accepted: m; in m, axes that are nearly parallel have lengths as large"
+            "accepted: m"
         )
         notes, questions = tuple(self.notes), (assumed,) if self.far else ()
         return Imported(robot, tuple(self._parameters()), notes, questions)
@@ -256,11 +318,10 @@ class Chain:
         carrier = self.carrier[link]
         placed = inverse(self.frame[carrier]) @ self.link[link]
         x, y, z = map(exact_numbers.to_double, placed[:3, 3])
-        roll, pitch, yaw = map(exact_numbers.to_double, dh.turned_by(placed[:3, :3]))
+        roll, pitch, yaw = map(exact_numbers.to_double, dh.turned_by(placed[:3, :3], _DUST))
         return Frame(link, self.number.get(carrier, 0), (x, y, z), (roll, pitch, yaw))
 
     def _joint(self, joint: UrdfJoint) -> Joint:
-        carrier = self.carrier[joint.parent]
         moving = not joint.fixed
         with located(f"joint {shortened(joint.name)!r}"):
             follows = self._follows(joint) if moving and joint.mimic else None
@@ -268,7 +329,7 @@ class Chain:
         return Joint(
             number=self.number[joint.name],
             sigma=joint.sigma,
-            antecedent=self.number.get(carrier, 0),
+            antecedent=self.number.get(self._antecedent(joint), 0),
             friction=("coulomb", "viscous") if own else (),
             rotor_inertia=own,
             follows=follows,

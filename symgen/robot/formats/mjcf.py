@@ -153,7 +153,7 @@ class MjcfTree:
             )
         self.root = parse_xml(text)
         title = self.root.attributes.get("model", "") or path.stem
-        self.urdf = Urdf(title, self._body_names[0], self._links, self._joints)
+        self.urdf = Urdf(title, self._body_names[0], self._links, self._joints, computed=True)
 
     def _add(self, b: int) -> None:
         """Add a body, and a link without mass for each joint but the last."""
