@@ -20,8 +20,8 @@ from symgen.symbolic.tape import Tape
 GRAVITY = "g"
 #: Why a kernel does not exist if the base has an IMU.
 FIXED_BASE = (
-    "it holds for a base at rest, and the base of {} has an IMU: what moves the base adds energy "
-    "and momentum that no log contains"
+    "holds for a base at rest, and the base of {} has an IMU: what moves the base adds energy and "
+    "momentum that no log contains"
 )
 #: What is wrong with a call whose pivot of the mass matrix is not positive, and what to do.
 _NO_MASS = (

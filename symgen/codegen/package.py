@@ -103,7 +103,7 @@ def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
             )
         if name in KERNELS and KERNELS[name].fixed_base and model.robot.imu:
             reason = FIXED_BASE.format(model.robot.name)
-            raise PackageError(f"kernel {name!r}: {reason}; accepted: {', '.join(known)}")
+            raise PackageError(f"kernel {name!r}: it {reason}; accepted: {', '.join(known)}")
         if name not in known:
             raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
     chosen = tuple(k for k in model.kernels if names is None or k.name in names)

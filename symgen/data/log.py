@@ -22,6 +22,7 @@ from symgen.data.drive import joint_side
 from symgen.data.mask import rms, spans
 from symgen.data.raw import (
     BESIDE,
+    IMU,
     KEYS,
     Bools,
     FloatArray,
@@ -79,9 +80,11 @@ def read_log(
 
     CSV and Parquet files have columns t, q1.., tau1.. and optional qd1... Names of a recorder
     (panda_joint1_position, pos_1, time) are matched. Some joints may also have
-    qs1.. (a second encoder). Other columns are ignored. NPZ files have arrays t (N,), q and tau
-    (N, n), and optional qd and qs (N, n), of float or integer type; (N,) is accepted for a
-    single joint. MCAP files and bags have messages sensor_msgs/msg/JointState, whose effort is tau.
+    qs1.. (a second encoder). The motion of a base with an IMU is fx, fy, fz (specific force a - g)
+    and wx, wy, wz (angular velocity), in its axes. Other columns are ignored. NPZ files have arrays
+    t (N,), q and tau (N, n), and optional qd and qs (N, n), and imu (N, 6), of float or integer
+    type; (N,) is accepted for a single joint. MCAP files and bags have messages
+    sensor_msgs/msg/JointState, whose effort is tau.
     Columns in other units (deg, ms, mNm, dates) are converted if an option or the header says so.
     Empty cells are interpolated.
 
@@ -143,6 +146,7 @@ def make_log(
     qs: npt.ArrayLike | None = None,
     qr: npt.ArrayLike | None = None,
     qdr: npt.ArrayLike | None = None,
+    imu: npt.ArrayLike | None = None,
 ) -> Log:
     """Make a log from arrays, with the checks of a log file. The arrays are copied.
 
@@ -159,13 +163,15 @@ def make_log(
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         qr: (N, n) reference positions of the controller in rad (m), or None.
         qdr: (N, n) reference speeds of the controller in rad/s (m/s), or None.
+        imu: (N, 6) motion of a base that moves, in its axes: specific force a - g of its origin,
+            m/s2, and angular velocity, rad/s; or None.
 
     Raises:
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
     given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
-             "qdr": qdr}  # fmt: skip
+             "qdr": qdr, "imu": imu}  # fmt: skip
     with located(name):
         try:
             held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
@@ -267,11 +273,14 @@ def checked_log(
             _require_finite(role, arrays[role], t, raw.names)
             missing[:, :, k] |= empty
     missing.setflags(write=False)
+    if "imu" in arrays:
+        columns = {f"imu{k}": name for k, name in enumerate(IMU, 1)}
+        _require_finite("imu", arrays["imu"], t, columns)
     qd, tau, current, qs, qr, qdr = map(arrays.get, ("qd", "tau", "i", *BESIDE))
     log = Log(
         name, t, arrays["q"], qd, tau, raw.ignored, current, (*raw.notes, *notes), qs=qs, qr=qr,
         qdr=qdr, missing=missing if missing.any() else None,
-        converted=(*raw.converted, *rounded),
+        converted=(*raw.converted, *rounded), imu=arrays.get("imu"),
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]

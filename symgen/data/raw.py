@@ -25,7 +25,10 @@ Places = npt.NDArray[np.int64]
 
 #: Column names: t, q1.., qd1.., tau1.., i1..; and columns that only some joints may have.
 NUMBERED = re.compile(r"(qdr|qr|qd|qs|q|tau|i)(0|[1-9][0-9]*)")
-ROLES = ("t", "q", "qd", "tau", "i", "qs", "qr", "qdr")
+ROLES = ("t", "q", "qd", "tau", "i", "qs", "qr", "qdr", "imu")
+#: Columns of the role imu, the motion of the base in its axes: specific force, m/s2, and angular
+#: velocity, rad/s.
+IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
 #: Columns other than motion and torque: link positions behind elastic joints, and the reference of
 #: a controller.
 BESIDE = ("qs", "qr", "qdr")
@@ -38,8 +41,8 @@ _PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
-    "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.. (t, q, qd, tau, i, qs, qr, qdr for NPZ; "
-    "q, qd, tau, i for a bag)"
+    "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.., fx.., wx.. (t, q, qd, tau, i, qs, qr, "
+    "qdr, imu for NPZ; q, qd, tau, i for a bag)"
 )
 
 
@@ -123,7 +126,7 @@ class Reading:
             accepted = "'.' or ',', and not the separator"
             raise LogError(f"--decimal {self.decimal!r}: accepted: {accepted}")
         for ours in self.pairs:
-            if ours not in ROLES and NUMBERED.fullmatch(ours) is None:
+            if ours not in (*ROLES, *IMU) and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
         for what, given in (("--columns", self.pairs.values()), ("--joints", self.joints)):
             names = list(given)
@@ -232,6 +235,7 @@ class Log:
         missing: (N, n, 3) values of q, qd and tau that the file lacks and symgen interpolated; or
             None.
         converted: as in `Raw`.
+        imu: (N, 6) motion of the base as in IMU, or None.
     """
 
     name: str
@@ -249,6 +253,7 @@ class Log:
     command: FloatArray | None = None
     missing: Bools | None = None
     converted: tuple[tuple[str, str, str], ...] = ()
+    imu: FloatArray | None = None
 
 
 def require_shapes(arrays: Mapping[str, Any]) -> None:
@@ -272,7 +277,10 @@ def require_shapes(arrays: Mapping[str, Any]) -> None:
             refuse(what, f"{role} ({samples[0]}, n)")
     counts = {role: (*x.shape, 1)[1] for role, x in arrays.items() if role != "t"}
     for role, count in counts.items():
-        if count != counts["q"]:
+        if role == "imu":
+            if count != len(IMU):
+                refuse(f"columns of imu: {count}", f"{len(IMU)}: {', '.join(IMU)}")
+        elif count != counts["q"]:
             what = f"columns of q: {counts['q']}, of {role}: {count}"
             refuse(what, "as many of q and tau, and of what else there is")
 

@@ -62,6 +62,7 @@ class Samples:
         piece: whether it is a representative piece of a longer log.
         qs: (N, n) link positions in rad (m), NaN for joints without a second encoder; or None.
         command: (N, n) as in `Log`.
+        imu: (N, 6) as in `Log`.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Samples:
     piece: bool = False
     qs: FloatArray | None = None
     command: FloatArray | None = None
+    imu: FloatArray | None = None
 
     def cut(self, span: slice) -> Samples:
         """Return some of the samples."""
@@ -208,7 +210,7 @@ def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
     assert log.tau is not None
     return Samples(
         log.name, log.t, q, qd, log.tau, step, None, tuple(notes), log.qd is None, mask,
-        qs=log.qs, command=log.command,
+        qs=log.qs, command=log.command, imu=log.imu,
     )  # fmt: skip
 
 
@@ -246,7 +248,7 @@ def _resampled(log: Log, times: FloatArray, *, smooth: bool) -> Log:
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     arrays: dict[str, Any] = {"t": read_only(times)}
-    for key in ("q", "qd", "tau", "command", "qs"):
+    for key in ("q", "qd", "tau", "command", "qs", "imu"):
         x = getattr(log, key)
         if x is not None:
             curve = CubicSpline if smooth else PchipInterpolator

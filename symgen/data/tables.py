@@ -28,6 +28,7 @@ from symgen.data.csv_form import CsvForm, csv_form
 from symgen.data.raw import (
     BESIDE,
     COLUMNS,
+    IMU,
     KEYS,
     NUMBERED,
     ROLES,
@@ -436,7 +437,7 @@ def _assigned(
     columns = dict(wanted.reading.pairs or ({} if own else wanted.columns))
     patterns = {o: columns.pop(o) for o, theirs in [*columns.items()] if "*" in theirs and o != "t"}
     for ours, theirs in columns.items():
-        if ours != "t" and NUMBERED.fullmatch(ours) is None:
+        if ours not in ("t", *IMU) and NUMBERED.fullmatch(ours) is None:
             refuse(f"--columns {ours}={theirs}: a table has one column a joint", COLUMNS)
         if theirs not in names:
             refuse(f"there is no column {theirs!r} (--columns {ours})", listed(names))
@@ -499,9 +500,12 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             elif role == "t" and len(others) == 1 and not {",", "="} & {*others[0]}:
                 how = f'--columns "t={plain(others[0])}"'
             refuse(f"there is no column {role} among {listed(stored)}", how)
+    imu = {k: name for k, name in enumerate(IMU) if name in named}
     if not wanted.currents or (numbers["tau"] and len(numbers["i"]) != len(numbers["q"])):
         del numbers["i"]
     groups = {"t": {0: "t"}}
+    if len(imu) == len(IMU):
+        groups["imu"] = imu
     for role, have in numbers.items():
         if role in BESIDE:  # only some joints may have it
             have = [number for number in have if 1 <= number <= len(numbers["q"])]

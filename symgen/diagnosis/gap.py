@@ -13,11 +13,12 @@ from symgen.diagnosis.extended import Extended
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Found
-from symgen.hypotheses.rows import modelled, torque_at
+from symgen.hypotheses.rows import modelled
 from symgen.hypotheses.score import dense
 
 ANY = "all"

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symgen.codegen.kernels import ENERGY
+from symgen.codegen.definition import FIXED_BASE
+from symgen.codegen.kernels import ENERGY, KERNELS
 from symgen.codegen.model import Model
 from symgen.errors import IdentificationError
 from symgen.estimation.features import Features
@@ -26,12 +27,21 @@ JUDGING = ("torque_regressor", "inverse_dynamics")
 
 
 def require_model(robot: Robot, model: str) -> None:
-    """Raise IdentificationError where a robot's effects need accelerations and a model has none."""
+    """Raise IdentificationError if a robot has only a model of torque, and another is wanted."""
     if robot.loaded and model != "torque":
         raise IdentificationError(
             f"model {model}: the robot has effects that hold the torque of its links, which needs "
             "accelerations; accepted: model torque"
         )
+    if robot.imu and model != "torque":
+        raise IdentificationError(
+            f"model {model}: it {FIXED_BASE.format(robot.name)}; accepted: model torque"
+        )
+
+
+def models_of(robot: Robot) -> tuple[str, ...]:
+    """Return the models that a robot has, for a choice among all."""
+    return ("torque",) if robot.loaded or robot.imu else tuple(NEEDED)
 
 
 @dataclass(frozen=True)
@@ -60,7 +70,8 @@ class EquationModel:
     def kernels(self, model: Model) -> tuple[str, ...]:
         """Names of the kernels that exist for this robot: without friction some do not."""
         rubs = len(model.base.parameters) > model.inertial
-        return tuple(k for k in self.all_kernels if rubs or not k.startswith("friction"))
+        kernels = (k for k in self.all_kernels if rubs or not k.startswith("friction"))
+        return tuple(k for k in kernels if not (model.robot.imu and KERNELS[k].fixed_base))
 
     @property
     def gap(self) -> float:

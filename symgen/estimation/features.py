@@ -77,7 +77,7 @@ class Features:
         Args:
             modelled: evaluates a model along a log, as `FilteredLog.modelled` does.
         """
-        return modelled(lambda q, qd, _: self(q, qd))
+        return modelled(lambda q, qd, *_: self(q, qd))
 
 
 def mixtures() -> FloatArray:

@@ -43,6 +43,8 @@ class FilteredLog:
         q: (N, n) positions below the cutoff, rad (m).
         qd: (N, n) speeds below it: measured ones, or the derivative of q.
         slopes: speeds and their derivative as the filter gave both; None without a filter.
+        base: specific force, angular velocity and acceleration of a base with an IMU, (N, 3) each,
+            through the filter of the speeds; empty for a base at rest.
     """
 
     samples: Samples
@@ -50,6 +52,7 @@ class FilteredLog:
     q: FloatArray
     qd: FloatArray
     slopes: tuple[FloatArray, FloatArray] | None = None
+    base: tuple[FloatArray, ...] = ()
 
     @property
     def name(self) -> str:
@@ -104,6 +107,11 @@ class FilteredLog:
         return differentiate(self.qd, self.step)
 
     @property
+    def motion(self) -> tuple[FloatArray, ...]:
+        """The arrays that a model of torque takes: q, qd, qdd, and those of the base."""
+        return (self.q, self.qd, self.qdd, *self.base)
+
+    @property
     def stride(self) -> int:
         """Samples from one node to the next: the motion is smooth between them."""
         return stride_of(self.band, self.step)
@@ -150,7 +158,8 @@ class FilteredLog:
         q, qd = self.nodes(stride)
         samples = replace(samples, step=stride * self.step)
         slopes = qd, np.ascontiguousarray(self.qdd[::stride])
-        return replace(self, samples=samples, q=q, qd=qd, slopes=slopes)
+        base = tuple(np.ascontiguousarray(x[::stride]) for x in self.base)
+        return replace(self, samples=samples, q=q, qd=qd, slopes=slopes, base=base)
 
     def compared(self, x: FloatArray, stride: int | None = None) -> FloatArray:
         """Return a signal (N, n, ...) in the comparison band at the kept samples, (K, n, ...).
@@ -188,14 +197,14 @@ class FilteredLog:
 
     def modelled(
         self,
-        model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+        model: Callable[..., FloatArray],
         together: int = BLOCK,
         stride: int | None = None,
     ) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
-            model: from q, qd, qdd, (k, n) each, to (k, ...).
+            model: from the arrays of `motion`, (k, n) each, to (k, ...).
             together: approximate number of nodes that are evaluated at once.
             stride: samples from node to node; None for those that any model needs.
         """
@@ -204,7 +213,7 @@ class FilteredLog:
 
         def at(first: int, last: int) -> FloatArray:
             nodes = slice(first * every, (last - 1) * every + 1, every)
-            found = model(*(np.ascontiguousarray(x[nodes]) for x in (self.q, self.qd, self.qdd)))
+            found = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
             return found if self.weight is None else _weighed(found, self.weight[nodes])
 
         return rows.filtered(at, together)
@@ -271,19 +280,34 @@ def filter_log(samples: Samples, band: Band, q: FloatArray | None = None) -> Fil
         q: its filtered positions, if they are known and speeds are measured.
     """
     derived = band.velocity == "derived" or samples.velocity_derived
+    base = base_motion(samples, band)
     if not band.filters(samples.step):
         qd = differentiate(samples.q, samples.step) if derived else samples.qd
-        return FilteredLog(samples, band, samples.q, qd)
+        return FilteredLog(samples, band, samples.q, qd, base=base)
     if derived:
         q, qd, qdd = lowpass_and_slopes(samples.q, samples.step, band.cutoff_hz, 2)
     else:
         q = lowpass(samples.q, samples.step, band.cutoff_hz) if q is None else q
         qd, qdd = lowpass_and_slopes(samples.qd, samples.step, band.cutoff_hz, 1)
-    return FilteredLog(samples, band, q, qd, (qd, qdd))
+    return FilteredLog(samples, band, q, qd, (qd, qdd), base)
+
+
+def base_motion(samples: Samples, band: Band) -> tuple[FloatArray, ...]:
+    """Return specific force, angular velocity and acceleration of the base, (N, 3) each.
+
+    They pass the filter of the speeds. Without an IMU, there are none.
+    """
+    if samples.imu is None:
+        return ()
+    force, w = np.hsplit(samples.imu, 2)
+    if not band.filters(samples.step):
+        return force, w, differentiate(w, samples.step)
+    force = lowpass(force, samples.step, band.cutoff_hz)
+    return force, *lowpass_and_slopes(w, samples.step, band.cutoff_hz, 1)
 
 
 def unfiltered(samples: Samples) -> FilteredLog:
     """Return a log with unfiltered positions and speeds, for planned or simulated motion."""
     rate = 1 / samples.step
     band = Band(rate, rate / 2, comparison_band([samples]), "measured")
-    return FilteredLog(samples, band, samples.q, samples.qd)
+    return FilteredLog(samples, band, samples.q, samples.qd, base=base_motion(samples, band))

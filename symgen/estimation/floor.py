@@ -19,6 +19,7 @@ import numpy as np
 from symgen.data.mask import Bools, rms
 from symgen.data.signals import differentiate, lowpass, white_noise
 from symgen.estimation.filtered_log import FilteredLog
+from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
@@ -85,11 +86,10 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
         logs: in the band of the run.
         X: parameters, (p,).
     """
-    inverse, out = evaluator["inverse_dynamics"], TorqueFit.none(evaluator.model.robot.n)
+    out = TorqueFit.none(evaluator.model.robot.n)
 
     def model(log: FilteredLog) -> FloatArray:
-        motion = (np.ascontiguousarray(x) for x in (log.q, log.qd, log.qdd))
-        return np.asarray(inverse(*motion, X))
+        return torque_at(evaluator, X, *(np.ascontiguousarray(x) for x in log.motion))
 
     for log in logs:
         counts = log.free if log.resting is None else log.free & ~log.resting
@@ -114,7 +114,7 @@ def passband(log: FilteredLog) -> float | None:
 
 
 def _shaken(log: FilteredLog, edge: float) -> FilteredLog:
-    """Return the log with its own noise of positions and speeds, white up to `edge`, once more."""
+    """Return the log with its own noise of the motion, white up to `edge`, once more."""
     draw, samples = np.random.default_rng(SEED), log.samples
 
     def noise(x: FloatArray, smooth: FloatArray) -> FloatArray:
@@ -124,4 +124,9 @@ def _shaken(log: FilteredLog, edge: float) -> FilteredLog:
     q = noise(samples.q, log.q)
     derived = log.band.velocity == "derived" or samples.velocity_derived
     qd = differentiate(q, log.step) if derived else noise(samples.qd, log.qd)
-    return replace(log, q=log.q + q, qd=log.qd + qd)
+    base = log.base
+    if samples.imu is not None:
+        force, w = np.hsplit(noise(samples.imu, np.hstack(base[:2])), 2)
+        shaken = force, w, differentiate(w, log.step)
+        base = tuple(x + e for x, e in zip(base, shaken, strict=True))
+    return replace(log, q=log.q + q, qd=log.qd + qd, base=base)

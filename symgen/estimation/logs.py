@@ -14,7 +14,7 @@ from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
 from symgen.data.log import MIN_SAMPLES, Log, cut, given_roles, read_log
 from symgen.data.long_logs import Source as Source
-from symgen.data.raw import Reading, read_only, refuse
+from symgen.data.raw import IMU, Reading, read_only, refuse
 from symgen.data.signals import Samples
 from symgen.errors import LogError, located
 from symgen.estimation.values import FloatArray
@@ -70,6 +70,12 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller)
+        if robot.imu and log.imu is None:
+            refuse(
+                "has no motion of the base, which the robot file says moves",
+                f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
+                "for NPZ), or a robot file without base = 'imu'",
+            )
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
@@ -82,7 +88,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
                 f"N m or N, between {_TORQUES[0]:g} and {_TORQUES[1]:g}",
             )
     notes = dict.fromkeys((*log.notes, *_beyond_torque(tau, robot, log.name)))
-    return replace(log, tau=read_only(tau), notes=tuple(notes))
+    imu = log.imu if robot.imu else None
+    return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
 
 
 def _require_within(log: Log, robot: Robot, reading: Reading) -> None:

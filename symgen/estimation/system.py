@@ -237,12 +237,20 @@ def window_equations(
     return tuple(replace(e, joint=None) for e in found) if energy else found
 
 
+def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:
+    """Return the model's torque (k, n) with parameters X (p,) at states.
+
+    Args:
+        evaluator: the compiled model, with inverse_dynamics.
+        X: parameters.
+        motion: as in `FilteredLog.motion`, k states.
+    """
+    joints, base = motion[:3], motion[3:]
+    return np.asarray(evaluator["inverse_dynamics"](*joints, X, *base))
+
+
 def torque_columns(
-    evaluator: Evaluator,
-    q: FloatArray,
-    qd: FloatArray,
-    qdd: FloatArray,
-    X: FloatArray | None = None,
+    evaluator: Evaluator, motion: Sequence[FloatArray], X: FloatArray | None = None
 ) -> FloatArray:
     """Return the regressor W with tau = W X, (N, n, p).
 
@@ -252,18 +260,17 @@ def torque_columns(
 
     Args:
         evaluator: the compiled model, with torque_regressor, and inverse_dynamics for such effects.
-        q, qd, qdd: (N, n).
+        motion: as in `FilteredLog.motion`, N samples.
         X: (p,) at which the model's torque is taken; None leaves these columns away.
     """
-    W: FloatArray = evaluator["torque_regressor"](q, qd, qdd)
+    W: FloatArray = evaluator["torque_regressor"](*motion)
     base = evaluator.model.base
     if X is None or base.linear == len(base.parameters):
         return W
     rigid = np.concatenate([X[: base.linear], np.zeros(len(X) - base.linear)])
-    inverse = evaluator["inverse_dynamics"]
-    at = inverse(q, qd, qdd, rigid)
+    at = torque_at(evaluator, rigid, *motion)
     units = np.eye(len(X))[base.linear :]
-    columns = [inverse(q, qd, qdd, rigid + unit) - at for unit in units]
+    columns = [torque_at(evaluator, rigid + unit, *motion) - at for unit in units]
     return np.concatenate([W, np.stack(columns, axis=2)], axis=2)
 
 
@@ -279,12 +286,12 @@ def torque_rows(evaluator: Evaluator, log: FilteredLog, X: FloatArray | None = N
     """
     base = evaluator.model.base
     if log.mask is not None or (X is not None and base.linear < len(base.parameters)):
-        return log.modelled(lambda q, qd, qdd: torque_columns(evaluator, q, qd, qdd, X))
+        return log.modelled(lambda *motion: torque_columns(evaluator, motion, X))
     kernel = evaluator["torque_regressor"]
     filled = list(kernel.kernel.filled[0])
 
-    def entries(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        return np.asarray(kernel(q, qd, qdd)).reshape(len(q), -1)[:, filled]
+    def entries(*motion: FloatArray) -> FloatArray:
+        return np.asarray(kernel(*motion)).reshape(len(motion[0]), -1)[:, filled]
 
     out: FloatArray = np.zeros((len(log.kept), kernel.kernel.size))
     out[:, filled] = log.modelled(entries)

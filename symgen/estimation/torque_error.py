@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from symgen.data.mask import Bools
 from symgen.errors import LogError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.summary import Summary
-from symgen.estimation.system import Equations
+from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
@@ -121,8 +122,7 @@ def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Re
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:
     """Return the torque of a model along a log in the comparison band, (K, n)."""
-    inverse = evaluator["inverse_dynamics"]
-    return log.modelled(lambda q, qd, qdd: inverse(q, qd, qdd, X))
+    return log.modelled(partial(torque_at, evaluator, X))
 
 
 def fit(

@@ -231,7 +231,7 @@ def excite(
     if model not in _MODELS:
         raise ParameterError(f"model {model!r}; accepted: {', '.join(_MODELS)}")
     _require_positive("window", window)
-    source = read_robot(robot)
+    source = read_robot(robot).at_rest()
     require_gravity(source, "an excitation")
     require_model(source, model)
     given = limits or Limits()

@@ -24,7 +24,7 @@ from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, ParameterError
 from symgen.estimation.band import Band
-from symgen.estimation.equation_model import NEEDED, EquationModel, require_model
+from symgen.estimation.equation_model import NEEDED, EquationModel, models_of, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.torque_error import relative_error
@@ -210,7 +210,7 @@ def study(
         )
     source = read_robot(robot)
     require_gravity(source, "a study")
-    chosen = tuple(models) or (("torque",) if source.loaded else tuple(NEEDED))
+    chosen = tuple(models) or models_of(source)
     for model in chosen:
         if model not in NEEDED:
             raise ParameterError(f"study: model {model!r}; accepted: {', '.join(NEEDED)}")

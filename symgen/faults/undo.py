@@ -13,7 +13,7 @@ from symgen.data.mask import Bools, Mask
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
 from symgen.estimation.decimation import ENDS
-from symgen.estimation.filtered_log import FilteredLog, filter_log
+from symgen.estimation.filtered_log import FilteredLog, base_motion, filter_log
 from symgen.faults.fault import Fault, delay_of
 
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
@@ -131,10 +131,14 @@ def backwards(log: FilteredLog) -> FilteredLog:
     samples = log.samples
     turned = {key: read_only(getattr(samples, key)[::-1]) for key in ("q", "tau")}
     changed: dict[str, Any] = {**turned, "qd": read_only(-samples.qd[::-1])}
+    if samples.imu is not None:
+        half = np.repeat([1.0, -1.0], 3)  # angular velocities change their sign
+        changed["imu"] = read_only(samples.imu[::-1] * half)
     if samples.mask is not None:
         changed["mask"] = Mask(samples.mask.joint[::-1], samples.mask.robot[::-1])
     q, qd = (np.ascontiguousarray(x) for x in (log.q[::-1], -log.qd[::-1]))
-    return replace(log, samples=replace(samples, **changed), q=q, qd=qd)
+    turned_log = replace(log, samples=replace(samples, **changed), q=q, qd=qd)
+    return replace(turned_log, base=base_motion(turned_log.samples, log.band))
 
 
 def left_out(log: FilteredLog, name: str | None, at: slice, joints: Sequence[int]) -> FilteredLog:

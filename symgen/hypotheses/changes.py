@@ -255,6 +255,8 @@ def geared_by(j: int, ratio: float) -> Change:
 
 def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
     """Yield gravity along every axis of frame 0, both ways, and none; without the file's."""
+    if robot.imu:
+        return
     plain = robot.with_values().gravity
     own = np.array([float(g) for g in plain])
     size = float(np.linalg.norm(own)) or 9.81

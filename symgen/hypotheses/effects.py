@@ -45,15 +45,15 @@ class Torques:
         load: (N, n) rigid-body torque of the joints: taur of effects.
         friction: (N, n) friction of the declared model, without found effects.
         links: (links, 10) link parameters that give this torque, one of many such sets.
-        of_links: function from link parameters and q, qd, qdd, (k, n) each, to the torque (k, n) of
-            the links, in the geometry and gravity of the file.
+        of_links: function from link parameters and the arrays of `FilteredLog.motion` to the torque
+            (k, n) of the links, in the geometry and gravity of the file.
     """
 
     model: FloatArray
     load: FloatArray
     friction: FloatArray
     links: FloatArray
-    of_links: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
+    of_links: Callable[..., FloatArray]
 
 
 #: Gives columns at the rate of a log from the log, the model's torques and the constants.

@@ -41,7 +41,7 @@ from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
-from symgen.symbolic.independence import random_states
+from symgen.symbolic.independence import random_base, random_states
 from symgen.symbolic.variation import Variation, variation
 
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
@@ -105,14 +105,17 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
     q, qd, qdd = random_states(v.robot, _STATES)
     if gravity is not None:
         qd, qdd = np.zeros((2, *q.shape))
-    return v.regressor((q, qd, qdd), links, gravity).reshape(-1, len(links))
+    state = (q, qd, qdd, *random_base(v.robot, _STATES))
+    return v.regressor(state, links, gravity).reshape(-1, len(links))
 
 
 def _tilts(robot: Robot) -> Iterator[Candidate]:
     """Yield gravity turned about the two axes of frame 0 most normal to it: dg = -beta x g.
 
-    The base turns by beta, so that gravity turns by -beta in frame 0.
+    The base turns by beta, so that gravity turns by -beta in frame 0. An IMU measures its tilt.
     """
+    if robot.imu:
+        return
     v = variation(robot)
     units = _units(v)
     turned = {}
@@ -174,7 +177,7 @@ def _lengthened(
     v: Variation, length: tuple[int, str], s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
     """Return d tau / d length, at one of many equivalent sets of link parameters."""
-    state = (s.q, s.qd, s.qdd)
+    state = s.motion
     slope = _slope(lambda h: v.torque(state, torques.links, changes={length: h}))
     return everywhere(slope[:, :, None])
 
@@ -221,7 +224,7 @@ def _carried(robot: Robot) -> Iterator[Candidate]:
     def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         return {j: -_weight(s, torques)[:, [j]]}
 
-    if variation(robot).gravity.any():
+    if variation(robot).gravity.any() and not robot.imu:
         for j in range(robot.n):
             yield _of_links("gravity_compensation", (j,), partial(along, j))
 
@@ -235,13 +238,13 @@ def _commanded(robot: Robot) -> Iterator[Candidate]:
     def along(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
         return everywhere((_weight(s, torques) - _rigid(s, torques))[:, :, None])
 
-    if variation(robot).gravity.any():
+    if variation(robot).gravity.any() and not robot.imu:
         yield _of_links("commanded_torque", (), along)
 
 
 def _rigid(s: FilteredLog, torques: Torques) -> FloatArray:
     """Return the torque of the links along a log, (N, n)."""
-    return torques.of_links(torques.links, s.q, s.qd, s.qdd)
+    return torques.of_links(torques.links, *s.motion)
 
 
 def _weight(s: FilteredLog, torques: Torques) -> FloatArray:
@@ -301,7 +304,7 @@ def _moved(j: int, s: FilteredLog, torques: Torques, along: FloatArray) -> Float
     state = [x.copy() for x in (s.q, s.qd, s.qdd)]
     for x, a in zip(state, along, strict=True):
         x[:, j] += a
-    return torques.of_links(torques.links, *state)
+    return torques.of_links(torques.links, *state, *s.base)
 
 
 def _behind(
@@ -450,7 +453,7 @@ def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
 
     @lru_cache(maxsize=4)
     def along(s: FilteredLog) -> Columns:
-        return everywhere(v.regressor((s.q, s.qd, s.qdd), units[kept]))
+        return everywhere(v.regressor(s.motion, units[kept]))
 
     joints = (robot.n - 1,)
     yield Candidate(

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from symgen import names
 from symgen.codegen.model import derive, regrouping
 from symgen.estimation.filtered_log import FilteredLog, kept_spans
+from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import Score, Seen, Torques
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, torque_at, with_rests
+from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, with_rests
 from symgen.hypotheses.score import PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
@@ -209,11 +210,9 @@ class Problem:
         links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
         return Torques(whole, load, friction, links, self._of_links)
 
-    def _of_links(
-        self, links: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
-    ) -> FloatArray:
+    def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""
-        return torque_at(self.evaluator, self._regrouping @ links.ravel(), q, qd, qdd)
+        return torque_at(self.evaluator, self._regrouping @ links.ravel(), *motion)
 
     @cached_property
     def _regrouping(self) -> FloatArray:

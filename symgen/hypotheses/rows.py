@@ -19,7 +19,7 @@ from symgen.data.mask import rms
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
-from symgen.estimation.system import torque_rows
+from symgen.estimation.system import torque_at, torque_rows
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.score import Columns, dense
 from symgen.parallel import in_order, own_threads
@@ -74,10 +74,8 @@ def in_band(
     return chain.from_iterable(in_order(filtered, batches, threads))
 
 
-def modelled(
-    log: FilteredLog, model: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-) -> FloatArray:
-    """Return a function of q, qd, qdd in the comparison band at the kept samples, (K, ...)."""
+def modelled(log: FilteredLog, model: Callable[..., FloatArray]) -> FloatArray:
+    """Return a function of the motion in the comparison band at the kept samples, (K, ...)."""
     return log.unmasked.modelled(model)
 
 
@@ -200,16 +198,9 @@ def make_rows(
     return found
 
 
-def torque_at(
-    evaluator: Evaluator, X: FloatArray, q: FloatArray, qd: FloatArray, qdd: FloatArray
-) -> FloatArray:
-    """Return the model's torque at given states, (k, n)."""
-    return np.asarray(evaluator["inverse_dynamics"](q, qd, qdd, X))
-
-
 def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
     """Return the model's torque along a log at the full rate, (N, n)."""
-    return torque_at(evaluator, X, log.q, log.qd, log.qdd)
+    return torque_at(evaluator, X, *log.motion)
 
 
 def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:

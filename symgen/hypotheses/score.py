@@ -104,7 +104,7 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
     from scipy.spatial import cKDTree
 
     def states(log: FilteredLog, at: NDArray[np.int64] | slice) -> FloatArray:
-        return np.hstack([log.q, log.qd, log.qdd])[at]
+        return np.hstack(log.motion)[at]
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     asked = np.concatenate([states(log, log.kept) for log in others])

@@ -17,6 +17,7 @@ from symgen.codegen.values import Values, named_values
 from symgen.errors import ParameterError, SymgenError, told_by
 from symgen.estimation.band import Band
 from symgen.estimation.estimators import Prior
+from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.files import load_json, load_toml
@@ -293,12 +294,13 @@ def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatAr
     """
     n = q.shape[1]
     M = np.empty((len(q), n, n))
-    inverse, zero = evaluator["inverse_dynamics"], np.zeros_like(q)
-    still = inverse(q, zero, zero, X)
+    zero = np.zeros_like(q)
+    base = np.zeros((len(names.BASE) if evaluator.model.robot.imu else 0, len(q), 3))
+    still = torque_at(evaluator, X, q, zero, zero, *base)
     for j in range(n):
         unit = zero.copy()
         unit[:, j] = 1.0
-        M[:, :, j] = inverse(q, zero, unit, X) - still
+        M[:, :, j] = torque_at(evaluator, X, q, zero, unit, *base) - still
     return M
 
 

@@ -18,6 +18,7 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.motion_error import motion_error
+from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import fit
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
@@ -45,7 +46,7 @@ class Prediction(Viewable):
             all joints stacked; see `symgen.estimation.torque_error`.
         moving: the same for joints in motion.
         noise: what noise alone leaves of `moving`.
-        kinetic: kinetic energy (N,), J.
+        kinetic: kinetic energy (N,), J; NaN if the base moves.
         potential: potential energy (N,), J, up to a constant.
         band: the filters of the run: those of the estimate, where it states them.
         notes: what was done to the log.
@@ -116,11 +117,13 @@ def predict(
     (seen,) = opened.logs
     compared = fit(evaluator, [seen], given.X)
     judged = motion_error(evaluator, [seen], given.X, compared)
-    torque = evaluator["inverse_dynamics"](seen.q, seen.qd, seen.qdd, given.X)
+    torque = torque_at(evaluator, given.X, *seen.motion)
     measured = seen.tau
     if seen.rows.cutoff is not None:
         measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
-    kinetic, potential = evaluator["energy"](seen.q, seen.qd, given.X)
+    kinetic = potential = np.full((len(seen.t), 1), np.nan)  # on a base that moves
+    if not source.imu:
+        kinetic, potential = evaluator["energy"](seen.q, seen.qd, given.X)
     return Prediction(
         robot=source.name,
         joints=joints_of(source),

@@ -61,7 +61,8 @@ def simulation_use(
         return SimulationUse(tuple(restrictions))
     train, held = logs
     reasons = [*_mass_matrix_reasons(evaluator, train, X), *_friction_reasons(parameters)]
-    windows = _windows(held)
+    # The simulation has a base at rest.
+    windows = [] if evaluator.model.robot.imu else _windows(held)
     horizons, diverged = _play(evaluator, windows, X)
     before, _ = _play(evaluator, windows, own_values)
     with_feedback: tuple[Horizon, ...] = ()
@@ -82,9 +83,9 @@ def simulation_use(
 
 
 def motion_states(logs: Sequence[FilteredLog]) -> list[FloatArray]:
-    """Return q, qd and qdd of logs at their kept samples, (N, n) each."""
-    keys = ("q", "qd", "qdd")
-    return [np.concatenate([getattr(log, key)[log.kept] for log in logs]) for key in keys]
+    """Return the motion of logs at their kept samples: the arrays of `FilteredLog.motion`."""
+    kept = [[x[log.kept] for x in log.motion] for log in logs]
+    return [np.concatenate(parts) for parts in zip(*kept, strict=True)]
 
 
 def some_states(*motion: FloatArray) -> list[FloatArray]:
@@ -94,10 +95,11 @@ def some_states(*motion: FloatArray) -> list[FloatArray]:
 
 
 def mixed_states(*motion: FloatArray) -> list[FloatArray]:
-    """Return states whose joints are drawn from a motion, (N, n) each, independently."""
+    """Return states whose joints, and base, are drawn from a motion independently."""
     count, n = motion[0].shape
     rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
-    return [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion]
+    joints = [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion[:3]]
+    return [*joints, *(x[rows[:, 0]] for x in motion[3:])]
 
 
 def _mass_matrix_reasons(

@@ -15,7 +15,7 @@ from symgen.codegen.model import derive
 from symgen.data.long_logs import LIMIT, expanded, is_long
 from symgen.data.raw import Reading
 from symgen.errors import IdentificationError
-from symgen.estimation.equation_model import NEEDED, EquationModel
+from symgen.estimation.equation_model import NEEDED, EquationModel, models_of, require_model
 from symgen.estimation.estimators import Estimator
 from symgen.estimation.logs import (
     Source,
@@ -145,12 +145,12 @@ def identify(
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
-    """Return the models to try; with effects of the load, only the torque model."""
-    tried = tuple(NEEDED) if model == AUTO else (model,)
-    if model == AUTO and robot.loaded:
-        tried = ("torque",)
+    """Return the models to try."""
+    tried = models_of(robot) if model == AUTO else (model,)
+    for name in tried:
+        require_model(robot, name)
     if model == AUTO and method.name == "recursive":
-        tried = tuple(m for m in tried if m != "torque")
+        tried = tuple(m for m in tried if m != "torque") or tried
     return tuple(EquationModel(name, window) for name in tried)
 
 

@@ -138,19 +138,24 @@ class Joint(Typed):
 
 
 def require_gravity(robot: Robot, what: str) -> None:
-    """Refuse a robot whose gravity is an input.
+    """Refuse a robot whose gravity, or the motion of whose base, is an input.
 
     Args:
         robot: the mechanism.
         what: the use that needs fixed gravity, for the message.
 
     Raises:
-        RobotError: the robot's gravity is an input.
+        RobotError: the robot's gravity is an input, or its base has an IMU.
     """
     if robot.gravity_input:
         raise RobotError(
             f'robot {robot.name!r}: gravity = "input" has no place in {what}; accepted: three '
             "numbers there"
+        )
+    if robot.imu:
+        raise RobotError(
+            f"robot {robot.name!r}: base = 'imu' has no place in {what}; accepted: a robot file "
+            "without it, for a base at rest"
         )
 
 

@@ -48,10 +48,15 @@ def random_inputs(robot: Robot, count: int, seed: int) -> dict[str, list[NDArray
     """Return random states as inputs of a tape, with those of the base if it is an input."""
     states = random_states(robot, count, seed)
     inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
-    draw = np.random.default_rng(count)
-    for name, symbols in base_inputs(robot):
-        inputs[name] = list(draw.uniform(-10, 10, (len(symbols), count)))
+    for (name, _), x in zip(base_inputs(robot), random_base(robot, count), strict=True):
+        inputs[name] = list(x.T)
     return inputs
+
+
+def random_base(robot: Robot, count: int) -> list[NDArray[np.float64]]:
+    """Return random values of the inputs that describe the base, (count, 3) each."""
+    draw = np.random.default_rng(count)
+    return [draw.uniform(-10, 10, (3, count)).T for _ in base_inputs(robot)]
 
 
 def require_floats_agree(

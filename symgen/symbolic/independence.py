@@ -9,6 +9,7 @@ from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.energy import stacked
 from symgen.symbolic.guard import FUNCTIONS as FUNCTIONS
+from symgen.symbolic.guard import random_base as random_base
 from symgen.symbolic.guard import random_inputs
 from symgen.symbolic.guard import random_states as random_states
 from symgen.symbolic.regressor import torque_tape

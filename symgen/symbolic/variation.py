@@ -66,7 +66,8 @@ class Variation:
         """Return the torque of the links.
 
         Args:
-            state: q, qd, qdd, (..., n) each; rad or m and so on.
+            state: q, qd, qdd, (..., n) each; rad or m and so on. If the base has an IMU, also its
+                motion f, w, wd, (..., 3) each.
             links: XX XY XZ YY YZ ZZ MX MY MZ M of every link that moves, fixed ones in it
                 included, (..., links, 10). The leading axes are broadcast against those of the
                 state.
@@ -80,7 +81,7 @@ class Variation:
         arithmetic = _arithmetic(self, tuple(map(float, field)), tuple((changes or {}).items()))
         inputs = {
             name: [x[..., i] for i in range(x.shape[-1])]
-            for name, x in zip(("q", "qd", "qdd"), state, strict=True)
+            for name, x in zip(("q", "qd", "qdd", *names.BASE), state, strict=False)
         }
         flat = links.reshape(*links.shape[:-2], -1)
         inputs["X"] = [flat[..., i] for i in range(flat.shape[-1])]
