@@ -23,6 +23,9 @@ from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
 
 _TORQUES = (1e-9, 1e9)  # N m or N
+#: Usual specific force of a base, m/s2: more than a reading in g or without gravity, and less than
+#: one in mm/s2.
+_WEIGHT = (3.0, 100.0)
 _ABOVE = 1.05  # torque over its limit from which it is said
 _USUALLY = 0.99  # quantile of a speed, without outliers
 #: Share of each log that is held out where no validation log is given.
@@ -70,12 +73,8 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     with located(log.name):
         _require_within(log, robot, reading)
         log = with_servo_torques(log, robot.controller)
-        if robot.imu and log.imu is None:
-            refuse(
-                "has no motion of the base, which the robot file says moves",
-                f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
-                "for NPZ), or a robot file without base = 'imu'",
-            )
+        if robot.imu:
+            _require_base_motion(log)
         if log.tau is None:
             what = "has currents and no torques"
             refuse(what, "with torque_constant in [drive] of the robot file")
@@ -90,6 +89,20 @@ def open_log(source: Source, robot: Robot, reading: Reading | None = None) -> Lo
     notes = dict.fromkeys((*log.notes, *_beyond_torque(tau, robot, log.name)))
     imu = log.imu if robot.imu else None
     return replace(log, tau=read_only(tau), notes=tuple(notes), imu=imu)
+
+
+def _require_base_motion(log: Log) -> None:
+    """Refuse a log that lacks the motion of the base, or has its specific force in other units."""
+    if log.imu is None:
+        refuse(
+            "has no motion of the base, which the robot file says moves",
+            f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
+            "for NPZ), or a robot file without base = 'imu'",
+        )
+    usual = float(np.median(np.linalg.norm(log.imu[:, :3], axis=1)))
+    if not _WEIGHT[0] < usual < _WEIGHT[1]:
+        what = f"the specific force of the base, fx to fz, is {usual:.3g} for half of the log"
+        refuse(what, "m/s2, gravity included: about 9.81 at rest, as an accelerometer shows")
 
 
 def _require_within(log: Log, robot: Robot, reading: Reading) -> None:

@@ -98,6 +98,6 @@ def recorded(
         return log
     noise = np.repeat([ACCELEROMETER, GYROSCOPE], 3)
     sizes = {"q": ENCODER, "qd": 50 * ENCODER, "tau": TORQUE, "imu": noise}
-    for key in log.keys() & sizes:
+    for key in (key for key in sizes if key in log):
         log[key] = log[key] + sizes[key] * draw.normal(size=log[key].shape)
     return log

@@ -90,6 +90,13 @@ def test_without_the_motion_of_the_base_the_message_names_its_columns(case: Case
         symgen.identify(case.moving, replace(case.logs[0], imu=None))
 
 
+def test_a_specific_force_in_other_units_is_refused(case: Case) -> None:
+    log = case.logs[0]
+    in_g = log.imu / np.repeat([9.81, 1.0], 3)
+    with pytest.raises(symgen.SymgenError, match=r"specific force.+m/s2, gravity included"):
+        symgen.identify(case.moving, replace(log, imu=in_g))
+
+
 @pytest.mark.parametrize("model", ["energy", "momentum"])
 def test_models_without_accelerations_are_refused(case: Case, model: str) -> None:
     with pytest.raises(symgen.SymgenError, match=rf"model {model}.+IMU.+model torque"):
