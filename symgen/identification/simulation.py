@@ -61,8 +61,10 @@ def simulation_use(
         return SimulationUse(tuple(restrictions))
     train, held = logs
     reasons = [*_mass_matrix_reasons(evaluator, train, X), *_friction_reasons(parameters)]
-    # The simulation has a base at rest.
-    windows = [] if evaluator.model.robot.imu else _windows(held)
+    if evaluator.model.robot.imu:
+        moves = Reason("not_simulated", text="the base moves, and simulations have a base at rest")
+        return SimulationUse((*reasons, moves))
+    windows = _windows(held)
     horizons, diverged = _play(evaluator, windows, X)
     before, _ = _play(evaluator, windows, own_values)
     with_feedback: tuple[Horizon, ...] = ()

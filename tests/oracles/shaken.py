@@ -66,11 +66,18 @@ def turned(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def recorded(
-    seed: int, seconds: float = 30.0, *, moves: bool, quiet: bool = False
+    seed: int, seconds: float = 30.0, *, moves: bool, dry: bool = True, noisy: bool = True
 ) -> dict[str, np.ndarray]:
-    """A log of the arm: t, q, qd, tau, and imu on a base that moves; `quiet` has no noise.
+    """A log of the arm: t, q, qd, tau, and imu on a base that moves.
 
     The base moves by decimetres and turns by tenths of a radian, at up to 1.5 Hz.
+
+    Args:
+        seed: of the motion and the noise.
+        seconds: length of the log.
+        moves: whether the base moves.
+        dry: whether joints have dry friction.
+        noisy: whether sensors have noise.
     """
     import mujoco
 
@@ -80,6 +87,8 @@ def recorded(
     place = waves(t, np.full(3, 0.15), 1.5, draw)
     pose, w, wd = turned(waves(t, np.full(3, 0.3), 1.0, draw))
     model = mujoco.MjModel.from_xml_string(MOVING if moves else FIXED)
+    if not dry:
+        model.dof_frictionloss[:] = 0
     data = mujoco.MjData(model)
     tau, imu = np.zeros((len(t), 4)), np.zeros((len(t), 6))
     for k in range(len(t)):
@@ -94,9 +103,12 @@ def recorded(
         if moves:
             imu[k] = data.sensordata
     log = {"t": t, "q": joints[0], "qd": joints[1], "tau": tau} | ({"imu": imu} if moves else {})
-    if quiet:
-        return log
-    noise = np.repeat([ACCELEROMETER, GYROSCOPE], 3)
+    return with_noise(log, draw) if noisy else log
+
+
+def with_noise(log: dict[str, np.ndarray], draw: np.random.Generator) -> dict[str, np.ndarray]:
+    """The log as sensors measure it."""
+    noise, log = np.repeat([ACCELEROMETER, GYROSCOPE], 3), dict(log)
     sizes = {"q": ENCODER, "qd": 50 * ENCODER, "tau": TORQUE, "imu": noise}
     for key in (key for key in sizes if key in log):
         log[key] = log[key] + sizes[key] * draw.normal(size=log[key].shape)

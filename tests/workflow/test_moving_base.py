@@ -10,9 +10,11 @@ import pytest
 
 import symgen
 from symgen.data.log import make_log
+from symgen.identification.parameters import base_values
+from symgen.robot.toml_io import read_imported
 
 pytest.importorskip("mujoco", reason="MuJoCo is not installed")
-from oracles.shaken import FIXED, recorded
+from oracles.shaken import FIXED, recorded, with_noise
 
 IMU = ("fx", "fy", "fz", "wx", "wy", "wz")
 
@@ -134,3 +136,23 @@ def test_excite_plans_for_the_base_at_rest(case: Case) -> None:
     limits = symgen.Limits(position=((-1.5, 1.5),) * 4, velocity=(2.0,) * 4)
     plan = symgen.excite(case.moving, limits=limits, search=symgen.Search(searches=1, iterations=5))
     assert [*plan.std] == [p.name for p in case.estimates[0].parameters]
+
+
+@pytest.mark.slow
+def test_intervals_contain_the_parameters_of_the_file(tmp_path: Path) -> None:
+    """95 % intervals of 30 noisy logs of an arm without dry friction."""
+    (tmp_path / "arm.xml").write_text(FIXED)
+    imported = read_imported(tmp_path / "arm.xml")
+    joints = [replace(j, friction=("viscous",)) for j in imported.robot.joints]
+    robot = replace(imported.robot, base="imu", joints=tuple(joints))
+    model = symgen.derive(robot, ("torque_regressor", "inverse_dynamics"))
+    given = {name: value for name, value in imported.parameters if not name.startswith("FS")}
+    X = base_values(given, model, "arm.xml")
+    clean = recorded(1, moves=True, dry=False, noisy=False)
+    inside = []
+    for k in range(30):
+        log = make_log("log", **with_noise(clean, np.random.default_rng(k)))
+        found = symgen.identify(robot, log, model="torque", method="wls").parameters
+        off = [abs(p.value - x) / p.std for p, x in zip(found, X, strict=True)]
+        inside.append(np.array(off) < 1.96)
+    assert 0.93 < np.mean(inside) < 0.97
