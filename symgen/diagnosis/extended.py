@@ -15,13 +15,15 @@ from symgen.diagnosis.extend import extended
 from symgen.errors import IdentificationError
 from symgen.estimation.estimators import solve
 from symgen.estimation.features import features_of
+from symgen.estimation.filtered_log import kept_spans
 from symgen.estimation.solve import Solution
-from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.system import Equations, LinearSystem, joint_equations
 from symgen.estimation.values import FloatArray
+from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed, settled
 from symgen.hypotheses.effects import Candidate, Score, Seen
 from symgen.hypotheses.event import Contact
-from symgen.hypotheses.problem import Problem, model_of
+from symgen.hypotheses.problem import Problem, Stage, model_of
 from symgen.hypotheses.refine import slopes
 from symgen.hypotheses.registry import Changed, Found
 from symgen.hypotheses.rows import Rows, make_rows, with_rests
@@ -29,6 +31,8 @@ from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
+
+_CORRELATION = 2  # rows at four a period of the band that count as one
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +85,8 @@ def extend_model(found: Found) -> Extended:
     problem = found.problem
     effects, seen = settled(problem, found.effects)
     robot, declared = problem.robot, []
-    fitted = iter(problem.coefficients(problem.beside(effects)))
+    stage = problem.stage(effects)
+    fitted = iter(stage.coefficients)
     for score in effects:
         c = score.candidate
         pairs = zip(_named(problem.robot, c), [*islice(fitted, c.size)], strict=False)
@@ -100,8 +105,8 @@ def extend_model(found: Found) -> Extended:
     names = () if problem.given else evaluator.model.base.names
     names += _coefficient_names(beside)
     solution = _solve(problem, names, rows)
-    std = _with_constants(problem, effects, seen, names, rows, solution.std)
-    alone = tuple(map(tuple, _alone(problem, effects)))
+    std = _with_constants(stage, seen, names, rows, solution.std)
+    alone = tuple(map(tuple, _alone(stage)))
     about = problem, robot, evaluator, effects, tuple(declared), beside, alone
     p = len(names) - sum(s.candidate.size for s in beside)
     return Extended(*about, solution.X, std, solution.covariance[:p, :p])
@@ -112,39 +117,34 @@ def _coefficient_names(effects: Sequence[Score]) -> tuple[str, ...]:
 
 
 def _with_constants(
-    problem: Problem,
-    effects: Sequence[Score],
-    seen: Seen,
-    names: tuple[str, ...],
-    rows: Rows,
-    std: FloatArray,
+    stage: Stage, seen: Seen, names: tuple[str, ...], rows: Rows, std: FloatArray
 ) -> FloatArray:
     """Return standard deviations that include the uncertainty of the searched constants.
 
     The slopes of the columns along the constants enter the covariance (linearised model of
     nonlinear least squares).
     """
-    along = slopes(effects, problem.coefficients(problem.beside(effects)), seen)
+    along = slopes(stage, seen)
     if not along:
         return std
     count = sum(next(iter(columns.values())).shape[1] for columns in along)
     constants = tuple(f"constant {i}" for i in range(count))
     try:
-        return _solve(problem, (*names, *constants), rows.with_columns(along)).std
+        return _solve(stage.problem, (*names, *constants), rows.with_columns(along)).std
     except IdentificationError:  # the logs do not determine the constants
         return np.concatenate([std, np.full(count, np.nan)])
 
 
-def _alone(problem: Problem, effects: Sequence[Score]) -> Iterator[list[FoundParameter]]:
+def _alone(stage: Stage) -> Iterator[list[FoundParameter]]:
     """Yield the coefficients of each effect, fitted together beside the declared model.
 
     A coefficient that the declared model can absorb has no std of its own, for example the inertia
     of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
     """
+    problem, effects, rows = stage.problem, stage.effects, stage.rows
     if not effects:
         return
     names = () if problem.given else problem.evaluator.model.base.names
-    rows = problem.beside(effects)
     try:
         solution = _solve(problem, (*names, *_coefficient_names(effects)), rows)
         X, std = solution.X, solution.std
@@ -163,17 +163,14 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
         return Solution(np.zeros(0), none, none, 1.0, ())
     known = features_of(rows.logs, problem.robot.sigma)
     rested = with_rests(rows)
-    out, first = [], 0
-    for log in rows.logs:
-        t, random = log.compared_t, known.in_band(log.unmasked.modelled)
-        for j in range(rows.n):
-            weight = rested.moves[first : first + len(t), j]
-            at = np.flatnonzero(weight)
-            W, y = rows.W[first + at, j], rows.y[first + at, j]
-            rest = None if log.resting is None else log.resting[at, j]
-            e = Equations(log.name, W, y, t[at], 2, j, rest=rest, features=random[at, j])
-            out.append(e.with_rest_weight(float(weight[at].min(initial=1.0))))
-        first += len(t)
+    out: list[Equations] = []
+    for log, at in zip(rows.logs, kept_spans(rows.logs), strict=True):
+        W = rows.W[at].transpose(1, 0, 2)
+        random = known.in_band(log.unmasked.modelled).transpose(1, 0, 2)
+        free = rested.moves[at] > 0
+        out += joint_equations(
+            log, W, rows.y[at], log.compared_t, _CORRELATION, random, log.resting, free
+        )
     return solve(LinearSystem(names, tuple(out)), "wls")
 
 
@@ -189,7 +186,7 @@ def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEff
     known = {own.name: FoundParameter(own.name, float(x), float(s), own.unit) for own, x, s in rows}
     beside = iter(zip(model.X[p:], model.std[p:], strict=False))
     constants = iter(model.std[len(model.X) :])
-    by_key = {w.item.candidate.key: w for w in weighed if isinstance(w.item, Score)}
+    by_key = {w.item.key: w for w in weighed}
     out = []
     for score, alone in zip(model.effects, model.alone, strict=True):
         c, d = score.candidate, score.candidate.definition
@@ -203,12 +200,17 @@ def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEff
             for name, value, unit in _constants(robot, c)
         ]
         declared = score in model.declared
-        out.append(_found(robot, by_key[c.key], score, (*parameters, *searched), declared))
+        out.append(_found(robot, by_key[score.key], score, (*parameters, *searched), declared))
     for w in weighed:
         if not w.adopted and isinstance(w.item, Score):
             out.append(_found(robot, w, w.item, (), False))
-    changes = [w for w in weighed if isinstance(w.item, Changed)]
-    return (*(_undone(robot, w) for w in changes), *_touched(robot, weighed), *out)
+    undone = [_undone(robot, w, w.item.change) for w in weighed if isinstance(w.item, Changed)]
+    contacts: dict[tuple[int, ...], list[Weighed]] = {}
+    for w in weighed:
+        if isinstance(w.item, Contact):
+            contacts.setdefault(w.item.joints, []).append(w)
+    touched = [_touched(robot, same) for same in contacts.values()]
+    return (*undone, *touched, *out)
 
 
 def _constants(robot: Robot, c: Candidate) -> Iterator[tuple[str, float, str]]:
@@ -218,6 +220,26 @@ def _constants(robot: Robot, c: Candidate) -> Iterator[tuple[str, float, str]]:
         yield c.definition.named(name, suffix), float(value), c.definition.unit_of(name, sigma)
 
 
+def _plain(robot: Robot, w: Weighed) -> FoundEffect:
+    """Return a hypothesis as an effect, without its parameters."""
+    from scipy.special import expit
+
+    item = w.item
+    return FoundEffect(
+        name=item.definition.name,
+        joints=joint_numbers(robot, item.joints),
+        parameters=(),
+        expression=item.definition.formula,
+        p_value=math.exp(-max(item.odds, 0.0)),
+        gap_reduction=min(item.gain, 1.0),
+        probability=float(expit(item.odds)),
+        torque_rms=item.torque,
+        adopted=w.adopted,
+        shown=w.shown,
+        declared=False,
+    )
+
+
 def _found(
     robot: Robot,
     w: Weighed,
@@ -225,86 +247,52 @@ def _found(
     parameters: tuple[FoundParameter, ...],
     declared: bool,
 ) -> FoundEffect:
-    c, d = score.candidate, score.candidate.definition
-    suffix, _ = _place(robot, c)
-    alike = tuple(
-        Alike(s.candidate.name, joint_numbers(robot, s.candidate.joints)) for s in score.alike
-    )
-    return FoundEffect(
-        name=c.name,
-        joints=joint_numbers(robot, c.joints),
+    """Return an effect with columns, as `score` has it, with its parameters."""
+    d = score.definition
+    suffix, _ = _place(robot, score.candidate)
+    alike = tuple(Alike(s.definition.name, joint_numbers(robot, s.joints)) for s in score.alike)
+    return replace(
+        _plain(robot, replace(w, item=score)),
         parameters=parameters,
         expression=numbered(d, suffix) or d.formula or d.says,
         p_value=_p_value(parameters),
-        gap_reduction=min(score.gain, 1.0),
         probability=score.probability,
-        torque_rms=score.torque,
-        adopted=w.adopted,
-        shown=w.shown,
         indistinguishable_from=alike,
         separate=d.separate if alike else "",
         declared=declared,
     )
 
 
-def _undone(robot: Robot, w: Weighed) -> FoundEffect:
+def _undone(robot: Robot, w: Weighed, change: Change) -> FoundEffect:
     """Return a change of the logs as an effect."""
-    from scipy.special import expit
-
-    assert isinstance(w.item, Changed)
-    change = w.item.change
-    joints = joint_numbers(robot, change.joints)
-    suffix = joints[-1] if joints else ""
+    plain = _plain(robot, w)
+    suffix = plain.joints[-1] if plain.joints else ""
     constants = (
         FoundParameter(f"{name}{suffix}", value, math.nan, unit)
         for name, (value, unit) in change.constants.items()
     )
-    return FoundEffect(
-        name=change.name,
-        joints=joints,
-        parameters=tuple(constants),
-        expression=f"{change.definition.formula} ({change.channels or 'robot file'})",
-        p_value=math.exp(-max(w.item.odds, 0.0)),
-        gap_reduction=min(w.item.gain, 1.0),
-        probability=float(expit(w.item.odds)),
-        adopted=w.adopted,
-        shown=w.shown,
-        declared=False,
+    where = change.channels or "robot file"
+    expression = f"{plain.expression} ({where})"
+    return replace(plain, parameters=tuple(constants), expression=expression)
+
+
+def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
+    """Return contacts of the same joints as one effect, with the share of the largest."""
+    plain = _plain(robot, max(same, key=lambda w: w.item.gain))
+    spans = [w.item.span for w in same if isinstance(w.item, Contact)]
+    times = []
+    for k, span in enumerate(spans):
+        suffix = f"{plain.joints[-1]}{f'_{k}' if k else ''}"
+        times.append(FoundParameter(f"start{suffix}", span.start, math.nan, "s"))
+        times.append(FoundParameter(f"length{suffix}", span.end - span.start, math.nan, "s"))
+    where = ", ".join(span.log for span in spans)
+    return replace(
+        plain,
+        parameters=tuple(times),
+        expression=f"{plain.expression}, in {where}",
+        adopted=any(w.adopted for w in same),
+        shown=any(w.shown for w in same),
     )
-
-
-def _touched(robot: Robot, weighed: Sequence[Weighed]) -> Iterator[FoundEffect]:
-    """Yield one effect for the contacts of the same joints."""
-    from scipy.special import expit
-
-    by_joints: dict[tuple[int, ...], list[tuple[Weighed, Contact]]] = {}
-    for w in weighed:
-        if isinstance(w.item, Contact):
-            by_joints.setdefault(w.item.joints, []).append((w, w.item))
-    for at, same in by_joints.items():
-        joints = joint_numbers(robot, at)
-        times = []
-        for k, (_, c) in enumerate(same):
-            suffix = f"{joints[-1]}{f'_{k}' if k else ''}"
-            length = c.span.end - c.span.start
-            times.append(FoundParameter(f"start{suffix}", c.span.start, math.nan, "s"))
-            times.append(FoundParameter(f"length{suffix}", length, math.nan, "s"))
-        contacts = [c for _, c in same]
-        odds = max(c.odds for c in contacts)
-        where = ", ".join(c.span.log for c in contacts)
-        yield FoundEffect(
-            name=contacts[0].definition.name,
-            joints=joints,
-            parameters=tuple(times),
-            expression=f"{contacts[0].definition.formula}, in {where}",
-            p_value=math.exp(-max(odds, 0.0)),
-            gap_reduction=min(max(c.gain for c in contacts), 1.0),
-            probability=float(expit(odds)),
-            torque_rms=max(c.torque for c in contacts),
-            adopted=any(w.adopted for w, _ in same),
-            shown=any(w.shown for w, _ in same),
-            declared=False,
-        )
 
 
 def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:

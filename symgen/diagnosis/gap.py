@@ -10,16 +10,14 @@ import numpy as np
 
 from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
 from symgen.diagnosis.extended import Extended
-from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below, in_motion
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
-from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Found
-from symgen.hypotheses.rows import modelled
 from symgen.hypotheses.score import dense
+from symgen.robot.effect import definitions
 
 ANY = "all"
 
@@ -51,15 +49,12 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
     declared, problem = found.declared, found.problem
     n = problem.base.n
     was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
-    inside = problem.parameters(problem.beside(model.effects))
-    corrected = bool(model.effects or found.changes or found.contacts)
     first = partial(torque_at, declared.evaluator, declared.estimate)
-    for recorded, log in zip(declared.held, problem.held, strict=True):
-        before = modelled(recorded, first)
+    modelled = [log.unmasked.modelled(first) for log in declared.held]
+    corrected = _torques(model) if found.items else modelled
+    logs = zip(declared.held, problem.held, modelled, corrected, strict=True)
+    for recorded, log, before, after in logs:
         measured = recorded.unmasked.measured
-        after = before
-        if corrected:
-            after = log.unmasked.compared(_torque(model, problem, log, inside))
         free, wanted = log.clear[log.kept], log.unmasked.measured
         was += squares(recorded.clear[recorded.kept], measured, before, recorded.resting)
         now += squares(free, wanted, after, log.resting)
@@ -75,33 +70,32 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
 
 def error_in_motion(model: Extended) -> float:
     """Return the torque error of an extended model on the validation logs, of joints in motion."""
-    problem = model.problem
-    inside = problem.parameters(problem.beside(model.effects))
-    out = TorqueFit.none(problem.base.n)
-    for log in problem.held:
-        torque = log.unmasked.compared(_torque(model, problem, log, inside))
+    out = TorqueFit.none(model.problem.base.n)
+    for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
     return in_motion(out).residual.relative
 
 
-def _torque(model: Extended, problem: Problem, log: FilteredLog, inside: FloatArray) -> FloatArray:
-    """Return the torque of the extended model along a log, (N, n); see `torques_along`."""
-    torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
-    whole, at = torques.model, model.count
-    for c in (s.candidate for s in model.beside):
-        columns = dense(c.columns(log, torques), log.tau.shape)
-        whole = whole + columns @ model.X[at : at + c.size]
-        at += c.size
-    return whole
+def _torques(model: Extended) -> list[FloatArray]:
+    """Return the torque of the extended model along the validation logs, in the band, (K, n)."""
+    problem, out = model.problem, []
+    inside = problem.stage(model.effects).X
+    for log in problem.held:
+        torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
+        whole, at = torques.model, model.count
+        for c in (s.candidate for s in model.beside):
+            columns = dense(c.columns(log, torques), log.tau.shape)
+            whole = whole + columns @ model.X[at : at + c.size]
+            at += c.size
+        out.append(log.unmasked.compared(whole))
+    return out
 
 
 def _gap(residual: Residual) -> Gap:
     return Gap(residual.per_joint or (), residual.relative)
 
 
-def places(
-    found: Found, effects: Sequence[FoundEffect], patterns: dict[str, str], gaps: Gaps
-) -> tuple[Place, ...]:
+def places(found: Found, effects: Sequence[FoundEffect], gaps: Gaps) -> tuple[Place, ...]:
     """Return the joints whose gap before is above the noise floor, the largest share first.
 
     The pattern of a joint is that of the effect that closes most of its gap, or of the most
@@ -110,12 +104,11 @@ def places(
     Args:
         found: what is adopted, with the rejected candidates.
         effects: the effects that were found.
-        patterns: pattern of each effect by name.
         gaps: gap before and noise floor.
     """
     robot = found.problem.robot
     before, _, floor = gaps.moving
-    size = _sizes(gaps.curves)
+    size = np.sum([np.sum(c.measured**2, axis=0) for c in gaps.curves], axis=0)
     excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
     excess = np.maximum(excess, 0.0) * size
     out = []
@@ -124,17 +117,11 @@ def places(
             break
         number = robot.movable[j].number
         named = [e for e in effects if number in e.joints or not e.joints]
-        rejected = [
-            s.candidate.definition.pattern
-            for s in found.rejected
-            if j in s.candidate.joints and s.odds > 0
-        ]
-        pattern = patterns.get(named[0].name, ANY) if named else next(iter(rejected), ANY)
+        rows = [s.definition for s in found.rejected if j in s.joints and s.odds > 0]
+        if named:
+            rows = [d for d in definitions().values() if d.name == named[0].name]
+        pattern = rows[0].pattern if rows else ANY
         spans = [c.span for c in found.contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None
         out.append(Place(number, float(excess[j] / excess.sum()), pattern, window))
     return tuple(out)
-
-
-def _sizes(curves: Sequence[Curves]) -> FloatArray:
-    return np.asarray(np.sum([np.sum(c.measured**2, axis=0) for c in curves], axis=0))

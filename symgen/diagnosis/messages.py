@@ -8,6 +8,7 @@ from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
 from symgen.hypotheses.priors import priors
 from symgen.names import joints_in_words
+from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
 
@@ -19,10 +20,6 @@ TONES = {
     "unexplained": "bad",
     "bad-measurement": "bad",
 }
-
-
-#: Error over the noise from which their ratio is said.
-_SEVERAL = 3.0
 
 
 def on_joints(joints: Sequence[int], robot: Robot) -> str:
@@ -42,7 +39,7 @@ def summary(diagnosis: Diagnosis) -> str:
     )
     floor = diagnosis.floor.total
     times = f", {diagnosis.after.total / floor:.2g} times the noise" if floor else ""
-    told = times if diagnosis.after.total > _SEVERAL * floor else ""
+    told = times if diagnosis.after.total > BEYOND * floor else ""
     gap = f"The torque error falls from {before} to {after}{told} (noise floor: {noise})."
     count = sum(effect.adopted for effect in diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"

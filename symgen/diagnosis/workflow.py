@@ -47,19 +47,11 @@ from symgen.estimation.logs import (
 )
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Reason
-from symgen.faults.fault import MASKED, Fault
+from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.faults.samples import unmended_faults
-from symgen.hypotheses.confirm import (
-    REPEATED,
-    Item,
-    Weighed,
-    confirm,
-    held_squares,
-    items_of,
-    restricted,
-)
+from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, held_squares, restricted
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.hypotheses.problem import Problem, make_problem, model_of
@@ -170,8 +162,8 @@ class _Opened:
         given: whether validation logs were given.
         repairs: the repairs.
         changed: the channels that the repairs changed.
-        unmended: both groups without masks of faults and with the measured speeds; None if these
-            are the same.
+        unmended: both groups without masks of faults and with the measured speeds, where repairs
+            may be named as effects; otherwise None.
         notes: texts about a sample of long logs.
     """
 
@@ -214,21 +206,17 @@ def _open(
     uncut = replace(reading or Reading(), start=None, until=None)
     (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
     require_other_data(train, held)
-    raw: Groups = train, held
-    masked = any(r.kind in MASKED for r in repairs)
-    if masked:
-        first, last = (
-            [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
-            for group in recorded
-        )
-        raw = first, last
     train, held, more = join_bands(train, held)
     logs, done = [*chain(*recorded)], (*repairs, *more)
     changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
     groups = (train, held) if given else hold_out(train)
     unmended = None
-    if masked or more:
-        unmended = raw if given else hold_out(raw[0])
+    if any(r.kind in _REPAIRED for r in done):
+        first, last = (
+            [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
+            for group in recorded
+        )
+        unmended = (first, last) if given else hold_out(first)
     return _Opened(*groups, given, done, changed, unmended)
 
 
@@ -242,7 +230,7 @@ def _extend(
 ) -> tuple[Found, tuple[Weighed, ...], Extended, Gaps]:
     """Extend the model, without effects with which it cannot be identified or the gap grows."""
     while True:
-        items = items_of(found)
+        items = found.items
         lost = ""
         try:
             model = extend_model(found)
@@ -253,13 +241,14 @@ def _extend(
             if not items:  # this is the declared model
                 raise
             lost = f"the model with it cannot be identified: {error}"
-        weakest = min(items, key=lambda x: _fell(weighed, x))
+        fell = {w.item.key: w.fell for w in weighed}  # constants may have moved
+        weakest = min(items, key=lambda x: fell.get(x.key, 0.0))
         found = restricted(found, [x for x in items if x is not weakest])
         if lost and isinstance(weakest, Score):
             found = replace(found, rejected=(replace(weakest, fault=lost), *found.rejected))
-            weighed = tuple(w for w in weighed if not _same(w.item, weakest))
+            weighed = tuple(w for w in weighed if w.item.key != weakest.key)
         weighed = tuple(
-            replace(w, adopted=False, reason=_GROWS) if _same(w.item, weakest) else w
+            replace(w, adopted=False, reason=_GROWS) if w.item.key == weakest.key else w
             for w in weighed
         )
 
@@ -285,23 +274,11 @@ def _impossible(model: Extended, gaps: Gaps) -> list[Reason]:
     return like_no_robot(free, bounded, ACCEPT) or [missing]
 
 
-def _same(a: Item, b: Item) -> bool:
-    """Whether two values are of one hypothesis; constants may have moved."""
-    if isinstance(a, Score) and isinstance(b, Score):
-        return a.candidate.key == b.candidate.key
-    return a is b
-
-
-def _fell(weighed: Sequence[Weighed], item: Item) -> float:
-    return next((w.fell for w in weighed if _same(w.item, item)), 0.0)
-
-
 def _repaired(
     opened: _Opened, band: Band, problem: Problem, least: float
 ) -> tuple[FoundEffect, ...]:
     """Return the repairs of samples that close a part of the gap as effects of the recorder."""
-    kinds = {r.kind for r in opened.repairs} & _REPAIRED.keys()
-    if opened.unmended is None or not kinds:
+    if opened.unmended is None:
         return ()
     measured = replace(band, velocity="measured")
     try:
@@ -315,11 +292,11 @@ def _repaired(
     if (before - after).max() < least or (after - before).max() >= least:
         return ()
     share = 1 - float(np.sum(after**2) / np.sum(before**2))
-    out = []
-    for name in dict.fromkeys(_REPAIRED[r.kind] for r in opened.repairs if r.kind in _REPAIRED):
-        same = [r for r in opened.repairs if _REPAIRED.get(r.kind) == name]
-        out.append(_recorder_effect(name, same, problem.robot, share))
-    return tuple(out)
+    by_name: dict[str, list[Fault]] = {}
+    for r in opened.repairs:
+        if r.kind in _REPAIRED:
+            by_name.setdefault(_REPAIRED[r.kind], []).append(r)
+    return tuple(_recorder_effect(*x, problem.robot, share) for x in by_name.items())
 
 
 def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
@@ -387,16 +364,12 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
     found, robot = c.found, c.found.declared.robot
     verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
-    patterns = {name: d.pattern for name, d in definitions().items()}
-    where = () if verdict == "consistent" else places(found, adopted, patterns, c.gaps)
-    rejected = tuple(
-        Rejected(s.candidate.name, joint_numbers(robot, s.candidate.joints), s.fault)
-        for s in found.rejected[:_LISTED]
-    )
-    doubts = tuple(
-        Rejected(s.candidate.name, joint_numbers(robot, s.candidate.joints), w.reason)
-        for w in c.weighed
-        if not w.adopted and isinstance(s := w.item, Score)
+    where = () if verdict == "consistent" else places(found, adopted, c.gaps)
+    doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
+    refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
+    refused += [(s, s.fault) for s in found.rejected[:_LISTED]]
+    rejected = (
+        Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
     )
     train = found.problem.base
     cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
@@ -409,7 +382,7 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         floor=c.gaps.floor,
         where=where,
         effects=c.effects,
-        rejected=(*doubts, *rejected),
+        rejected=tuple(rejected),
         advice=(*(r.text for r in c.reasons), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
         notes=_notes(opened, band, c),
         extended=c.model.robot,

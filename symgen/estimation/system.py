@@ -133,7 +133,7 @@ class LinearSystem:
         return replace(self, logs=tuple(e.weighed(w) for e, w in pairs))
 
 
-def _equations(
+def joint_equations(
     log: FilteredLog,
     W: FloatArray,
     y: FloatArray,
@@ -233,7 +233,7 @@ def window_equations(
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         free = _untouched(masked, first, last)
-    found = _equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
+    found = joint_equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
     return tuple(replace(e, joint=None) for e in found) if energy else found
 
 
@@ -317,4 +317,4 @@ def torque_equations(
     correlation = 1 if log.rows.cutoff is None else PER_PERIOD // 2
     F = None if features is None else features.in_band(log.modelled).transpose(1, 0, 2)
     free = None if log.mask is None else log.free
-    return _equations(log, W, y, log.compared_t, correlation, F, log.resting, free)
+    return joint_equations(log, W, y, log.compared_t, correlation, F, log.resting, free)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 from symgen.schemas import BESIDE, OrNan
 
 #: Text for a fault that is not corrected.
 LEFT = "left as it is"
-#: Kinds whose samples are left out of the equations.
-MASKED = ("saturated", "stuck")
-
 #: Log name of a fault that all logs have.
 EVERYWHERE = "all logs"
 
@@ -32,11 +29,8 @@ class Fault:
         values: name, value and standard deviation of measured quantities. Speeds are
             (1 + GV) dq/dt, late by LV s, and off by OV. Torques of all joints were late by DT s and
             are shifted. `limit` is that of a clipped torque.
-        kind: a key of `symgen.faults.samples.FINDERS` or `symgen.faults.model.FINDERS`.
+        kind: what is wrong, as a rule of `symgen.faults.samples` or `symgen.faults.speeds` has it.
         joints: indices of the joints; empty for all.
-        value: a factor, or a delay in s.
-        share: error on held-out folds with the fault undone, over the error without undoing it.
-        undo: returns the log without the fault; None if that is not possible, or already done.
     """
 
     log: str
@@ -47,11 +41,6 @@ class Fault:
     values: tuple[tuple[str, float, OrNan], ...] = ()
     kind: Annotated[str, BESIDE] = field(default="", compare=False)
     joints: Annotated[tuple[int, ...], BESIDE] = field(default=(), compare=False)
-    value: Annotated[float, BESIDE] = field(default=0.0, compare=False)
-    share: Annotated[float, BESIDE] = field(default=1.0, compare=False)
-    undo: Annotated[Callable[[Any], Any] | None, BESIDE] = field(
-        default=None, compare=False, repr=False
-    )
 
     @property
     def in_words(self) -> str:

@@ -19,7 +19,8 @@ from symgen.errors import IdentificationError, LogError, plain
 from symgen.estimation.logs import Source, open_log
 from symgen.estimation.masking import masked
 from symgen.faults.fault import Fault
-from symgen.faults.samples import masked_faults, masked_gaps, masked_stalls, repaired
+from symgen.faults.rules import apply
+from symgen.faults.samples import GAPS, SAMPLED, masked_stalls, repaired
 from symgen.faults.speeds import mended_speeds, silenced_torques, standing
 from symgen.robot.types import Robot
 
@@ -56,11 +57,11 @@ def open_samples(
     samples = sampled(log, clock)
     if any(fault.kind == "stalled" for fault in repairs):
         samples = masked_stalls(log, samples)
-    samples, gaps = masked_gaps(log, samples)
-    samples, masked_too = masked_faults(log, samples) if mask_faults else (samples, ())
+    rules = (*GAPS, *SAMPLED) if mask_faults else GAPS
+    samples, masks = apply(rules, samples, log)
     if reading.mask:
         samples = masked(samples, log, robot, reading.mask)
-    return samples, (*repairs, *gaps, *masked_too)
+    return samples, (*repairs, *masks)
 
 
 def _time_unit(step: float) -> str:

@@ -10,9 +10,8 @@ import numpy as np
 from symgen.data.log import Log
 from symgen.data.mask import rms
 from symgen.data.signals import Samples
-from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
-from symgen.faults.fault import EVERYWHERE, LEFT, Fault
+from symgen.faults.fault import Fault
 from symgen.robot.effect import effect_unit
 
 #: Largest number of plots, and samples that are shown on each side of a change.
@@ -44,7 +43,7 @@ class MendedChannel:
 
 
 def mended_channels(
-    logs: Iterable[tuple[Log | FilteredLog, Samples | FilteredLog]],
+    logs: Iterable[tuple[Log, Samples]],
     faults: Sequence[Fault],
     sigma: Sequence[int],
 ) -> Iterator[MendedChannel]:
@@ -52,11 +51,11 @@ def mended_channels(
 
     Args:
         logs: each log as recorded, mapped to the joint side, and as it is used.
-        faults: faults of the logs that were repaired or undone.
+        faults: the repairs.
         sigma: types of the movable joints.
     """
     for before, after in logs:
-        here = [f for f in faults if f.log in (before.name, EVERYWHERE) and f.done != LEFT]
+        here = [f for f in faults if f.log == before.name]
         for key, kind in _KINDS.items():
             for j in range(len(sigma) if getattr(before, key) is not None else 0):
                 channel = f"{key}{j + 1}"
@@ -70,15 +69,12 @@ def mended_channels(
 
 
 def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:
-    """Return the few channels with the largest changes, one for each channel and log."""
-    best: dict[tuple[str, str], MendedChannel] = {}
-    for c in sorted(channels, key=lambda c: -c.size):
-        best.setdefault((c.log, c.channel), c)
-    return tuple(best.values())[:_MOST]
+    """Return the few channels with the largest changes."""
+    return tuple(sorted(channels, key=lambda c: -c.size)[:_MOST])
 
 
 def _around_change(
-    before: Log | FilteredLog, after: Samples | FilteredLog, key: str, j: int
+    before: Log, after: Samples, key: str, j: int
 ) -> tuple[FloatArray, FloatArray, float] | None:
     """Return t and values as recorded and as used, and the size of the change; None if none."""
     t, x = before.t, getattr(before, key)[:, j]

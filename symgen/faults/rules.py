@@ -11,6 +11,7 @@ import numpy as np
 from symgen.data.raw import FloatArray
 from symgen.faults.channels import moves
 from symgen.faults.fault import LEFT, Fault
+from symgen.faults.undo import with_column
 
 _ALIKE = 0.2  # largest difference of values that all joints share, relative to their mean
 
@@ -156,6 +157,11 @@ def _between(numbers: Sequence[float]) -> str:
     """Return the range of some numbers as text."""
     low, high = f"{min(numbers):.3g}", f"{max(numbers):.3g}"
     return low if low == high else f"{low} to {high}"
+
+
+def with_values(log: Any, c: Channel, x: FloatArray) -> Any:
+    """Return a log, or samples, with other values (N,) of a channel: the undo of many rules."""
+    return with_column(log, c.key, c.joint or 0, x)
 
 
 def apply(rules: Iterable[Rule], log: Any, about: Any = None) -> tuple[Any, tuple[Fault, ...]]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from symgen.data.log import Log, long_runs, rows
 from symgen.data.mask import Bools, on_grid, rms, spans
 from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import STEP_TOLERANCE, Samples
-from symgen.estimation.filtered_log import FilteredLog
 from symgen.faults.channels import (
     clipped,
     held_for,
@@ -33,8 +31,8 @@ from symgen.faults.channels import (
 )
 from symgen.faults.clock import roughness, stalled_rows, uniform_clock
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Channel, Found, Rule, Symptom, apply
-from symgen.faults.undo import bridged, left_out, mask_samples, moved_back, sloped, with_column
+from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
+from symgen.faults.undo import bridged, mask_samples, sloped
 from symgen.names import PRISMATIC
 from symgen.robot.types import WITHOUT_MOTOR
 
@@ -75,26 +73,6 @@ def masked_stalls(log: Log, samples: Samples) -> Samples:
     inside = (samples.t > log.t[after - 1]) & (samples.t < log.t[after])
     long = np.diff(log.t) > (_BRIEF + 1.5) * samples.step
     return mask_samples(samples, inside & long[after - 1], range(samples.q.shape[1]))
-
-
-def masked_gaps(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask values that are missing for too long to be interpolated.
-
-    Args:
-        log: the log before it was resampled.
-        samples: the log with uniform steps.
-    """
-    return apply(GAPS, samples, log)
-
-
-def masked_faults(log: Log, samples: Samples) -> tuple[Samples, tuple[Fault, ...]]:
-    """Mask clipped torques and stuck channels in a log with uniform steps.
-
-    Args:
-        log: the log before it was resampled.
-        samples: the log with uniform steps.
-    """
-    return apply(SAMPLED, samples, log)
 
 
 # Logs as recorded.
@@ -188,10 +166,6 @@ def _jitter(c: Channel) -> Symptom | None:
     return Symptom(len(t), clock, {"ms": 1e3 * float(np.std(clock - t))})
 
 
-def _with_values(log: Any, c: Channel, x: FloatArray) -> Any:
-    return with_column(log, c.key, c.joint or 0, x)
-
-
 #: Rules for logs as recorded; they know the types of the joints.
 RECORDED = (
     Rule("missing", ("q", "qd", "tau"), _missing, "empty cells", "interpolated"),
@@ -201,19 +175,19 @@ RECORDED = (
         f"interpolated up to {_BRIEF} in a row, mask_samples beyond",
         lambda log, _, at: rows(log, at),
     ),
-    Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", _with_values),
+    Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", with_values),
     Rule(
         "unsigned", ("tau",), _unsigned,
         "negative values are stored {span} too high, as unsigned integers", "subtracted",
-        _with_values,
+        with_values,
     ),
     Rule(
         "jumps", ("q", "qd", "tau"), _outliers, "outliers", "replaced by interpolation",
-        _with_values,
+        with_values,
     ),
     Rule(
         "held", ("q", "qd", "tau"), _held, "new values only every {k} samples", "interpolated",
-        _with_values,
+        with_values,
     ),
     Rule(
         "jitter", ("t",), _jitter, "time stamps jitter by {ms} ms", "replaced by a uniform clock",
@@ -311,13 +285,13 @@ def _mask(samples: Samples, c: Channel, at: Bools) -> Samples:
 
 #: Rules for samples with uniform steps; they know the log as recorded.
 GAPS = (
-    Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "mask_samples, for all joints", _mask),
+    Rule("gap", ("q", "qd"), _gap, "empty cells in a row", "masked, for all joints", _mask),
     Rule("gap", ("tau",), _gap, "empty cells in a row", "masked", _mask),
 )
 SAMPLED = (
     Rule("saturated", ("tau",), _saturated, "clipped at {limit}", "masked", _mask),
     Rule(
-        "stuck", ("q",), _stuck, "stuck", "mask_samples, for all joints",
+        "stuck", ("q",), _stuck, "stuck", "masked, for all joints",
         lambda samples, c, at: bridged(samples, at, [c.joint or 0]),
     ),
     Rule(
@@ -334,21 +308,13 @@ SAMPLED = (
 def unmended_faults(samples: Samples, passive: Sequence[int] = ()) -> Iterator[Fault]:
     """Find faults that need a new record: channels without a signal, and positions that step.
 
-    The undo of each takes a log in the band of a run.
-
     Args:
         samples: a log with uniform steps.
         passive: places of the joints that no motor drives: they have no torque.
     """
     for rule in LASTING:
         if found := rule.found(samples, passive):
-            undo = partial(_undo, name=samples.name, rule=rule, found=found)
-            yield replace(rule.fault(found), undo=undo)
-
-
-def _undo(log: FilteredLog, name: str, rule: Rule, found: Found) -> FilteredLog:
-    """Return the log with this name without what was found in it."""
-    return rule.undone(log, found) if log.name == name else log
+            yield rule.fault(found)
 
 
 def _dead(c: Channel) -> Symptom | None:
@@ -357,8 +323,7 @@ def _dead(c: Channel) -> Symptom | None:
     at = np.flatnonzero(_constant(c, c.x, c.log))
     if unknown or len(at) <= _DEAD * len(c.x):
         return None
-    times = {"since": c.log.t[at[0]], "until": c.log.t[at[-1]]}
-    return Symptom(len(at), slice(at[0], at[-1] + 1), times)
+    return Symptom(len(at), numbers={"since": c.log.t[at[0]], "until": c.log.t[at[-1]]})
 
 
 def _steps(c: Channel) -> Symptom | None:
@@ -367,7 +332,7 @@ def _steps(c: Channel) -> Symptom | None:
     if len(at) == 0:
         return None
     k = int(at[0])
-    return Symptom(len(at), at, {"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
+    return Symptom(len(at), numbers={"size": c.x[k + 1] - c.x[k], "at": c.log.t[k]})
 
 
 _CONSTANT = (
@@ -376,19 +341,11 @@ _CONSTANT = (
 )
 #: Rules for what needs a new record; they know the passive joints.
 LASTING = (
-    Rule(
-        "stuck", ("q",), _dead, _CONSTANT,
-        undo=lambda log, c, at: left_out(log, log.name, at, _joints(log, c)),
-    ),
-    Rule(
-        "stuck", ("tau",), _dead,
-        f"{_CONSTANT}; if no motor drives the joint, {WITHOUT_MOTOR}",
-        undo=lambda log, c, at: left_out(log, log.name, at, _joints(log, c)),
-    ),
+    Rule("stuck", ("q",), _dead, _CONSTANT),
+    Rule("stuck", ("tau",), _dead, f"{_CONSTANT}; if no motor drives the joint, {WITHOUT_MOTOR}"),
     Rule(
         "step", ("q",), _steps,
         "{channels} of {log} jumps by {size} from one sample to the next at t = {at} s: leave "
         "that time out, or check the sensor",
-        undo=lambda log, c, at: moved_back(log, log.name, c.joint or 0, at),
     ),
 )  # fmt: skip

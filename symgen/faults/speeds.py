@@ -17,15 +17,13 @@ from symgen.data.signals import (
 )
 from symgen.faults.channels import moves
 from symgen.faults.fault import Fault
-from symgen.faults.rules import Channel, Rule, Symptom, apply
-from symgen.faults.undo import shifted, with_column
-from symgen.policy import LEAST
+from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
+from symgen.faults.undo import shifted
+from symgen.policy import BEYOND, LEAST
 
 #: Correlation of speeds with dq/dt below which they are of something else; part of the squared
 #: difference to dq/dt that gain, delay and offset explain.
 _CORRELATED, _EXPLAINED = 0.9, 0.2
-#: Standard deviations of noise in the band up to which a signal is noise.
-_NOISE = 3.0
 _SLOPES = 5.0  # band in which speeds are compared, in comparison bands
 _PASSES = 3  # to find a delay of many samples
 
@@ -62,7 +60,7 @@ def standing(samples: Samples, comparison_hz: float) -> Bools:
     """Return which joints stand still throughout, (n,): what they seem to move is noise."""
     band = _within(comparison_hz, samples.step)
     low = lowpass(samples.q, samples.step, band)
-    quiet = np.std(low, axis=0) <= _NOISE * _noise(samples.q - low, samples.step, band)
+    quiet = np.std(low, axis=0) <= BEYOND * _noise(samples.q - low, samples.step, band)
     return np.asarray(quiet | [not moves(q) for q in samples.q.T])
 
 
@@ -87,7 +85,7 @@ def _speed(c: Channel) -> Symptom | None:
     q, v, a = lowpass_and_slopes(c.q, step, band, 2)
     w = lowpass(c.x, step, band)
     spread, difference = float(np.std(q)), (w - v)[at]
-    least = _NOISE * _noise(np.column_stack([c.q - q, c.x - w]), step, band)
+    least = BEYOND * _noise(np.column_stack([c.q - q, c.x - w]), step, band)
     if not c.moves or spread <= least[0] or rms(difference) <= least[1] or not v[at].any():
         return None
     A = np.column_stack([v, a, np.ones(len(v))])[at]
@@ -123,7 +121,7 @@ def _drowned(samples: Samples, comparison_hz: float) -> Bools:
     """
     step, band = samples.step, _within(comparison_hz, samples.step)
     low = lowpass(samples.tau, step, band)
-    most = 1 + _NOISE / math.sqrt(4 * band * step * len(low))
+    most = 1 + BEYOND / math.sqrt(4 * band * step * len(low))
     drowned = rms(low) <= most * _noise(samples.tau - low, step, band)
     return np.asarray(low.any(axis=0) & drowned & ~drowned.all())
 
@@ -133,18 +131,14 @@ def _silent(c: Channel) -> Symptom | None:
     return Symptom(len(c.x), np.zeros(len(c.x))) if c.about[c.joint] else None
 
 
-def _with_values(samples: Samples, c: Channel, x: FloatArray) -> Samples:
-    return with_column(samples, c.key, c.joint or 0, x)
-
-
 #: It knows the comparison band, Hz.
 SPEED = Rule(
     "speed", ("qd",), _speed,
     "{gain} times dq/dt, {late} ms late, off by {offset}, correlation {alike}",
-    "replaced by dq/dt", _with_values,
+    "replaced by dq/dt", with_values,
 )  # fmt: skip
 #: It knows which torques are noise.
 SILENT = Rule(
     "silent", ("tau",), _silent, "noise throughout while the joint moves", "taken as zero",
-    _with_values,
+    with_values,
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,13 +11,19 @@ import numpy as np
 from symgen.data.log import Rows
 from symgen.data.mask import Bools, Mask
 from symgen.data.raw import FloatArray, read_only
-from symgen.data.signals import Samples, can_filter, differentiate, interpolated, lowpass
+from symgen.data.signals import (
+    Samples,
+    can_filter,
+    differentiate,
+    interpolated,
+    lowpass,
+    lowpass_and_slopes,
+)
 from symgen.estimation.decimation import ENDS
-from symgen.estimation.filtered_log import FilteredLog, base_motion, filter_log
+from symgen.estimation.filtered_log import FilteredLog, base_motion
 from symgen.faults.fault import Fault, delay_of
 
 _SMOOTH = 10.0  # Hz: band in which speeds are computed from positions
-_AROUND = 5  # samples on each side of a step that give the motion during it
 
 
 # Logs as recorded, and samples.
@@ -105,25 +111,39 @@ def earlier(log: FilteredLog, delay: float, joints: Sequence[int]) -> FilteredLo
     return replace(log, samples=samples)
 
 
-def exchanged(log: FilteredLog, j: int, k: int, keys: Sequence[str]) -> FilteredLog:
-    """Return a log with some channels of two joints exchanged."""
-    order = np.arange(log.q.shape[1])
-    order[[j, k]] = k, j
-    return _changed(log, keys, lambda x: np.ascontiguousarray(x[:, order]))
-
-
-def multiplied(
-    log: FilteredLog, joints: Sequence[int], factor: float, keys: Sequence[str]
+def rearranged(
+    log: FilteredLog, order: Sequence[int], factors: Mapping[str, FloatArray]
 ) -> FilteredLog:
-    """Return a log with some channels of some joints times a factor."""
-    scale = np.ones(log.q.shape[1])
-    scale[list(joints)] = factor
-    return _changed(log, keys, lambda x: x * scale)
+    """Return a log with some channels taken from other columns, and multiplied.
+
+    Args:
+        log: in the band of the run.
+        order: (n,) column of each joint.
+        factors: (n,) of each joint, by channel; other channels stay.
+    """
+    samples: dict[str, Any] = {}
+    motion: dict[str, Any] = {}
+    for key, factor in factors.items():
+        samples[key] = _taken(getattr(log.samples, key), order) * factor
+        if key != "tau":  # torques in the band are computed from the samples
+            motion[key] = _taken(getattr(log, key), order) * factor
+    return replace(log, samples=replace(log.samples, **samples), **motion)
 
 
-def geared(log: FilteredLog, j: int, ratio: float) -> FilteredLog:
-    """Return a log with the motion of a joint scaled by a ratio, and its torque divided by it."""
-    return multiplied(multiplied(log, (j,), ratio, ("q", "qd")), (j,), 1 / ratio, ("tau",))
+def _taken(x: FloatArray, order: Sequence[int]) -> FloatArray:
+    return np.ascontiguousarray(x[:, list(order)])
+
+
+def sharpened(log: FilteredLog, time: float, joints: Sequence[int]) -> FilteredLog:
+    """Return a log with tau + T d(tau)/dt in place of tau, for some joints."""
+    smooth = log.rows.cutoff
+    if smooth is None:
+        slope = np.gradient(log.tau, log.step, axis=0)
+    else:  # the slope of what the comparison band passes
+        _, slope = lowpass_and_slopes(log.tau, log.step, 2 * smooth, 1)
+    tau = log.tau.copy()
+    tau[:, list(joints)] += time * slope[:, list(joints)]
+    return replace(log, samples=replace(log.samples, tau=read_only(tau)))
 
 
 def backwards(log: FilteredLog) -> FilteredLog:
@@ -141,42 +161,8 @@ def backwards(log: FilteredLog) -> FilteredLog:
     return replace(turned_log, base=base_motion(turned_log.samples, log.band))
 
 
-def left_out(log: FilteredLog, name: str | None, at: slice, joints: Sequence[int]) -> FilteredLog:
-    """Return the log without the equations of some samples and joints.
-
-    Args:
-        log: in the band of the run.
-        name: name of the only log that changes; None for all.
-        at: the samples.
-        joints: indices of the joints.
-    """
-    if name is not None and log.name != name:
-        return log
+def left_out(log: FilteredLog, at: slice, joints: Sequence[int]) -> FilteredLog:
+    """Return the log without the equations of some samples and joints."""
     there = np.zeros(len(log.t), dtype=bool)
     there[at] = True
     return replace(log, samples=mask_samples(log.samples, there, joints))
-
-
-def moved_back(log: FilteredLog, name: str, j: int, at: Sequence[int]) -> FilteredLog:
-    """Return the log with this name without the steps of a position after some samples.
-
-    The position before the first step is taken as correct.
-    """
-    if log.name != name:
-        return log
-    q = log.samples.q[:, j].copy()
-    near = np.zeros(len(q), dtype=bool)
-    for i in at:
-        moves = np.diff(q[max(i - _AROUND, 0) : i + _AROUND + 2])
-        q[i + 1 :] -= q[i + 1] - q[i] - np.median(moves)
-        near |= np.abs(log.t - log.t[i]) < 2 / _SMOOTH
-    return filter_log(sloped(with_column(log.samples, "q", j, q), near, j), log.band)
-
-
-def _changed(
-    log: FilteredLog, keys: Sequence[str], change: Callable[[FloatArray], FloatArray]
-) -> FilteredLog:
-    """Return a log with some channels changed, in the band and as they were sampled."""
-    arrays: dict[str, Any] = {key: change(getattr(log.samples, key)) for key in keys}
-    motion: dict[str, Any] = {key: change(getattr(log, key)) for key in keys if key != "tau"}
-    return replace(log, samples=replace(log.samples, **arrays), **motion)

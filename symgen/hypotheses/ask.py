@@ -11,16 +11,15 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import Reason
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.confirm import Item, Weighed, confirm, joints_of
+from symgen.hypotheses.confirm import Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
-from symgen.hypotheses.registry import Changed, Found, make_registry
+from symgen.hypotheses.registry import Changed, Found, Item, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
-from symgen.robot.effect import Definition
 from symgen.runtime.evaluator import Evaluator
 
 #: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
@@ -36,12 +35,14 @@ class Answer:
         shown: faults of recorder or file that are shown as the cause.
         suspected: everything else that is probable.
         delays: delays of the torques of all joints, which can be undone.
+        contacts: contacts, whose samples can be left out.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
 
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delays: tuple[Change, ...] = ()
+    contacts: tuple[Contact, ...] = ()
     worst: float = 0.0
 
 
@@ -71,48 +72,41 @@ def ask(
     found = search(problem, make_registry(problem), least, STEPS, progress)
     _, weighed = confirm(found, least)
     shown, suspected, delays = [], [], []
+    contacts = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
     for w in weighed:
+        if w.item in contacts:
+            continue
         reason = reason_of(w, found)
-        row = _definition(w.item)
+        row = w.item.definition
         # What changes within a log belongs to no one state of the robot.
         fault = prior_of(row).side != PHYSICS or row.pattern == TIME
         if w.shown and fault:
             shown.append(reason)
         else:
             suspected.append(reason)
-        if isinstance(w.item, Changed) and w.adopted and "DT" in w.item.change.constants:
+        if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
             delays.append(w.item.change)
-    common = tuple(change for change in delays if not change.joints)
-    return Answer(tuple(shown), tuple(suspected), common, worst)
+    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), worst)
 
 
 def _worst(stage: Stage) -> float:
     """Return the largest error of a fold over the torque of all motion, all joints together."""
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
-    error = (score.squares / counts).sum(axis=0)
+    error = (score.alone.squares / counts).sum(axis=0)
     return float(np.sqrt(error.max() / np.sum(stage.problem.base.size**2)))
 
 
 def reason_of(w: Weighed, found: Found) -> Reason:
     """Return a hypothesis with what the validation logs say of it."""
     robot, item = found.declared.robot, w.item
-    row = _definition(item)
-    joints = joints_of(item)
+    row, joints = item.definition, item.joints
     labels = robot.listed(list(joints)) if joints else "the whole arm"
     where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
     advice = prior_of(row).advice
     ending = f"; {advice}" if advice else ""
     numbers = tuple(robot.movable[j].number for j in joints)
     return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{ending}")
-
-
-def _definition(item: Item) -> Definition:
-    if isinstance(item, Changed):
-        return item.change.definition
-    if isinstance(item, Contact):
-        return item.definition
-    return item.candidate.definition
 
 
 def _channels(item: Item) -> str:

@@ -22,13 +22,11 @@ from symgen.hypotheses.effects import Score, Seen
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Found, rebuilt
+from symgen.hypotheses.registry import Found, Item, leave_out
 from symgen.hypotheses.rows import SETTLING
-from symgen.hypotheses.score import dense, repeats_motion
+from symgen.hypotheses.score import TINY, dense, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
-Item = Score | Changed | Contact
-_TINY = 1e-300
 REPEATED = "the validation log only repeats the motion of the training logs, which confirms nothing"
 
 
@@ -56,11 +54,6 @@ class Weighed:
         return self.adopted and self.left <= SHOWN
 
 
-def items_of(found: Found) -> list[Item]:
-    """Return all that a search accepts."""
-    return [*found.changes, *found.contacts, *found.effects]
-
-
 def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, ...]]:
     """Keep what lowers the error on the validation logs; what raises it most goes first.
 
@@ -71,7 +64,7 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
     Returns:
         What is adopted, and all that was accepted with what these logs say of it.
     """
-    items = items_of(found)
+    items: Sequence[Item] = found.items
     if not items:
         return found, ()
     out: list[Weighed] = []
@@ -86,7 +79,7 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
             out = [*weighed, *out]
             break
         for worst in _weakest_of_joints(failing):
-            kept = _leave_out(items, worst.item)
+            kept = leave_out(items, worst.item)
             dropped = [w for w in weighed if w.item in items and w.item not in kept]
             out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
             items = kept
@@ -100,37 +93,20 @@ def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
         failing: items that are not adopted beside all the others.
     """
     first, *others = sorted(failing, key=lambda w: w.fell)
-    out, taken = [first], {*joints_of(first.item)}
+    out, taken = [first], {*first.item.joints}
     for w in others if taken else ():
-        joints = {*joints_of(w.item)}
+        joints = {*w.item.joints}
         if joints and not joints & taken:
             out.append(w)
             taken |= joints
     return out
 
 
-def joints_of(item: Item) -> tuple[int, ...]:
-    """Return the positions of an item's joints; none for the whole arm."""
-    if isinstance(item, Changed):
-        return item.change.joints
-    return item.joints if isinstance(item, Contact) else item.candidate.joints
-
-
 def restricted(found: Found, items: Sequence[Item]) -> Found:
     """Return what a search accepts without all but some items, with its constants settled."""
-    part = _part(found, items)
+    part = found.with_items(items)
     effects, _ = settled(part.problem, part.effects)
-    return replace(part, effects=effects)
-
-
-def _part(found: Found, items: Sequence[Item]) -> Found:
-    """Return some of the items that a search accepts, with columns on logs that they correct."""
-    changes = tuple(c for c in found.changes if c in items)
-    contacts = tuple(c for c in found.contacts if c in items)
-    effects = tuple(s for s in found.effects if s in items)
-    part = replace(found, effects=effects, changes=changes, contacts=contacts)
-    same = (changes, contacts) == (found.changes, found.contacts)
-    return part if same else rebuilt(part)
+    return part.with_effects(effects)
 
 
 def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
@@ -140,14 +116,14 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
         The effects, and what gives columns beside them.
     """
     effects = following(problem, effects)
-    seen = problem.seen(problem.beside(effects))
+    seen = problem.stage(effects).seen
     return tuple(settled_constants(problem, effects, seen)), seen
 
 
 def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
     """Return effects whose columns follow the model's torque, which they change."""
     for _ in range(SETTLING if any(s.candidate.uses_model for s in effects) else 0):
-        seen = problem.seen(problem.beside(effects))
+        seen = problem.stage(effects).seen
         effects = [
             replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
         ]
@@ -161,33 +137,25 @@ def _needs_none(item: Item) -> bool:
     return isinstance(item, Score) and item.candidate.measured
 
 
-def _leave_out(items: Sequence[Item], item: Item) -> list[Item]:
-    """Return all items except one and those that require it."""
-    rest = [x for x in items if x is not item]
-    if isinstance(item, Score):
-        needed = item.candidate
-        rest = [x for x in rest if not (isinstance(x, Score) and x.candidate.presumes(needed))]
-    return rest
-
-
 def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
     """Return the items, each beside the others on the validation logs."""
     whole, size = held_squares(found, items)
     floor = _floor(found)
     out = []
     for item in items:
-        without, size_without = held_squares(found, _leave_out(items, item))
-        if isinstance(item, Contact) or not np.any(without != whole):
-            # It acts on the training logs alone, where the search has used other motion of them.
-            left = float(np.sqrt(max(1.0 - item.gain, 0.0)))
-            out.append(Weighed(item, item.worth, left))
+        if isinstance(item, Contact):
+            out.append(_on_training(item))
+            continue
+        without, size_without = held_squares(found, leave_out(items, item))
+        if np.array_equal(without, whole):
+            out.append(_on_training(item))
             continue
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
         rise = now - was
         fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
         fell, j = float(fall.max()), int(np.argmax(fall))
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
-        left = float(above[0] / max(above[1], _TINY))
+        left = float(above[0] / max(above[1], TINY))
         reason = ""
         if _needs_none(item):
             pass
@@ -206,6 +174,11 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
     return out
 
 
+def _on_training(item: Item) -> Weighed:
+    """Return an item that acts on the training logs alone; the search used other motion of them."""
+    return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
+
+
 def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
     """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
 
@@ -213,24 +186,22 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
         found: what a search accepts.
         items: those of it that are corrected; the model is fitted to the training logs with them.
     """
-    part = _part(found, items)
+    part = found.with_items(items)
     problem, effects = part.problem, following(part.problem, part.effects)
-    rows, held = problem.beside(effects), problem.held_rows
-    X = problem.parameters(rows)
-    along = [problem.torques_along(log.thinned, X) for log in held.logs]
-    columns = Seen(held.logs, along).each(s.candidate for s in effects)
+    stage, held = problem.stage(effects), problem.held_rows
+    columns = problem.seen(held.logs, stage.X).each(s.candidate for s in effects)
     W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
     weight = held.moves**2
     measured = np.concatenate([log.unmasked.measured for log in held.logs])
-    error = np.sum(weight * (held.y - W @ rows.X) ** 2, axis=0)
+    error = np.sum(weight * (held.y - W @ stage.rows.X) ** 2, axis=0)
     size = np.sum(weight * measured**2, axis=0)
-    return error, np.maximum(size, _TINY)
+    return error, np.maximum(size, TINY)
 
 
 def _floor(found: Found) -> FloatArray:
     """Return the squared noise floor of the validation torque, as a part of it, (n,)."""
     problem = found.problem
-    X = problem.parameters(problem.beside(found.effects))
+    X = problem.stage(found.effects).X
     X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
     noise = noise_fit(problem.evaluator, problem.held, X).residual
     # An unknown floor is taken as none.

@@ -22,8 +22,8 @@ from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import LATE
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.priors import START, prior_of, sought_definition, sought_searches
-from symgen.hypotheses.rows import in_band
-from symgen.hypotheses.score import Columns
+from symgen.hypotheses.score import Columns, Key
+from symgen.parallel import in_order, own_threads
 from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
@@ -31,6 +31,7 @@ from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
+_TOGETHER = 16  # candidates whose columns pass the filter at once
 _PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
 _STARTS = 16  # times that are tried for what begins within a log
 Constants = Mapping[str, float]
@@ -45,8 +46,8 @@ class Torques:
         load: (N, n) rigid-body torque of the joints: taur of effects.
         friction: (N, n) friction of the declared model, without found effects.
         links: (links, 10) link parameters that give this torque, one of many such sets.
-        of_links: function from link parameters and the arrays of `FilteredLog.motion` to the torque
-            (k, n) of the links, in the geometry and gravity of the file.
+        of_links: function from the arrays of `FilteredLog.motion` to the torque (k, n) of these
+            links, in the geometry and gravity of the file.
     """
 
     model: FloatArray
@@ -54,6 +55,28 @@ class Torques:
     friction: FloatArray
     links: FloatArray
     of_links: Callable[..., FloatArray]
+
+    def rigid(self, s: FilteredLog) -> FloatArray:
+        """Return the torque of the links along a log, (N, n)."""
+        return self.of_links(*s.motion)
+
+    def weight(self, s: FilteredLog) -> FloatArray:
+        """Return the torque of the links at rest along a log, (N, n)."""
+        rest = np.zeros_like(s.q)
+        return self.of_links(s.q, rest, rest, *s.base)
+
+    def moved(self, s: FilteredLog, j: int, along: FloatArray) -> FloatArray:
+        """Return `rigid` with other positions, speeds and accelerations of joint j.
+
+        Args:
+            s: the log.
+            j: position of the joint.
+            along: (3, N), or (3, 1), what is added to them.
+        """
+        state = [x.copy() for x in (s.q, s.qd, s.qdd)]
+        for x, a in zip(state, along, strict=True):
+            x[:, j] += a
+        return self.of_links(*state, *s.base)
 
 
 #: Gives columns at the rate of a log from the log, the model's torques and the constants.
@@ -75,8 +98,7 @@ class Candidate:
         coefficients: name and unit of the coefficients, where they differ from the library.
         change: whether it changes a declared parameter, which may grow or fall.
         measured: whether a separate measurement in the logs shows the effect.
-        exact: gives the change of the logs to which its column is the first order, from the
-            coefficient; None for a torque that is what its columns say.
+        first_order: whether its column is only the first order of a change of the logs.
         scales: expected size of each coefficient in its unit; None if the size of the torque is
             the expectation.
     """
@@ -92,7 +114,7 @@ class Candidate:
     change: bool = False
     measured: bool = False
     scales: tuple[float, ...] | None = None
-    exact: Callable[[float], Any] | None = None
+    first_order: bool = False
 
     @property
     def smooth(self) -> bool:
@@ -109,7 +131,7 @@ class Candidate:
         return self.definition.name
 
     @property
-    def key(self) -> tuple[str, tuple[int, ...]]:
+    def key(self) -> Key:
         """Name and joints, without the constants; what begins within a log has one of its own."""
         return f"{self.name} begins" if START in self.constants else self.name, self.joints
 
@@ -140,21 +162,47 @@ class Seen:
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
-        """Yield the columns of several candidates; faster than one by one."""
-        for (measured, analytic), group in itertools.groupby(
-            candidates, lambda c: (c.measured, c.analytic)
-        ):
-            # A measured channel with noise passes the filter at the full rate first.
-            strides = [
-                1 if measured else log.smooth_stride if analytic else log.rows.stride
-                for log in self.logs
-            ]
+        """Yield the columns of several candidates; faster than one by one.
+
+        One filter call for many columns is faster than one for each. Threads share the batches.
+        """
+        for kind, group in itertools.groupby(candidates, lambda c: (c.measured, c.analytic)):
+            of_kind = [*group]
+            strides = [_stride(log, *kind) for log in self.logs]
             thin = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
+            filtered = partial(self._filtered, strides=strides, thin=thin)
+            starts = range(0, len(of_kind), _TOGETHER)
+            batches = [of_kind[k : k + _TOGETHER] for k in starts]
+            threads = min(own_threads(), len(batches))
+            yield from itertools.chain.from_iterable(in_order(filtered, batches, threads))
 
-            def columns(candidate: Candidate, k: int, thin: Logs = thin) -> Columns:
-                return candidate.columns(thin[k], self.torques[k])
+    def _filtered(
+        self, batch: Sequence[Candidate], strides: Sequence[int], thin: Logs
+    ) -> list[Columns]:
+        """Return the columns of some candidates in the band, from logs thinned by strides."""
+        parts = []
+        found: list[Columns] = []
+        for log, stride, s, torques in zip(self.logs, strides, thin, self.torques, strict=True):
+            found = [candidate.columns(s, torques) for candidate in batch]
+            raw = [x for columns in found for x in columns.values()]
+            parts.append(log.unmasked.compared(np.concatenate(raw, axis=1), stride))
+        band, at = np.concatenate(parts), 0
+        out: list[Columns] = []
+        for columns in found:  # all logs have columns on the same joints
+            of_candidate = {}
+            for j, x in columns.items():
+                end = at + x.shape[1]
+                of_candidate[j] = np.ascontiguousarray(band[:, at:end])
+                at = end
+            out.append(of_candidate)
+        return out
 
-            yield from in_band(self.logs, group, columns, strides)
+
+def _stride(log: FilteredLog, measured: bool, analytic: bool) -> int:
+    """Return the step in samples at which columns along a log are computed."""
+    if measured:  # a measured channel with noise passes the filter at the full rate first
+        return 1
+    return log.smooth_stride if analytic else log.rows.stride
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +214,6 @@ class Score:
         columns: by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
         cost: by how much the log-odds of the best constants are larger than these.
-        evidence: score with the effect minus score without it.
-        left: (n,) held-out variance of each joint with the effect.
         worth: reduction of the held-out error as a part of the joint's torque, from squares.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
@@ -180,8 +226,6 @@ class Score:
     columns: Columns
     odds: float = 0.0
     cost: float = 0.0
-    evidence: float = 0.0
-    left: FloatArray = field(default_factory=lambda: np.zeros(0))
     worth: float = 0.0
     gain: float = 0.0
     torque: float = 0.0
@@ -189,11 +233,20 @@ class Score:
     alike: tuple[Score, ...] = ()
     fault: str = ""
 
+    @property
+    def definition(self) -> Definition:
+        """Its row of the library, or of the robot file."""
+        return self.candidate.definition
 
-def leave_out(scores: Iterable[Score], own: Score) -> list[Score]:
-    """Return all effects except one and those that require it."""
-    c = own.candidate
-    return [s for s in scores if s is not own and not s.candidate.presumes(c)]
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Positions of its joints; empty for the whole arm."""
+        return self.candidate.joints
+
+    @property
+    def key(self) -> Key:
+        """Name and joints, without the constants."""
+        return self.candidate.key
 
 
 def odds_together(own: Score, scores: Iterable[Score]) -> float:
@@ -201,21 +254,16 @@ def odds_together(own: Score, scores: Iterable[Score]) -> float:
     return own.odds + sum(s.odds for s in scores if s.candidate.presumes(own.candidate))
 
 
-def candidates(
-    robot: Robot, logs: Logs, chosen: Sequence[str] | None = None, *, given: bool = False
-) -> Iterator[Candidate]:
+def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Candidate]:
     """Yield the candidates of a robot: all effects, joints and constants that it does not declare.
 
     Args:
         robot: declared effects are no candidates. Ranges in the robot file replace those of the
             library.
         logs: define the ranges of constants that are relative to the motion.
-        chosen: names of effects to try; None for all.
         given: whether the parameters are given: then declared friction may have changed.
     """
     for definition in definitions().values():
-        if chosen is not None and definition.name not in chosen:
-            continue
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
         elif definition.torque or definition.name == "presliding_friction":
@@ -224,11 +272,10 @@ def candidates(
     values = robot.values()
     numbers = [joint.number for joint in robot.movable]
     for sought in robot.sought:
-        if chosen is None or sought.effect.name in chosen:
-            position = numbers.index(sought.effect.joints[0])
-            plain = _on_joint(robot, sought_definition(sought, values), position)
-            for constants in constant_grid(robot, sought_searches(sought, values), logs, position):
-                yield replace(plain, constants=constants)
+        position = numbers.index(sought.effect.joints[0])
+        plain = _on_joint(robot, sought_definition(sought, values), position)
+        for constants in constant_grid(robot, sought_searches(sought, values), logs, position):
+            yield replace(plain, constants=constants)
 
 
 def _of_library(

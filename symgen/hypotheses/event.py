@@ -14,8 +14,9 @@ heavy tails of Student's t. A contact pays for the spans and for the sets of joi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,15 @@ from symgen.estimation.filtered_log import FilteredLog, kept_spans
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import left_out
 from symgen.hypotheses.priors import priors
-from symgen.hypotheses.score import FREEDOM, TEMPERATURE, PredictiveScore, ScoreFit
+from symgen.hypotheses.score import (
+    FREEDOM,
+    TEMPERATURE,
+    TINY,
+    Key,
+    PredictiveScore,
+    ScoreFit,
+    worth_and_gain,
+)
 from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
 
@@ -32,7 +41,6 @@ NAME = "external_contact"
 #: Longest contact, as a part of its log; ratio of the lengths that are tried; starts in a length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
 _RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in a contact
-_TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +76,9 @@ class Span:
 
     def left_out(self, log: FilteredLog) -> FilteredLog:
         """Return the log without its samples, if it is the log of this span."""
-        return left_out(log, self.log, slice(self.first, self.last + 1), self.joints)
+        if log.name != self.log:
+            return log
+        return left_out(log, slice(self.first, self.last + 1), self.joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +105,11 @@ class Contact:
         return self.span.joints
 
     @property
+    def key(self) -> Key:
+        """Name and log, first and last sample."""
+        return f"{NAME} in {self.span.log}", (self.span.first, self.span.last)
+
+    @property
     def definition(self) -> Definition:
         """Its row of the library."""
         return definitions()[NAME]
@@ -110,12 +125,11 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
     """
     evidence, fit = span.fit(score)
     was, joints = score.alone.left, list(span.joints)
-    fell = np.maximum(was - fit.left, 0.0)[joints]
-    part = fell / size[joints] ** 2
-    gain = float(np.sum(part) / max(float(np.sum((was / size**2)[joints])), _TINY))
+    left = was.copy()
+    left[joints] = np.minimum(was, fit.left)[joints]
     odds = evidence + math.log(priors()[NAME].odds)
-    torque, worth = (float(np.sqrt(x.max())) for x in (fell, part))
-    return Contact(span, odds, worth, gain, torque)
+    torque = float(np.sqrt(np.max(was - left)))
+    return Contact(span, odds, *worth_and_gain(was, left, size, joints), torque)
 
 
 def likeliest_contact(
@@ -158,14 +172,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
         np.cumsum(np.pad((x**2)[:, :, None] * of_fold, ((1, 0), (0, 0), (0, 0))), axis=0)
         for x in (score.weight * score.held_out, score.weight)
     )
-    best: tuple[float, int, int, int, NDArray[np.intp]] | None = None
+    best: list[tuple[float, int, int, int, NDArray[np.intp]]] = []
     every = []
     for k, (log, rows) in enumerate(zip(logs, kept_spans(logs), strict=True)):
-        count, t = rows.stop - rows.start, log.compared_t
-        reach = math.ceil(log.reach * log.step / (t[1] - t[0])) if count > 1 else 0
-        length = 2.0 * reach + 1
-        while length <= _LONGEST * count:
-            m = round(length)
+        for m in _lengths(log):
             begins = np.arange(rows.start, rows.stop - m + 1, max(1, m // _STARTS))
             gains = _gains(
                 (squares[begins + m] - squares[begins], counts[begins + m] - counts[begins]),
@@ -175,12 +185,10 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
             total = np.maximum(gains, 0.0).sum(axis=1)
             every.append(total)
             at = int(np.argmax(total))
-            if best is None or total[at] > best[0]:
-                best = float(total[at]), k, int(begins[at]), m, np.flatnonzero(gains[at] > 0)
-            length *= _RATIO
-    if best is None or best[0] <= 0:
+            best.append((float(total[at]), k, int(begins[at]), m, np.flatnonzero(gains[at] > 0)))
+    if not any(total > 0 for total, *_ in best):
         return None
-    most, k, at, m, joints = best
+    most, k, at, m, joints = max(best, key=itemgetter(0))
     contained = np.zeros(score.weight.shape, dtype=bool)
     contained[at : at + m, joints] = True
     whole = np.concatenate(every)
@@ -191,6 +199,16 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     half = log.t[[first + log.reach // 2, last - log.reach // 2]]
     times = float(half[0]), float(half[1]), first + log.reach, last - log.reach
     return Span(log.name, *times, tuple(map(int, joints)), contained, price)
+
+
+def _lengths(log: FilteredLog) -> Iterator[int]:
+    """Yield the lengths of contacts that are tried in a log, in kept samples."""
+    t = log.compared_t
+    reach = math.ceil(log.reach * log.step / (t[1] - t[0])) if len(t) > 1 else 0
+    length = 2.0 * reach + 1
+    while length <= _LONGEST * len(t):
+        yield round(length)
+        length *= _RATIO
 
 
 def _gains(
@@ -205,8 +223,8 @@ def _gains(
     """
 
     def cost(squares: FloatArray, counts: FloatArray, floor: FloatArray) -> FloatArray:
-        variance = np.maximum(squares, 0.0) / np.maximum(counts, _TINY) + floor
-        return np.asarray(counts * np.log(np.maximum(variance, _TINY)))
+        variance = np.maximum(squares, 0.0) / np.maximum(counts, TINY) + floor
+        return np.asarray(counts * np.log(np.maximum(variance, TINY)))
 
     squares, counts = (x.sum(axis=2) for x in inside)
     by_fold = floor[:, None]

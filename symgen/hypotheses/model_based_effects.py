@@ -24,9 +24,8 @@ import numpy as np
 from symgen import names
 from symgen.data.signals import differentiate, lowpass
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.solve import SINGULAR
+from symgen.estimation.solve import SINGULAR, identifiable_columns
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.changes import Change, geared_by
 from symgen.hypotheses.effects import (
     Candidate,
     Constants,
@@ -47,8 +46,6 @@ from symgen.symbolic.variation import Variation, variation
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
 _SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
 _STATES = 200
-_HIDDEN = 1e-4  # singular value over the largest, under which a torque is zero
-_JOINED = 1e-6  # part of another parameter of the load
 #: Crossing of the play: step in s, smallest over largest link inertia.
 _FINE, _LIGHT = 1e-3, 1e-3
 #: Parameters of the load; if several are equivalent, the first ones are reported.
@@ -57,38 +54,30 @@ _LOAD = (*_POINT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
-    robot: Robot,
-    bent: Sequence[Stiffness],
-    chosen: Sequence[str] | None = None,
-    *,
-    given: bool = False,
-    logs: Logs = (),
+    robot: Robot, bent: Sequence[Stiffness], *, given: bool = False, logs: Logs = ()
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
     Args:
         robot: the mechanism.
         bent: results of second encoders.
-        chosen: names of effects to try; None for all.
         given: whether the parameters are given: then a load is a candidate, and a length is not,
             because the robot always had it.
         logs: in which a load may begin.
     """
-    kinds: dict[str, Callable[[Robot], Iterator[Candidate]]] = {
-        "base_tilt": _tilts,
-        "joint_elasticity": partial(_elastic, bent=bent),
-        "backlash": _loose,
-        "zero_offset": _zeros,
-        "gravity_compensation": _carried,
-        "commanded_torque": _commanded,
-        "gear_ratio": _geared,
-        "payload": partial(_loads, logs=logs, given=given),
-    }
-    if not given:
-        kinds["geometry_error"] = _lengths
-    for name, make in kinds.items():
-        if chosen is None or name in chosen:
-            yield from make(robot)
+    yield from _tilts(robot)
+    yield from _elastic(robot, bent)
+    yield from _loose(robot)
+    yield from _on_joints(robot)
+    # Without gravity, such torques are those of another robot.
+    if variation(robot).gravity.any() and not robot.imu:
+        yield _of_links("commanded_torque", (), _dynamic)
+    if given:
+        yield from _load(robot, _LOAD)
+    else:  # a load of the whole log belongs to the link
+        yield from _lengths(robot)
+    for point in _load(robot, _POINT):
+        yield from begun(point, logs)
 
 
 def _units(v: Variation) -> FloatArray:
@@ -137,9 +126,9 @@ def _tilts(robot: Robot) -> Iterator[Candidate]:
             along.append(np.sum(parts, axis=0))
         return everywhere(np.stack(along, axis=-1))
 
-    told = tuple((name, "rad") for name in turned)
-    made = _of_links("base_tilt", (), columns, [1.0] * len(turned), told)
-    yield replace(made, size=len(turned) + len(hidden))
+    coefficients = tuple((name, "rad") for name in turned)
+    tilt = _of_links("base_tilt", (), columns, [1.0] * len(turned), coefficients)
+    yield replace(tilt, size=len(turned) + len(hidden))
 
 
 def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
@@ -151,7 +140,7 @@ def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
     """
     units = _units(v)
     model, size, turn = np.linalg.svd(_random(v, units), full_matrices=False)
-    least = _HIDDEN * size.max()
+    least = SINGULAR * size.max()
     model, without = model[:, size > least], turn[size <= least].T
     others = np.concatenate([_random(v, units, g) @ without for g in fields], axis=1)
     _, values, blend = np.linalg.svd(others - model @ (model.T @ others), full_matrices=False)
@@ -168,9 +157,9 @@ def _lengths(robot: Robot) -> Iterator[Candidate]:
     for number, key in v.lengths:
         if number in at:
             length = abs(float(getattr(plain.joint(number), key)))
-            told = ((f"delta_{key}{number}", "m"),)
+            coefficients = ((f"delta_{key}{number}", "m"),)
             torque = partial(_lengthened, v, (number, key))
-            yield _of_links("geometry_error", (at[number],), torque, [length], told)
+            yield _of_links("geometry_error", (at[number],), torque, [length], coefficients)
 
 
 def _lengthened(
@@ -178,8 +167,7 @@ def _lengthened(
 ) -> Columns:
     """Return d tau / d length, at one of many equivalent sets of link parameters."""
     state = s.motion
-    slope = _slope(lambda h: v.torque(state, torques.links, changes={length: h}))
-    return everywhere(slope[:, :, None])
+    return _column(_slope(lambda h: v.torque(state, torques.links, changes={length: h})))
 
 
 def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatArray:
@@ -188,69 +176,46 @@ def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatA
     return np.asarray((high - low) / (2 * step))
 
 
-def _zeros(robot: Robot) -> Iterator[Candidate]:
-    """Yield a zero offset of each revolute joint: its link is at q + DZ."""
-
-    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        unit = np.array([[1.0], [0.0], [0.0]])
-        return everywhere(_slope(lambda h: _moved(j, s, torques, h * unit))[:, :, None])
-
+def _on_joints(robot: Robot) -> Iterator[Candidate]:
+    """Yield a zero offset, another gear ratio and gravity compensation of each joint."""
+    heavy = variation(robot).gravity.any() and not robot.imu
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
-            yield _of_links("zero_offset", (j,), partial(along, j))
+            yield _of_links("zero_offset", (j,), partial(_offset, j))
+        if robot.n > 1:
+            column = _of_links("gear_ratio", (j,), partial(_geared, j))
+            yield replace(column, analytic=False, first_order=True)
+        if heavy:
+            yield _of_links("gravity_compensation", (j,), partial(_compensated, j))
 
 
-def _geared(robot: Robot) -> Iterator[Candidate]:
-    """Yield another gear ratio of each joint: motion times 1 + GR, torque over it."""
-
-    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        motion = np.array([s.q[:, j], s.qd[:, j], s.qdd[:, j]])
-        columns = _slope(lambda h: _moved(j, s, torques, h * motion))
-        columns[:, j] += torques.model[:, j]
-        return everywhere(columns[:, :, None])
-
-    for j in range(robot.n if robot.n > 1 else 0):
-        column = _of_links("gear_ratio", (j,), partial(along, j))
-        yield replace(column, analytic=False, exact=partial(_ratio, j))
+def _offset(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+    """Return d tau / d zero offset: the link is at q + DZ."""
+    unit = np.array([[1.0], [0.0], [0.0]])
+    return _column(_slope(lambda h: torques.moved(s, j, h * unit)))
 
 
-def _ratio(j: int, error: float) -> Change:
-    return geared_by(j, 1 + error)
+def _geared(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+    """Return d tau / d gear ratio: motion times 1 + GR, torque over it."""
+    motion = np.array([s.q[:, j], s.qd[:, j], s.qdd[:, j]])
+    columns = _slope(lambda h: torques.moved(s, j, h * motion))
+    columns[:, j] += torques.model[:, j]
+    return _column(columns)
 
 
-def _carried(robot: Robot) -> Iterator[Candidate]:
-    """Yield gravity compensation: something else carries a share of the weight on a joint."""
-
-    def along(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        return {j: -_weight(s, torques)[:, [j]]}
-
-    if variation(robot).gravity.any() and not robot.imu:
-        for j in range(robot.n):
-            yield _of_links("gravity_compensation", (j,), partial(along, j))
+def _compensated(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+    """Return minus the weight on a joint, of which something else carries a share."""
+    return {j: -torques.weight(s)[:, [j]]}
 
 
-def _commanded(robot: Robot) -> Iterator[Candidate]:
-    """Yield torques without a share of what speeds and accelerations require.
-
-    Without gravity, such torques are those of another robot.
-    """
-
-    def along(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-        return everywhere((_weight(s, torques) - _rigid(s, torques))[:, :, None])
-
-    if variation(robot).gravity.any() and not robot.imu:
-        yield _of_links("commanded_torque", (), along)
+def _dynamic(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
+    """Return minus what speeds and accelerations require; commanded torques lack a share of it."""
+    return _column(torques.weight(s) - torques.rigid(s))
 
 
-def _rigid(s: FilteredLog, torques: Torques) -> FloatArray:
-    """Return the torque of the links along a log, (N, n)."""
-    return torques.of_links(torques.links, *s.motion)
-
-
-def _weight(s: FilteredLog, torques: Torques) -> FloatArray:
-    """Return the torque of the links at rest along a log, (N, n)."""
-    rest = np.zeros_like(s.q)
-    return torques.of_links(torques.links, s.q, rest, rest)
+def _column(torque: FloatArray) -> Columns:
+    """Return a torque (N, n) as one column on all joints."""
+    return everywhere(torque[:, :, None])
 
 
 def _of_links(
@@ -285,26 +250,18 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
         if j not in known:
             yield Candidate(definition, (j,), partial(_bent, j), 1, uses_model=True)
             continue
-        told = [*definition.coefficients(joint.number, joint.sigma)]
+        coefficients = [*definition.coefficients(joint.number, joint.sigma)]
         if joint.rotor_inertia:
-            told.append((f"IA{joint.number}", names.unit("IA", joint.sigma)))
+            coefficients.append((f"IA{joint.number}", names.unit("IA", joint.sigma)))
         yield Candidate(
             definition,
             (j,),
             partial(_behind, j, known[j], joint.rotor_inertia),
-            len(told),
+            len(coefficients),
             uses_model=True,
-            coefficients=tuple(told),
+            coefficients=tuple(coefficients),
             measured=True,
         )
-
-
-def _moved(j: int, s: FilteredLog, torques: Torques, along: FloatArray) -> FloatArray:
-    """Return the links' torque with another position, speed and acceleration of joint j."""
-    state = [x.copy() for x in (s.q, s.qd, s.qdd)]
-    for x, a in zip(state, along, strict=True):
-        x[:, j] += a
-    return torques.of_links(torques.links, *state, *s.base)
 
 
 def _behind(
@@ -318,7 +275,7 @@ def _behind(
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
     along = np.stack([bent, rate, differentiate(rate, s.step)])
-    change = _moved(j, s, torques, -along) - _rigid(s, torques)
+    change = torques.moved(s, j, -along) - torques.rigid(s)
     columns = np.zeros((*change.shape, 1 + rotor))
     columns[:, :, 0] = stiffness * change
     if rotor:
@@ -333,12 +290,12 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     rotor are on the motor's side. A rotor that base parameters regroup with the link counts as
     link, which makes 1/K too small.
     """
-    R, band = _rigid(s, torques)[:, j], s.rows.cutoff
+    R, band = torques.rigid(s)[:, j], s.rows.cutoff
     rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
     along = np.stack([R, rate, np.gradient(rate, s.step)])
     span = max(float(np.ptp(s.q[:, j])), 1e-9)
     step = _SHIFT * span / max(float(np.abs(R).max()), 1e-300)
-    return everywhere(-_slope(lambda h: _moved(j, s, torques, h * along), step)[:, :, None])
+    return _column(-_slope(lambda h: torques.moved(s, j, h * along), step))
 
 
 def _loose(robot: Robot) -> Iterator[Candidate]:
@@ -378,16 +335,16 @@ def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> C
     rigid, pull = _pull(j, s, torques)
     lead = _lead(pull, s.step, width)
     rate = np.gradient(lead, s.step)
-    change = _moved(j, s, torques, -np.stack([lead, rate, np.gradient(rate, s.step)])) - rigid
-    return everywhere(change[:, :, None] / width)
+    along = np.stack([lead, rate, np.gradient(rate, s.step)])
+    return _column((torques.moved(s, j, -along) - rigid) / width)
 
 
 @lru_cache(maxsize=8)
 def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
     """Return the torque of the links, and the acceleration at which a free link falls behind."""
     unit = np.array([[0.0], [0.0], [1.0]])
-    rigid = _rigid(s, torques)
-    inertia = (_moved(j, s, torques, unit) - rigid)[:, j]
+    rigid = torques.rigid(s)
+    inertia = (torques.moved(s, j, unit) - rigid)[:, j]
     least = _LIGHT * np.abs(inertia).max(initial=1e-300)
     return rigid, rigid[:, j] / np.maximum(inertia, least)
 
@@ -421,45 +378,28 @@ def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     return out[::finer]
 
 
-def _loads(robot: Robot, *, logs: Logs, given: bool) -> Iterator[Candidate]:
-    """Yield a load on the last movable link: of the whole log, and from some time on.
-
-    A load of the whole log is no candidate if the parameters are fitted: it belongs to the link.
-    """
-    if given:
-        yield from _load(robot, _LOAD)
-    for point in _load(robot, _POINT):
-        yield from begun(point, logs)
-
-
 def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
     """Yield a load with those of its parameters that are identifiable, if there are any."""
     v, last = variation(robot), robot.movable[-1]
-    units = np.zeros((len(prefixes), len(robot.moving), len(names.LINK)))
-    for i, prefix in enumerate(prefixes):
-        units[i, robot.moving.index(last), names.LINK.index(prefix)] = 1.0
+    of_last = _units(v)[robot.moving.index(last) * len(names.LINK) :]
+    units = np.array([of_last[names.LINK.index(prefix)] for prefix in prefixes])
     Y = _random(v, units)
-    free = np.abs(np.diag(np.linalg.qr(Y)[1]))  # of each column beside those before
-    kept = [i for i, size in enumerate(free) if size > SINGULAR * free.max()]
+    kept = identifiable_columns(Y).kept
     if not kept:
         return
     # A parameter with R appended stands for others that are regrouped with it.
     joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
-    told = []
+    coefficients = []
     for row, index in zip(joined, kept, strict=True):
         prefix = prefixes[index]
-        regrouped = "R" if row.max(initial=0.0) > _JOINED else ""
-        told.append((f"{prefix}L{regrouped}", names.unit(prefix, last.sigma)))
+        regrouped = "R" if row.max(initial=0.0) > SINGULAR else ""
+        coefficients.append((f"{prefix}L{regrouped}", names.unit(prefix, last.sigma)))
 
     @lru_cache(maxsize=4)
     def along(s: FilteredLog) -> Columns:
         return everywhere(v.regressor(s.motion, units[kept]))
 
-    joints = (robot.n - 1,)
+    load, joints = definitions()["payload"], (robot.n - 1,)
     yield Candidate(
-        definitions()["payload"],
-        joints,
-        lambda s, *_: along(s),
-        len(kept),
-        coefficients=tuple(told),
+        load, joints, lambda s, *_: along(s), len(kept), coefficients=tuple(coefficients)
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from symgen.hypotheses.changes import Change
 from symgen.hypotheses.effects import Score, Seen, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, with_rests
-from symgen.hypotheses.score import PredictiveScore, motion_folds
+from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
 from symgen.policy import MISFIT
 from symgen.robot.expressions import exact
 from symgen.robot.toml_io import parse_robot
@@ -54,7 +54,7 @@ class Problem:
     known: FloatArray | None
     misfit: float
     fold: NDArray[np.intp]
-    undone: frozenset[tuple[str, tuple[int, ...]]] = frozenset()
+    undone: frozenset[Key] = frozenset()
 
     @property
     def robot(self) -> Robot:
@@ -168,26 +168,13 @@ class Problem:
             parts.append(log.unmasked.compared(samples.tau))
         return np.concatenate(parts)
 
-    def stage(self, effects: Sequence[Score] = ()) -> Stage:
-        """Return the model with the columns of some effects beside it."""
-        return Stage(self, tuple(effects), self.base.with_columns(s.columns for s in effects))
+    def stage(self, effects: Iterable[Score] = ()) -> Stage:
+        """Return the model with some effects."""
+        return Stage(self, tuple(effects))
 
-    def beside(self, effects: Iterable[Score]) -> Rows:
-        """Return the rows of the model with the columns of some effects."""
-        return self.base.with_columns(s.columns for s in effects)
-
-    def parameters(self, rows: Rows) -> FloatArray:
-        """Return X (p,), fitted together with the columns of `rows`."""
-        return rows.X[: self.base.W.shape[2]] if self.known is None else self.known
-
-    def coefficients(self, rows: Rows) -> FloatArray:
-        """Return the coefficients of the effects, one effect after the other."""
-        return rows.X[self.base.W.shape[2] :]
-
-    def seen(self, rows: Rows) -> Seen:
-        """Return what gives columns of candidates on the training logs."""
-        X = self.parameters(rows)
-        return Seen(self.logs, [self.torques_along(log.thinned, X) for log in self.logs])
+    def seen(self, logs: Sequence[FilteredLog], X: FloatArray) -> Seen:
+        """Return what gives columns of candidates on some logs, for parameters (p,)."""
+        return Seen(logs, [self.torques_along(log.thinned, X) for log in logs])
 
     def torques_along(
         self,
@@ -208,7 +195,7 @@ class Problem:
         whole, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
         links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
-        return Torques(whole, load, friction, links, self._of_links)
+        return Torques(whole, load, friction, links, partial(self._of_links, links))
 
     def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""
@@ -230,12 +217,30 @@ class Stage:
     Attributes:
         problem: the model and its logs.
         effects: the effects.
-        rows: the rows with their columns.
     """
 
     problem: Problem
     effects: tuple[Score, ...]
-    rows: Rows
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The rows of the model with the columns of the effects."""
+        return self.problem.base.with_columns(s.columns for s in self.effects)
+
+    @property
+    def X(self) -> FloatArray:
+        """(p,) parameters of the model, fitted together with the effects, or given."""
+        known = self.problem.known
+        return self.rows.X[: self._count] if known is None else known
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Coefficients of the effects, one effect after the other."""
+        return self.rows.X[self._count :]
+
+    @property
+    def _count(self) -> int:
+        return int(self.problem.base.W.shape[2])
 
     @cached_property
     def score(self) -> PredictiveScore:
@@ -246,17 +251,13 @@ class Stage:
 
     @cached_property
     def seen(self) -> Seen:
-        """What gives columns of candidates."""
-        return self.problem.seen(self.rows)
+        """What gives columns of candidates on the training logs."""
+        return self.problem.seen(self.problem.logs, self.X)
 
     @property
     def lost(self) -> FloatArray:
         """(n,) held-out error of each joint, as a part of its torque."""
         return np.asarray(np.sqrt(self.score.alone.left) / self.problem.base.size)
-
-    def coefficients(self) -> FloatArray:
-        """Return the coefficients of the effects, one effect after the other."""
-        return self.problem.coefficients(self.rows)
 
 
 def make_problem(

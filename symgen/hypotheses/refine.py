@@ -12,23 +12,19 @@ from symgen.errors import RobotError
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Candidate, Score, Seen
 from symgen.hypotheses.priors import START
-from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.rows import Rows
+from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 
 _EVALUATIONS = 20
 _DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
 
 
-def slopes(accepted: Sequence[Score], coefficients: FloatArray, seen: Seen) -> list[Columns]:
-    """Return d(columns @ coefficients)/d(constants), (K, c) by joint, of each smooth effect.
-
-    `coefficients` holds those of all effects, one effect after the other.
-    """
+def slopes(stage: Stage, seen: Seen) -> list[Columns]:
+    """Return d(columns @ coefficients)/d(constants), (K, c) by joint, of each smooth effect."""
     out: list[Columns] = []
     at = 0
-    for s in accepted:
-        c, own = s.candidate, coefficients[at : at + s.candidate.size]
+    for s in stage.effects:
+        c, own = s.candidate, stage.coefficients[at : at + s.candidate.size]
         at += c.size
         if not c.smooth:
             continue
@@ -66,29 +62,26 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
         return accepted
     positive = [c.definition.nonlinear[name].by_ratio for c in chosen for name in c.constants]
     low = np.where(positive, 0.0, -np.inf)
-    sigma = baseline.beside(accepted).sigma
+    sigma = baseline.stage(accepted).rows.sigma
 
     @lru_cache(maxsize=2)
-    def point(*constants: float) -> tuple[Sequence[Score], Rows]:
-        effects = _moved(accepted, constants, seen)
-        return effects, baseline.beside(effects)
+    def point(*constants: float) -> Stage:
+        return baseline.stage(_moved(accepted, constants, seen))
 
     def residual(constants: FloatArray) -> FloatArray:
         try:
-            _, system = point(*constants)
+            system = point(*constants).rows
         except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: a shorter step
             return np.full(baseline.base.y.size, np.inf)
         return (system.residual * system.sigma / sigma).ravel()
 
     def jacobian(constants: FloatArray) -> FloatArray:
-        effects, system = point(*constants)
-        along = slopes(effects, baseline.coefficients(system), seen)
+        stage = point(*constants)
+        system, along = stage.rows, slopes(stage, seen)
         columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
-        rows = columns * (system.moves / system.sigma)[:, :, None]
-        flat = rows.reshape(system.y.size, -1)
-        basis = system.basis.reshape(system.y.size, -1)
-        free = (flat - basis @ (basis.T @ flat)).reshape(rows.shape)
-        return -(free * (system.sigma / sigma)[:, None]).reshape(flat.shape)
+        free = system.beside(system.whitened(columns))
+        scale = np.tile(system.sigma / sigma, len(system.y))  # rows are joint by joint
+        return -free * scale[:, None]
 
     try:
         fit = least_squares(
@@ -96,11 +89,9 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
         )
     except (RobotError, np.linalg.LinAlgError):  # a torque near the start is not finite
         return accepted
-    effects, system = point(*fit.x)
-    along = slopes(effects, baseline.coefficients(system), seen)
-    columns = [*(s.columns for s in effects), *along]
-    determined = baseline.base.with_columns(columns).rank == system.rank + len(start)
-    return effects if determined else accepted
+    stage = point(*fit.x)
+    rank = stage.rows.with_columns(slopes(stage, seen)).rank
+    return stage.effects if rank == stage.rows.rank + len(start) else accepted
 
 
 def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score]:

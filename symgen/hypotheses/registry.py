@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 from symgen import names
 from symgen.hypotheses.changes import Change
@@ -13,12 +15,11 @@ from symgen.hypotheses.event import NAME as CONTACT
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.model_based_effects import special_candidates
 from symgen.hypotheses.problem import Problem
+from symgen.hypotheses.score import Key
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.hypotheses.terms import NAME as UNNAMED
+from symgen.robot.effect import Definition
 from symgen.robot.types import Robot
-
-#: Name and joints of a hypothesis.
-Key = tuple[str, tuple[int, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +57,13 @@ def make_registry(
     source, given = robot or problem.robot, problem.given
     bent = stiffnesses(problem.base)
     pool = (
-        *candidates(source, problem.logs, chosen, given=given),
-        *special_candidates(source, bent, chosen, given=given, logs=problem.logs),
+        *candidates(source, problem.logs, given=given),
+        *special_candidates(source, bent, given=given, logs=problem.logs),
     )
-    every = chosen is None
-    expressions = not given and (chosen is None or UNNAMED in chosen)
-    return Registry(pool, every, chosen is None or CONTACT in chosen, expressions)
+    if chosen is None:
+        return Registry(pool, expressions=not given)
+    tried = tuple(c for c in pool if c.name in chosen)
+    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not given)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +81,26 @@ class Changed:
     odds: float
     worth: float
     gain: float
+    torque = math.nan
+
+    @property
+    def definition(self) -> Definition:
+        """Its row of the library."""
+        return self.change.definition
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Positions of its joints; empty for all."""
+        return self.change.joints
 
     @property
     def key(self) -> Key:
         """Name and joints."""
         return self.change.key
+
+
+#: What a search may accept.
+Item = Score | Changed | Contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,42 +110,68 @@ class Found:
     Attributes:
         declared: the problem of the logs as they were.
         problem: the problem with changes undone and without the samples of contacts.
-        effects: effects with columns, the largest share in closing the gap first.
-        changes: changes of all logs.
-        contacts: contacts.
+        items: effects with columns on the logs of this problem, changes and contacts.
         rejected: the other effects, the most probable first, with the reason.
         tried: number of candidates.
     """
 
     declared: Problem
     problem: Problem
-    effects: tuple[Score, ...] = ()
-    changes: tuple[Changed, ...] = ()
-    contacts: tuple[Contact, ...] = ()
+    items: tuple[Item, ...] = ()
     rejected: tuple[Score, ...] = ()
     tried: int = 0
 
     @property
+    def effects(self) -> tuple[Score, ...]:
+        """Effects with columns."""
+        return tuple(x for x in self.items if isinstance(x, Score))
+
+    @property
+    def changes(self) -> tuple[Changed, ...]:
+        """Changes of all logs."""
+        return tuple(x for x in self.items if isinstance(x, Changed))
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Contacts."""
+        return tuple(x for x in self.items if isinstance(x, Contact))
+
+    @property
     def keys(self) -> frozenset[Key]:
         """Name and joints of all that is accepted; contacts with their times."""
-        spans = ((CONTACT, (c.span.first, c.span.last)) for c in self.contacts)
-        effects = (s.candidate.key for s in self.effects)
-        return frozenset((*effects, *(c.key for c in self.changes), *spans))
+        return frozenset(x.key for x in self.items)
+
+    def with_effects(self, effects: Iterable[Score]) -> Found:
+        """Return it with other effects."""
+        return replace(self, items=(*self.changes, *self.contacts, *effects))
+
+    def with_items(self, items: Iterable[Item]) -> Found:
+        """Return it with other items, and with the logs that they correct."""
+        other = replace(self, items=tuple(items))
+        if (other.changes, other.contacts) == (self.changes, self.contacts):
+            return other
+        problem = self.declared
+        for c in other.changes:
+            problem = problem.changed(c.change)
+        problem = problem.without(other.contacts)
+        return replace(other, problem=problem).with_effects(columns_in(problem, other.effects))
 
 
-def rebuilt(found: Found) -> Found:
-    """Return what is found with its changes undone and its contacts left out of the first logs."""
-    problem = found.declared
-    for c in found.changes:
-        problem = problem.changed(c.change)
-    problem = problem.without(found.contacts)
-    return replace(found, problem=problem, effects=columns_in(problem, found.effects))
+Kind = TypeVar("Kind", bound=Item)
+
+
+def leave_out(items: Iterable[Kind], item: Item) -> list[Kind]:
+    """Return all items except one and those that require it."""
+    rest = [x for x in items if x is not item]
+    if not isinstance(item, Score):
+        return rest
+    needed = item.candidate
+    return [x for x in rest if not (isinstance(x, Score) and x.candidate.presumes(needed))]
 
 
 def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()
-    seen = problem.seen(problem.base)
-    columns = seen.each(s.candidate for s in effects)
+    columns = problem.stage().seen.each(s.candidate for s in effects)
     return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))

@@ -7,11 +7,9 @@ masked samples, of reversals and of rests have no say: there friction is undefin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from itertools import accumulate, chain, pairwise, starmap
-from typing import TypeVar
 
 import numpy as np
 
@@ -21,62 +19,14 @@ from symgen.estimation.solve import SINGULAR, column_norms, shortest
 from symgen.estimation.summary import Summary, bounded_deviation, triangle
 from symgen.estimation.system import torque_at, torque_rows
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.score import Columns, dense
-from symgen.parallel import in_order, own_threads
+from symgen.hypotheses.score import TINY, Columns, dense
 from symgen.runtime.evaluator import Evaluator
 
-Item = TypeVar("Item")
-_TOGETHER = 16  # number of items whose columns pass the filter at once
 _WHITENING = 3  # rounds in which the weights of the joints follow their residuals
 _EXACT = 1e-6  # of the torque: no joint is known better
 _FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
 _REVERSAL = 0.005  # of the RMS speed
 SETTLING = 3  # rounds in which columns that contain the model's torque follow it
-
-
-def in_band(
-    logs: Sequence[FilteredLog],
-    items: Iterable[Item],
-    columns: Callable[[Item, int], Columns],
-    strides: Sequence[int | None] | None = None,
-) -> Iterator[Columns]:
-    """Yield the columns (K, m) of some items, in the comparison band, at the kept samples.
-
-    One filter call for many columns is faster than one for each. Threads work on several items.
-
-    Args:
-        logs: logs with K kept samples in all.
-        items: the items that have columns.
-        columns: gives the columns (N, m) of an item along a log, by the index of the log; it must
-            be thread-safe.
-        strides: step, in samples of each log, between the N samples of a column; None if they are
-            all samples or the nodes.
-    """
-    every = strides or [None] * len(logs)
-
-    def filtered(batch: Sequence[Item]) -> list[Columns]:
-        by_log = [[columns(item, k) for item in batch] for k in range(len(logs))]
-        parts = []
-        for log, stride, found in zip(logs, every, by_log, strict=True):
-            raw = np.concatenate([c for of_item in found for c in of_item.values()], axis=1)
-            parts.append(log.unmasked.compared(raw, stride))
-        whole = np.concatenate(parts)
-        widths = [c.shape[1] for of_item in by_log[0] for c in of_item.values()]
-        spans = starmap(slice, pairwise(accumulate(widths, initial=0)))
-        return [
-            {j: np.ascontiguousarray(whole[:, next(spans)]) for j in of_item}
-            for of_item in by_log[0]
-        ]
-
-    waiting = list(items)
-    batches = [waiting[k : k + _TOGETHER] for k in range(0, len(waiting), _TOGETHER)]
-    threads = min(own_threads(), max(1, len(batches)))
-    return chain.from_iterable(in_order(filtered, batches, threads))
-
-
-def modelled(log: FilteredLog, model: Callable[..., FloatArray]) -> FloatArray:
-    """Return a function of the motion in the comparison band at the kept samples, (K, ...)."""
-    return log.unmasked.modelled(model)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,30 +65,32 @@ class Rows:
         """Whitened residual (K, n)."""
         return self.moves * self.left / self.sigma
 
-    @property
-    def _whitened(self) -> FloatArray:
-        """Whitened regressor, (K n, p)."""
+    def whitened(self, columns: FloatArray) -> FloatArray:
+        """Return columns (K, n, m) as rows of the fit, (K n, m)."""
         weight = (self.moves / self.sigma)[:, :, None]
-        return (self.W * weight).reshape(self.y.size, self.W.shape[2])
+        return (columns * weight).reshape(self.y.size, -1)
+
+    def beside(self, rows: FloatArray) -> FloatArray:
+        """Return the part of whitened columns (K n, m) that the model does not explain."""
+        basis = self.basis.reshape(self.y.size, -1)
+        return rows - basis @ (basis.T @ rows)
 
     @cached_property
     def basis(self) -> FloatArray:
         """Orthonormal basis (K, n, r) of the columns of the whitened model."""
-        rows = self._whitened
-        if rows.shape[1] == 0:
+        if self.W.shape[2] == 0:
             return np.zeros((*self.y.shape, 0))
+        rows = self.whitened(self.W)
         norms = column_norms(rows)
         _, values, turn = np.linalg.svd(triangle(rows) / norms)
         kept = values > SINGULAR * values[0]
         left = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
         return np.ascontiguousarray(left.reshape(*self.y.shape, -1))
 
-    @cached_property
+    @property
     def rank(self) -> int:
         """Rank of the regressor."""
-        R = triangle(self._whitened)
-        values = np.linalg.svd(R / column_norms(R), compute_uv=False)
-        return int(np.count_nonzero(values > SINGULAR * values[:1]))
+        return int(self.basis.shape[2])
 
     @cached_property
     def size(self) -> FloatArray:
@@ -160,11 +112,8 @@ class Rows:
 
 def explained(rows: Rows, columns: Columns) -> FloatArray:
     """Return the part of the whitened residual that columns explain beside the model, (K, n)."""
-    weight = (rows.moves / rows.sigma)[:, :, None]
-    flat = (dense(columns, rows.y.shape) * weight).reshape(rows.y.size, -1)
-    flat = flat / column_norms(flat)
-    basis = rows.basis.reshape(rows.y.size, -1)
-    left, values, _ = np.linalg.svd(flat - basis @ (basis.T @ flat), full_matrices=False)
+    flat = rows.whitened(dense(columns, rows.y.shape))
+    left, values, _ = np.linalg.svd(rows.beside(flat / column_norms(flat)), full_matrices=False)
     free = left[:, values > _FREE]
     return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
 
@@ -184,7 +133,7 @@ def make_rows(
     y = np.concatenate([log.unmasked.measured for log in logs])
     if X is not None:
         model = partial(torque_at, evaluator, X)
-        y = y - np.concatenate([modelled(log, model) for log in logs])
+        y = y - np.concatenate([log.unmasked.modelled(model) for log in logs])
         return fitted(logs, np.zeros((*y.shape, 0)), y)
 
     def at(X: FloatArray | None) -> Rows:
@@ -208,12 +157,10 @@ def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:
 
     Rows that a rest of their joint affects only determine what the others leave undetermined.
     """
-    n = y.shape[1]
-    moving = np.concatenate([_moving(log, np.zeros(n)) for log in logs])
-    found = solved(logs, W, y, moving)
+    found = solved(logs, W, y, np.concatenate([_moving(log, 0.0) for log in logs]))
     if all(log.resting is None for log in logs):
         return found
-    moves = np.concatenate([_moving(log, np.ones(n)) for log in logs])
+    moves = np.concatenate([_moving(log, 1.0) for log in logs])
     whole = replace(found, moves=moves)
     return found if found.rank == whole.rank else solved(logs, W, y, moves)
 
@@ -224,8 +171,7 @@ def with_rests(rows: Rows) -> Rows:
         return rows
     moves = []
     for log in rows.logs:
-        weight = np.ones(rows.n) if log.band.rests is None else np.array(log.band.rests.weight)
-        moves.append(_moving(log, weight))
+        moves.append(_moving(log, 1.0 if log.band.rests is None else log.band.rests.weight))
     return solved(rows.logs, rows.W, rows.y, np.concatenate(moves))
 
 
@@ -237,7 +183,7 @@ def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: Flo
     ]
     torque = rms(y)
     # A channel without any torque has no spread.
-    floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + _TINY)
+    floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + TINY)
     sigma = bounded_deviation(np.maximum(np.std(y, axis=0), floor), torque)
     X = np.zeros(W.shape[2])
     for _ in range(_WHITENING):
@@ -248,17 +194,14 @@ def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: Flo
     return Rows(tuple(logs), W, y, X, sigma, moves)
 
 
-def _moving(log: FilteredLog, rests: FloatArray) -> FloatArray:
+def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
     """Return the weights of rows (K, n): 1.0 in motion, 0.0 at reversals and where masked.
 
     Args:
         log: a log in the band of the run.
-        rests: (n,) weight of the rows that a rest of their joint affects.
+        rests: weight of the rows that a rest of their joint affects, one or (n,).
     """
     moves = (np.abs(log.qd) > _REVERSAL * rms(log.qd))[log.kept] & log.clear[log.kept]
     if log.resting is None:
         return moves.astype(float)
-    return np.where(log.resting, rests * log.clear[log.kept], moves * 1.0)
-
-
-_TINY = 1e-300
+    return np.where(log.resting, log.clear[log.kept] * np.asarray(rests), moves * 1.0)

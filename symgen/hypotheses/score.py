@@ -32,6 +32,8 @@ from symgen.estimation.values import FloatArray
 
 #: Columns (K, m) on joints, by position of the movable joint.
 Columns = Mapping[int, FloatArray]
+#: Name and joints of a hypothesis.
+Key = tuple[str, tuple[int, ...]]
 FOLDS = 6
 #: Rows at four a period of the band that count as one: the temperature of all scores.
 TEMPERATURE = 4.0
@@ -43,7 +45,8 @@ _LOST = 0.5  # part of the rows that may be lost where folds meet
 #: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
 _SAME, _REPEATED = 0.05, 0.9
 _DEPENDENT = 1e-9  # of a column: what is left of it beside the others
-_TINY = 1e-300
+#: Least divisor of what may be zero.
+TINY = 1e-300
 
 
 def price_of_size(part: float) -> float:
@@ -53,6 +56,27 @@ def price_of_size(part: float) -> float:
         part: the size over the expected one.
     """
     return (FREEDOM + 1) / 2 * math.log1p(part**2 / FREEDOM)
+
+
+def worth_and_gain(
+    was: FloatArray, now: FloatArray, size: FloatArray, joints: Sequence[int]
+) -> tuple[float, float]:
+    """Return what a hypothesis lowers the held-out error by.
+
+    Args:
+        was, now: (n,) held-out variance of each joint without and with it.
+        size: (n,) RMS of the measured torque.
+        joints: positions of its joints; none for all.
+
+    Returns:
+        The largest reduction of a joint as a part of its torque, from squares, and the share of the
+        sum of squares of its joints.
+    """
+    at = list(joints) or slice(None)
+    fell = (was - now) / size**2
+    worth = float(np.sqrt(max(fell.max(), 0.0)))
+    gain = fell[at].sum() / max(float((was / size**2)[at].sum()), TINY)
+    return worth, float(gain)
 
 
 def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:
@@ -65,7 +89,7 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     from scipy.cluster.vq import kmeans2
 
     q, qd = (np.concatenate([getattr(s, x)[s.kept] for s in logs]) for x in ("q", "qd"))
-    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), _TINY) for x in (q, qd)])
+    state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
     fold = _set_apart(logs, _filled(region, count))
@@ -108,7 +132,7 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
     asked = np.concatenate([states(log, log.kept) for log in others])
-    spread = np.maximum(known.std(axis=0), _TINY) * np.sqrt(known.shape[1])
+    spread = np.maximum(known.std(axis=0), TINY) * np.sqrt(known.shape[1])
     far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
@@ -133,12 +157,14 @@ class ScoreFit(NamedTuple):
     Attributes:
         score: log of the predictive density, up to a constant of the rows.
         left: (n,) held-out variance of each joint.
+        squares: (n, folds) sums of squares that fits to the other folds leave of each fold.
         coefficients: (m,) of the columns, fitted to all folds.
         torque: (n,) RMS of what the columns add to each joint.
     """
 
     score: float
     left: FloatArray
+    squares: FloatArray
     coefficients: FloatArray
     torque: FloatArray
 
@@ -263,12 +289,15 @@ class PredictiveScore:
 
     def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the score and the held-out variance by joint, of squares (..., n, folds)."""
-        squares = np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
-        count = np.maximum(self.counts, _TINY)
+        count = np.maximum(self.counts, TINY)
         variance = squares / count + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, _TINY))
+        logs = np.log(np.maximum(variance, TINY))
         score = -0.5 / TEMPERATURE * np.sum(self.counts * logs, axis=(-2, -1))
         return score, np.asarray(squares.sum(axis=-1) / count.sum(axis=1))
+
+    def _in_units(self, squares: FloatArray) -> FloatArray:
+        """Return whitened squares (..., n, folds) in the unit of the torque squared."""
+        return np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
 
     def _squares(self, d: FloatArray) -> FloatArray:
         """Return what X + d, d (folds, N, p), leaves of joints on each fold, (N, n, folds)."""
@@ -276,35 +305,30 @@ class PredictiveScore:
         left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
         return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))
 
-    @cached_property
-    def squares(self) -> FloatArray:
-        """(n, folds) sums of squares that fits to the other folds leave of each fold."""
-        return np.asarray(self._squares(self._base[:-1, None])[0] * self.sigma[:, None] ** 2)
-
     def density(self, counts: FloatArray) -> float:
         """Return the score of the model alone for so many rows, (n, folds), with the same errors.
 
         Other rows may have a say where a log is changed; then this compares.
         """
-        variance = self.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
-        logs = np.log(np.maximum(variance, _TINY))
+        variance = self.alone.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
+        logs = np.log(np.maximum(variance, TINY))
         return -0.5 / TEMPERATURE * float(np.sum(counts * logs))
 
     @cached_property
     def alone(self) -> ScoreFit:
         """The model without anything beside it."""
-        score, left = self._scored(self._squares(self._base[:-1, None]))
-        return ScoreFit(float(score[0]), left[0], np.zeros(0), np.zeros(len(self.sigma)))
+        return self.of_torque(0.0)
 
-    def of_torque(self, change: FloatArray) -> ScoreFit:
+    def of_torque(self, change: FloatArray | float) -> ScoreFit:
         """Return the model without anything beside it for a torque y + change, (K, n)."""
         r = self._whitened(self.residual + change)
         Rr = (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
         d = (self._inverse @ _of_others(Rr)[..., None])[:-1, :, 0]
         moved = (self._RR @ d[..., None])[..., 0]
         squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
+        squares = self._in_units(squares)
         score, left = self._scored(squares)
-        return ScoreFit(float(score), left, np.zeros(0), np.zeros(len(self.sigma)))
+        return ScoreFit(float(score), left, squares, np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def held_out(self) -> FloatArray:
@@ -326,14 +350,11 @@ class PredictiveScore:
             of the residuals of these rows.
         """
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
-        kept = np.where(inside | (self.fold < 0)[:, None], 0.0, self.weight)
+        before = self._folded((other.weight * self.held_out) ** 2).sum(axis=1).T
+        score, _ = other._scored(before)
         there = np.where(inside, self.weight, 0.0)
-        before = np.zeros(self.counts.shape)
-        for f in range(int(self.fold.max()) + 1):
-            before[:, f] = np.sum((kept * self.held_out)[self.fold == f] ** 2, axis=0)
-        score, _ = other._scored(before / self.sigma[:, None] ** 2)
         squares = np.sum((there * other.held_out) ** 2, axis=0)
-        variance = squares / np.maximum(np.sum(there**2, axis=0), _TINY)
+        variance = squares / np.maximum(np.sum(there**2, axis=0), TINY)
         return other.alone.score - float(score), other.alone, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
@@ -375,15 +396,16 @@ class PredictiveScore:
         slope = (own.CC @ b[..., None])[..., 0] - 2 * own.Cr
         slope += 2 * np.einsum("fnp,jfnap->jfna", d, own.CR)
         squares[:, joints] += np.einsum("fna,jfna->njf", b, slope)
+        squares = self._in_units(squares)
         scores, left = self._scored(squares)
         rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
         power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
-        part = self.sigma[joints] / np.maximum(rows[joints], _TINY)
+        part = self.sigma[joints] / np.maximum(rows[joints], TINY)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
-        found = zip(scores, left, last / own.norms, torque, strict=True)
-        for score, variance, coefficients, added in found:
-            yield ScoreFit(float(score), variance, coefficients, added)
+        coefficients = last / own.norms
+        for k, score in enumerate(scores):
+            yield ScoreFit(float(score), left[k], squares[k], coefficients[k], torque[k])
 
     def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
         """Fit the model with each candidate beside it to the rows outside each fold, and to all."""

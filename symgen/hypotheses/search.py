@@ -22,19 +22,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import (
-    Candidate,
-    Score,
-    leave_out,
-    odds_together,
-)
+from symgen.hypotheses.effects import Candidate, Score, odds_together
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Changed, Found, Key, Registry, columns_in, rebuilt
+from symgen.hypotheses.registry import (
+    Changed,
+    Found,
+    Item,
+    Registry,
+    columns_in,
+    leave_out,
+)
 from symgen.hypotheses.rows import explained
-from symgen.hypotheses.score import Columns, Folded, ScoreFit, price_of_size
+from symgen.hypotheses.score import (
+    TINY,
+    Columns,
+    Folded,
+    Key,
+    ScoreFit,
+    price_of_size,
+    worth_and_gain,
+)
 from symgen.hypotheses.terms import NAME as UNNAMED
 from symgen.hypotheses.terms import Expressions, expressions
 from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
@@ -47,7 +57,6 @@ _SAME, _ALIKE = 0.98, 0.8
 _LISTED = 0.05
 #: Prior std of a size over the expected size, which limits what the rows do not determine.
 _LOOSE = 10.0
-_TINY = 1e-300
 
 
 def search(
@@ -90,10 +99,9 @@ def search(
         found = _with_contacts_of_held(found, least)
     if steps is not None:
         return found
-    effects = sorted(judge.compared(found), key=lambda s: -s.gain)
-    taken = {s.candidate.key for s in effects}
-    rejected = tuple(judge.reasoned(s) for s in options if s.candidate.key not in taken)
-    return replace(found, effects=tuple(effects), rejected=rejected, tried=len(registry.pool))
+    rejected = tuple(judge.reasoned(s) for s in options if s.key not in found.keys)
+    found = found.with_effects(sorted(judge.compared(found), key=lambda s: -s.gain))
+    return replace(found, rejected=rejected, tried=len(registry.pool))
 
 
 def _with_contacts_of_held(found: Found, least: float) -> Found:
@@ -111,15 +119,14 @@ def _with_contacts_of_held(found: Found, least: float) -> Found:
         contacts.append(contact)
         whole = whole.without([contact])
         held = whole.logs[: len(held)]
-    return rebuilt(replace(found, contacts=(*found.contacts, *contacts)))
+    return found.with_items((*found.items, *contacts))
 
 
 @dataclass(frozen=True, eq=False)
 class _Group:
     """Candidates on the same joints with as many columns, which are scored together."""
 
-    candidates: Sequence[Candidate]
-    columns: Sequence[Columns]
+    members: Sequence[tuple[Candidate, Columns]]
     folded: Folded
     sizes: FloatArray
 
@@ -133,7 +140,6 @@ class _Judge:
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
-        self._undone = frozenset[Key]()
         #: Changes of the motion by what is undone already.
         self._moved: dict[frozenset[Key], list[Changed]] = {}
         self._groups: list[_Group] = []
@@ -178,9 +184,7 @@ class _Judge:
         moved = self._moved[undone] if loud else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
-    def refined(
-        self, stage: Stage, probable: Sequence[Score | Changed | Contact]
-    ) -> list[Score | Changed | Contact]:
+    def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:
         """Return hypotheses in the order of their odds, those nearest to the best one refined.
 
         A law may be sharper than its grid is fine: what is not surely less probable than the best
@@ -199,16 +203,12 @@ class _Judge:
             out.append(o)
         return sorted(out, key=_odds, reverse=True)
 
-    def added(self, found: Found, stage: Stage, new: Score | Changed | Contact) -> Found:
+    def added(self, found: Found, stage: Stage, new: Item) -> Found:
         """Return what is found with one more hypothesis."""
-        if isinstance(new, Contact):
-            contacts = (*found.contacts, new)
-            return rebuilt(replace(found, contacts=contacts))
-        if isinstance(new, Changed):
-            return rebuilt(replace(found, changes=(*found.changes, new)))
-        if new.candidate.exact is not None:
-            return self.added(found, stage, exact_change(stage, new))
-        return replace(found, effects=(*found.effects, _refined(stage, new)))
+        if isinstance(new, Score):
+            exact = new.candidate.first_order
+            new = exact_change(stage, new) if exact else _refined(stage, new)
+        return found.with_items((*found.items, new))
 
     def pruned(self, found: Found) -> Found:
         """Drop what is not probable beside the rest, the least probable first."""
@@ -222,10 +222,9 @@ class _Judge:
                 break
             worst = min(failing, key=lambda k: (odds[k], again[k].worth))
             effects = leave_out(effects, effects[worst])
-        found = replace(found, effects=tuple(effects))
+        found = found.with_effects(effects)
         for contact in found.contacts:
-            others = tuple(c for c in found.contacts if c is not contact)
-            rest = rebuilt(replace(found, contacts=others))
+            rest = found.with_items(x for x in found.items if x is not contact)
             stage = rest.problem.stage(rest.effects)
             again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
             if again_contact.odds <= 0 or again_contact.worth < self.least:
@@ -237,14 +236,13 @@ class _Judge:
         from scipy.special import softmax
 
         out = []
-        taken = {s.candidate.key for s in found.effects}
         for own in found.effects:
             stage = found.problem.stage(leave_out(found.effects, own))
             again = self._scored(stage, own)
             e = explained(stage.rows, again.columns)
             rivals = []
             for s in self.options(stage, frozenset(own.columns)):
-                if s.candidate.key in taken:
+                if s.key in found.keys:
                     continue
                 if s.odds < again.odds + math.log(_LISTED):
                     break
@@ -276,11 +274,16 @@ class _Judge:
         return replace(s, fault=fault)
 
     def _prepare(self, stage: Stage) -> None:
-        """Compute the columns of all candidates, if the problem is another one."""
+        """Compute the columns of all candidates, if the problem is another one.
+
+        Those that are not finite on these logs are left out.
+        """
         if stage.problem is self._problem:
             return
-        self._problem, self._undone = stage.problem, stage.problem.undone
-        self._groups = self._grouped(stage)
+        self._problem, pool = stage.problem, self.registry.pool
+        found = zip(pool, stage.seen.each(pool), strict=True)
+        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
+        self._groups = self._together(stage, finite)
         self._terms = expressions(stage.problem) if self.registry.expressions else None
 
     def _fits(
@@ -293,20 +296,13 @@ class _Judge:
         """
         self._prepare(stage)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
-        taken = {s.candidate.key for s in stage.effects}
         for group in (*self._groups, *self._together(stage, terms)):
-            free = [self._admitted(c, taken, joints) for c in group.candidates]
+            free = [self._admitted(c, stage, joints) for c, _ in group.members]
             if any(free):
                 fits = stage.score.each(group.folded, group.sizes)
-                rows = zip(group.candidates, group.columns, fits, strict=True)
-                yield from itertools.compress(rows, free)
-
-    def _grouped(self, stage: Stage) -> list[_Group]:
-        """Return candidates with their columns beside a stage, without those of no number."""
-        pool = self.registry.pool
-        found = zip(pool, stage.seen.each(pool), strict=True)
-        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
-        return self._together(stage, finite)
+                rows = zip(group.members, fits, strict=True)
+                for (candidate, columns), fit in itertools.compress(rows, free):
+                    yield candidate, columns, fit
 
     def _together(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
         """Return candidates and their columns, those together that are scored together."""
@@ -317,18 +313,16 @@ class _Judge:
             alike.setdefault(key, []).append((candidate, columns))
         out = []
         for same in alike.values():
-            group, torques = [c for c, _ in same], [c for _, c in same]
             sizes = np.array([self._expected(stage, *x) for x in same])
-            out.append(_Group(group, torques, stage.score.folded(torques), sizes))
+            out.append(_Group(same, stage.score.folded([c for _, c in same]), sizes))
         return out
 
-    def _admitted(
-        self, candidate: Candidate, taken: set[Key], joints: frozenset[int] | None
-    ) -> bool:
+    def _admitted(self, candidate: Candidate, stage: Stage, joints: frozenset[int] | None) -> bool:
         """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
+        taken = {s.key for s in stage.effects}
         if candidate.key in taken and candidate.name != UNNAMED:
             return False
-        if candidate.exact is not None and candidate.key in self._undone:
+        if candidate.first_order and candidate.key in stage.problem.undone:
             return False
         if any(candidate.presumes(c) and c.key not in taken for c in self.registry.friction):
             return False
@@ -341,7 +335,7 @@ class _Judge:
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
-        known = {s.candidate.name for s in stage.effects}
+        known = {s.definition.name for s in stage.effects}
         # An effect that one joint has is likelier on another.
         expected = prior_of(candidate.definition)
         prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
@@ -354,17 +348,13 @@ class _Judge:
         if fit.score - alone.score + prior > 0:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score
-        fell = alone.left - fit.left
-        joints = list(candidate.joints) or list(columns)
-        was = float(np.sum((alone.left / base**2)[joints]))
-        gain = float(np.sum((fell / base**2)[joints])) / max(was, _TINY)
+        joints = candidate.joints or tuple(columns)
+        worth, gain = worth_and_gain(alone.left, fit.left, base, joints)
         torque = float(np.max(fit.torque))
-        worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / base))
         fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
         return Score(
-            candidate, columns, evidence + prior, evidence=evidence, left=fit.left, worth=worth,
-            gain=gain, torque=torque, fault=fault,
-        )  # fmt: skip
+            candidate, columns, evidence + prior, worth=worth, gain=gain, torque=torque, fault=fault
+        )
 
     def _possible(
         self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
@@ -397,10 +387,10 @@ def _refined(stage: Stage, new: Score) -> Score:
     return settled_constants(beside, [new], stage.seen)[0]
 
 
-def _odds(s: Score | Changed | Contact) -> float:
+def _odds(s: Item) -> float:
     return s.odds
 
 
 def _correlation(a: FloatArray, b: FloatArray) -> float:
     sizes = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return abs(float(np.sum(a * b))) / max(sizes, _TINY)
+    return abs(float(np.sum(a * b))) / max(sizes, TINY)

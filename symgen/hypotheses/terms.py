@@ -170,5 +170,5 @@ def expressions(baseline: Problem) -> Expressions:
     robot = baseline.robot
     terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
-    columns = [found[0] for found in baseline.seen(baseline.base).each(candidates)]
+    columns = [found[0] for found in baseline.stage().seen.each(candidates)]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

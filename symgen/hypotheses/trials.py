@@ -14,22 +14,30 @@ from functools import cache
 import numpy as np
 
 from symgen.errors import IdentificationError
-from symgen.hypotheses.changes import Change, Torque, late, motion_changes, slow, torque_changes
+from symgen.hypotheses.changes import (
+    Change,
+    Torque,
+    geared_by,
+    late,
+    motion_changes,
+    slow,
+    torque_changes,
+)
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
-from symgen.hypotheses.score import TEMPERATURE, ScoreFit
+from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
 
 _PIECE = 10.0  # s of each log on which changes of the motion are tried
 _ROUNDS = 3  # of Newton's method for the size of a change
-_TINY = 1e-300
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
     """Yield the changes of torques, each with the most probable size."""
     torque = cache(stage.problem.torque)
-    for grid in torque_changes(stage.problem.robot):
+    work = np.sum([np.sum(s.qd * s.tau, axis=0) * s.step for s in stage.problem.logs], axis=0)
+    for grid in torque_changes(stage.problem.robot, work):
         yield _torque_trial(stage, grid, torque)
 
 
@@ -55,15 +63,15 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 
 
 def exact_change(stage: Stage, new: Score) -> Changed:
-    """Return the change of the logs that a column is the first order of, with its size."""
-    make, problem, size = new.candidate.exact, stage.problem, 1.0
-    assert make is not None
+    """Return the gear ratio that a column is the first order of, with its size."""
+    (j,) = new.candidate.joints
+    problem, size = stage.problem, 1.0
     for _ in range(_ROUNDS):
-        other = problem if size == 1.0 else problem.changed(make(size - 1))
+        other = problem if size == 1.0 else problem.changed(geared_by(j, size))
         rows = other.stage()
         fit = rows.score.beside(rows.seen(new.candidate))
         size *= 1 + float(fit.coefficients[0])
-    return Changed(make(size - 1), new.odds, new.worth, new.gain)
+    return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
 
 
 def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
@@ -97,18 +105,15 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     odds = np.array([fit.score - alone.score for fit in fits])
     k = int(np.argmax(odds))
     change = grid[k]
-    # One wrong sign is as improbable as another.
-    prior = math.log(prior_of(change.definition).odds) * max(1, len(change.joints))
+    # One wrong sign is as improbable as another; that of a set is that of the rest.
+    few = min(len(change.joints), len(size) - len(change.joints))
+    prior = math.log(prior_of(change.definition).odds) * max(1, few)
     whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
-    fell = alone.left - fits[k].left
-    worth = float(np.max(np.sqrt(np.maximum(fell, 0.0)) / size))
-    gain = float(np.sum(fell / size**2) / max(float(np.sum(alone.left / size**2)), _TINY))
-    return Changed(change, whole, worth, gain)
+    return Changed(change, whole, *worth_and_gain(alone.left, fits[k].left, size, ()))
 
 
 def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
     """Return the fit to the torques without a change of them."""
-    assert change.torque is not None
     return stage.score.of_torque(change.torque(torque) - torque(0.0))
 
 
@@ -116,14 +121,13 @@ def _refined_change(stage: Stage, change: Change) -> Change:
     """Return a delay or a filter with its most probable size."""
     from scipy.optimize import minimize_scalar
 
-    ((name, (value, _)),) = change.constants.items()
-    make = late if name == "DT" else slow
+    make, value = (late, change.delay) if change.delay else (slow, change.lag)
 
     def cost(x: float) -> float:
-        other = make(stage.problem.robot, change.joints, math.copysign(math.exp(x), value))
+        other = make(change.joints, math.copysign(math.exp(x), value))
         return -_fit_of_torque(stage, other, stage.problem.torque).score
 
     near = math.log(abs(value))
     bounds = near - math.log(2), near + math.log(2)
     best = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-2})
-    return make(stage.problem.robot, change.joints, math.copysign(math.exp(best.x), value))
+    return make(change.joints, math.copysign(math.exp(best.x), value))

@@ -44,6 +44,7 @@ from symgen.faults.logs import join_bands
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.ask import ask
 from symgen.hypotheses.changes import Change
+from symgen.hypotheses.event import Contact
 from symgen.identification.estimate import Alternative
 from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
@@ -171,12 +172,32 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
         again = replace(opened, train=train, held=held, repairs=())
         moved = filter_in_band(again, cutoff)
         run = replace(moved, repairs=run.repairs, delay=run.delay)
+    run = _without(run, answer.contacts)
     if answer.delays:
         answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
     # What is masked is filtered into the rows around it, a little.
     masked = any(log.mask is not None for log in run.logs)
     worst = 0.0 if masked else answer.worst
     return replace(run, shown=answer.shown, suspected=answer.suspected, worst=worst)
+
+
+def _without(run: Run, contacts: Sequence[Contact]) -> Run:
+    """Return the run without the samples of contacts, which no motion of the robot explains."""
+    for contact in contacts:
+        span = contact.span
+        where = run.evaluator.model.robot.listed(contact.joints)
+        fault = Fault(
+            span.log,
+            "tau",
+            f"contact of {where}, {span.start:.3g} to {span.end:.3g} s",
+            samples=span.last - span.first + 1,
+            done="left out",
+            kind=contact.definition.name,
+            joints=contact.joints,
+        )
+        train, held = (tuple(map(span.left_out, group)) for group in (run.train, run.held))
+        run = replace(run, train=train, held=held, repairs=(*run.repairs, fault))
+    return run
 
 
 def _shifted(run: Run, change: Change) -> Run:
@@ -191,7 +212,6 @@ def _shifted(run: Run, change: Change) -> Run:
         done="shifted",
         values=(("DT", delay, math.nan),),
         kind="delay",
-        value=delay,
     )
     train, held = (tuple(map(change.undo, group)) for group in (run.train, run.held))
     repairs = (*run.repairs, fault)

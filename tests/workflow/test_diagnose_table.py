@@ -196,3 +196,13 @@ def test_torques_of_all_joints_turned_are_a_wrong_measurement() -> None:
     found = symgen.diagnose(log.robot, turned[0], validation=turned[1])
     assert found.verdict == "bad-measurement"
     assert "no possible robot" in found.advice[0]
+
+
+def test_two_turned_torques_are_told_from_the_third_by_their_work() -> None:
+    log = stored("sound")
+    signs = np.array([-1.0, 1.0, -1.0])
+    turned = [
+        replace(x, tau=x.tau * signs) for x in (made("train", log.train), made("test", log.test))
+    ]
+    found = symgen.diagnose(log.robot, turned[0], validation=turned[1])
+    assert [(e.name, e.joints, e.shown) for e in found.effects] == [("wrong_sign", (1, 3), True)]
