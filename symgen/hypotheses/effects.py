@@ -63,7 +63,7 @@ class Torques:
     def weight(self, s: FilteredLog) -> FloatArray:
         """Return the torque of the links at rest along a log, (N, n)."""
         rest = np.zeros_like(s.q)
-        return self.of_links(s.q, rest, rest)
+        return self.of_links(s.q, rest, rest, *s.base)
 
     def moved(self, s: FilteredLog, j: int, along: FloatArray) -> FloatArray:
         """Return `rigid` with other positions, speeds and accelerations of joint j.
