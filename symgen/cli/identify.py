@@ -123,7 +123,7 @@ def identify(
     source = replace(source, exact=exact or source.exact)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
-            source,
+            source if exact else robot,  # a path says where the robot's own values are
             logs,
             validation=validation,
             model=model,

@@ -35,7 +35,7 @@ class Answer:
         shown: faults of recorder or file that are shown as the cause.
         suspected: everything else that is probable.
         delays: delays of the torques of all joints, which can be undone.
-        contacts: contacts, whose samples can be left out.
+        contacts: contacts of training logs, whose samples can be left out.
         worst: torque error on the fold of motion where it is largest, of fits to the others.
     """
 
@@ -72,7 +72,10 @@ def ask(
     found = search(problem, make_registry(problem), least, STEPS, progress)
     _, weighed = confirm(found, least)
     shown, suspected, delays = [], [], []
-    contacts = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
+    # Those of validation logs stay in the error that judges: it would hide what the model lacks.
+    names = {log.name for log in train}
+    touched = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
+    contacts = [c for c in touched if c.span.log in names]
     for w in weighed:
         if w.item in contacts:
             continue
@@ -80,7 +83,7 @@ def ask(
         row = w.item.definition
         # What changes within a log belongs to no one state of the robot.
         fault = prior_of(row).side != PHYSICS or row.pattern == TIME
-        if w.shown and fault:
+        if w.shown and fault and w.item not in touched:
             shown.append(reason)
         else:
             suspected.append(reason)
