@@ -11,7 +11,7 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import Reason
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.confirm import Weighed, confirm
+from symgen.hypotheses.confirm import TIME, Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.priors import PHYSICS, prior_of
@@ -24,7 +24,6 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
 STEPS = 3
-TIME = "time"
 
 
 @dataclass(frozen=True, eq=False)

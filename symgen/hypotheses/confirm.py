@@ -27,6 +27,8 @@ from symgen.hypotheses.rows import SETTLING
 from symgen.hypotheses.score import TINY, dense, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
+#: Pattern of effects that depend on the time since a log began.
+TIME = "time"
 REPEATED = "the validation log only repeats the motion of the training logs, which confirms nothing"
 
 
@@ -72,6 +74,7 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
         free = [x for x in items if _needs_none(x)]
         out = [Weighed(x, adopted=False, reason=REPEATED) for x in items if x not in free]
         items = free
+    items = _of_one_log(found, items)
     while items:
         weighed = _weigh(found, items, least)
         failing = [w for w in weighed if not w.adopted]
@@ -84,6 +87,18 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
             out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
             items = kept
     return restricted(found, items), tuple(out)
+
+
+def _of_one_log(found: Found, items: Sequence[Item]) -> Sequence[Item]:
+    """Return items; what changes in time is left out of validation logs that do not show it."""
+    for item in items:
+        if not isinstance(item, Score) or item.definition.pattern != TIME:
+            continue
+        here = replace(item, candidate=item.candidate.only_in(found.declared.logs))
+        others = [here if x is item else x for x in items]
+        if held_squares(found, others)[0].sum() < held_squares(found, items)[0].sum():
+            items = others
+    return items
 
 
 def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:

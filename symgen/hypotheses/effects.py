@@ -125,6 +125,16 @@ class Candidate:
         """Return the candidate with some constants changed."""
         return replace(self, constants={**self.constants, **constants})
 
+    def only_in(self, logs: Iterable[FilteredLog]) -> Candidate:
+        """Return the candidate without a torque on other logs."""
+        inside = {log.name for log in logs}
+
+        def torque(log: FilteredLog, torques: Torques, constants: Constants) -> Columns:
+            columns = self.torque(log, torques, constants)
+            return {j: c * (log.name in inside) for j, c in columns.items()}
+
+        return replace(self, torque=torque)
+
     @property
     def name(self) -> str:
         """Name of the effect."""

@@ -206,3 +206,12 @@ def test_two_turned_torques_are_told_from_the_third_by_their_work() -> None:
     ]
     found = symgen.diagnose(log.robot, turned[0], validation=turned[1])
     assert [(e.name, e.joints, e.shown) for e in found.effects] == [("wrong_sign", (1, 3), True)]
+
+
+def test_friction_that_fades_in_the_training_log_alone_is_named() -> None:
+    log = stored("sound")
+    train, test = made("train", log.train), made("test", log.test)
+    tau = train.tau.copy()
+    tau[:, 1] += 0.4 * tau[:, 1].std() * np.exp(-train.t / 6.0) * np.sign(train.qd[:, 1])
+    found = symgen.diagnose(log.robot, replace(train, tau=tau), validation=test)
+    assert [(e.name, e.joints, e.shown) for e in found.effects] == [("thermal_drift", (2,), True)]
