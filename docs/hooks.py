@@ -21,8 +21,8 @@ EXAMPLE = re.compile(r"^<!-- example: (?P<name>\w+) -->$", re.M)
 def literate(script: Path) -> str:
     """Return a script as a page: docstring and comments at the margin become text.
 
-    The file of the same name that ends in .txt holds the output of the script, and the one in
-    docs/pictures that ends in .svg its picture; tests compare both.
+    The file of the same name that ends in .txt holds the output of the script. The one in
+    docs/pictures that ends in .svg is its picture, if it has one. Tests compare both.
     """
     head, _, rest = script.read_text("utf-8").removeprefix('"""').partition('"""\n')
     out, code = ["# " + head.strip()], list[str]()
@@ -44,8 +44,9 @@ def literate(script: Path) -> str:
     printed = script.with_suffix(".txt").read_text("utf-8")
     out.append(f"## Output\n```text\n{printed}```")
     picture = Path("pictures") / f"{script.stem}.svg"
-    title = re.search(r"<title>(.*?)</title>", (DOCS / picture).read_text("utf-8"))
-    out.append(f"![{title[1] if title else ''}](../{picture.as_posix()})")
+    if (DOCS / picture).exists():
+        title = re.search(r"<title>(.*?)</title>", (DOCS / picture).read_text("utf-8"))
+        out.append(f"![{title[1] if title else ''}](../{picture.as_posix()})")
     out.append(f"This page is the script `docs/examples/{script.name}`. The tests run it.")
     return "\n\n".join(out) + "\n"
 
