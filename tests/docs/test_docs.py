@@ -45,7 +45,9 @@ _RUN = [
 ]
 #: Pages that are made from code, with tables of many screens.
 _LONG = ("commands", "json", "reference")
-_SLOW_EXAMPLES = {"hidden_spring", "intervals", "motion_and_load", "paper_1988", "prior"}
+_SLOW_EXAMPLES = set(
+    "hidden_spring intervals motion_and_load online_identifier paper_1988 prior wrong_sign".split()
+)
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
 #: A script of the tests with what follows it, as pages name it.
 _SCRIPT = re.compile(r"(?:python|pytest)[^`\n]*? (?P<script>tests/[\w/]+\.py)(?P<options>[^`\n]*)")
