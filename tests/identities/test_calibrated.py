@@ -121,3 +121,22 @@ def test_exact_sets_and_what_the_manifest_says(command, tmp_path):
 def test_dust_in_angles_needs_no_parameter_of_its_own():
     robot = import_urdf(calibrated_urdf(symgen.read_robot("scara"), 1e-8, 0.0, 1)).robot
     assert len(symgen.derive(robot, ()).base.parameters) == 19
+
+
+def test_a_small_angle_beside_zeros_is_kept(tmp_path) -> None:
+    """0 has no rounded digit, so that -3.0e-6 beside it is a measured angle."""
+    link = '<link name="{}"><inertial><mass value="1"/>' + (
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+    )
+    file = tmp_path / "one.urdf"
+    file.write_text(
+        '<robot name="one"><link name="base"/>'
+        + '<joint name="j1" type="continuous"><parent link="base"/><child link="arm"/>'
+        + '<origin xyz="0 0 0.2" rpy="0 0 -3.0e-6"/><axis xyz="0 0 1"/></joint>'
+        + link.format("arm")
+        + "</robot>"
+    )
+    robot = symgen.read_robot(file)
+    (frame,) = [f for f in robot.frames if f.name == "arm"]
+    turned = float(robot.joints[0].theta) + frame.rpy[2]
+    assert turned == pytest.approx(-3e-6, rel=1e-9)

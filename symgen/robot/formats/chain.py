@@ -202,6 +202,8 @@ class Chain:
         """Return the largest rounding error of an angle of the file."""
         if self.urdf.computed:
             return exact_numbers.TOLERANCE
+        if angle == 0:  # no digit of it is rounded
+            return _DUST
         units = max(_UNITS * exact_numbers.last_digit(angle), _DUST)
         return min(units, exact_numbers.TOLERANCE)
 
