@@ -16,15 +16,15 @@ import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from identities.test_kernels import Case, by_tape
+from identities.test_kernels import Case, called
 
 import symgen
-from symgen.codegen.kernel import Kernel
 
 KINDS = ("chain", "tree", "follows", "input", "many")
 COLUMNS = ("numpy", "casadi", "double", "float")
@@ -32,31 +32,13 @@ COLUMNS = ("numpy", "casadi", "double", "float")
 
 def against_pinocchio(c: Case, backend: str) -> Iterator[tuple[str, float]]:
     """Yield each kernel with its largest error over 1 + its largest value."""
-    given, expected = c.given(), c.expected()
-    at_rest = given | {"q": 0 * c.q, "qd": 0 * c.qd}
-    evaluator = None if backend == "numpy" else symgen.load(c.model, backend=backend)
-
-    def computed(kernel: Kernel, values: dict[str, np.ndarray]) -> list[np.ndarray]:
-        if evaluator is None:
-            return by_tape(c.model, kernel, values)
-        out = evaluator[kernel.name](*(values[name] for name, _ in kernel.tape.inputs))
-        out = out if isinstance(out, tuple) else (out,)
-        return [np.asarray(a).reshape(o.shape) for a, o in zip(out, kernel.outputs, strict=True)]
-
-    for kernel in c.model.kernels:
-        if kernel.name not in expected:
-            continue
-        found = list(c.reduced(kernel, computed(kernel, given)))
-        wanted = [np.array(x) for x in expected[kernel.name]]
-        if "energy" in kernel.name:  # up to a constant
-            rest = list(c.reduced(kernel, computed(kernel, at_rest)))
-            found[-1] = found[-1] - rest[-1]
-            wanted[-1] = wanted[-1] - c.tree.potential_energy(c.c)
+    loaded = None if backend == "numpy" else symgen.load(c.model, backend=backend)
+    for name, found, wanted in c.compared(partial(called, c.model, loaded)):
         largest = 0.0
         for a, b in zip(found, wanted, strict=True):
             error = np.abs(a.reshape(b.shape) - b).max(initial=0.0)
             largest = max(largest, float(error / (1 + np.abs(b).max(initial=0.0))))
-        yield kernel.name, largest
+        yield name, largest
 
 
 def against_digits(c: Case, dtype: str) -> Iterator[tuple[str, float]]:

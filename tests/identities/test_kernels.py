@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -194,6 +194,23 @@ class Case:
         for array, output in zip(outputs, kernel.outputs, strict=True):
             yield array @ [value[name] for name in output.columns] if output.columns else array
 
+    def compared(
+        self, call: Callable[[Kernel, dict[str, np.ndarray]], list[np.ndarray]]
+    ) -> Iterator[tuple[str, list[np.ndarray], list[np.ndarray]]]:
+        """Yield each kernel with what it gives and what is expected, energies up to a constant."""
+        given, expected = self.given(), self.expected()
+        from_rest = given | {"q": 0 * self.q, "qd": 0 * self.qd}
+        for kernel in self.model.kernels:
+            if kernel.name not in expected:
+                continue
+            found = list(self.reduced(kernel, call(kernel, given)))
+            wanted = [np.array(x) for x in expected[kernel.name]]
+            if "energy" in kernel.name:
+                rest = list(self.reduced(kernel, call(kernel, from_rest)))
+                found[-1] = found[-1] - rest[-1]
+                wanted[-1] = wanted[-1] - self.tree.potential_energy(self.c)
+            yield kernel.name, found, wanted
+
 
 @cache
 def case(kind: str) -> Case:
@@ -218,14 +235,17 @@ def by_tape(model: symgen.Model, kernel: Kernel, given: dict[str, np.ndarray]) -
     return [p.reshape(o.shape) for p, o in zip(parts, kernel.outputs, strict=False)]
 
 
-def computed(
-    kind: str, backend: str, kernel: Kernel, given: dict[str, np.ndarray]
+def called(
+    model: symgen.Model,
+    loaded: symgen.Evaluator | None,
+    kernel: Kernel,
+    given: dict[str, np.ndarray],
 ) -> list[np.ndarray]:
-    """Call a kernel in a backend."""
-    if backend == "numpy":
-        return by_tape(case(kind).model, kernel, given)
+    """Call a kernel of a loaded model, or run its tape in NumPy."""
+    if loaded is None:
+        return by_tape(model, kernel, given)
     arguments = [given[name] for name, _ in kernel.tape.inputs]
-    out = evaluator(kind, backend)[kernel.name](*arguments)
+    out = loaded[kernel.name](*arguments)
     out = out if isinstance(out, tuple) else (out,)
     return [np.asarray(a).reshape(o.shape) for a, o in zip(out, kernel.outputs, strict=True)]
 
@@ -244,26 +264,16 @@ def prepared(kind: str, backend: str) -> Case:
     ("kind", "backend"), [*CASES, *(pytest.param(*c, marks=pytest.mark.slow) for c in LATE)]
 )
 def test_every_kernel_is_that_of_pinocchio(kind: str, backend: str, prepared: Case) -> None:
-    c = prepared
-    given, expected = c.given(), c.expected()
-    from_rest = given | {"q": 0 * c.q, "qd": 0 * c.qd}
+    model = prepared.model
+    loaded = None if backend == "numpy" else evaluator(kind, backend)
     seen = set()
-    for kernel in c.model.kernels:
-        name = kernel.name
-        if name not in expected:
-            continue
+    for name, found, wanted in prepared.compared(partial(called, model, loaded)):
         seen.add(name)
-        found = list(c.reduced(kernel, computed(kind, backend, kernel, given)))
-        wanted = [np.array(x) for x in expected[name]]
-        if "energy" in name:  # up to a constant
-            rest = list(c.reduced(kernel, computed(kind, backend, kernel, from_rest)))
-            found[-1] = found[-1] - rest[-1]
-            wanted[-1] = wanted[-1] - c.tree.potential_energy(c.c)
         for a, b in zip(found, wanted, strict=True):
             tolerance = 5e-7 if any(word in name for word in ROUGH) else 1e-9
             size = tolerance * (1 + np.abs(b).max(initial=0.0))
             np.testing.assert_allclose(a.reshape(b.shape), b, rtol=0, atol=size, err_msg=name)
-    assert set(expected) - seen <= {"friction_power", "friction_torque", "friction"}
+    assert set(prepared.expected()) - seen <= {"friction_power", "friction_torque", "friction"}
 
 
 def test_couplings_and_payload_are_in_torques_and_regressors() -> None:
