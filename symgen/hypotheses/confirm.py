@@ -91,13 +91,16 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
 
 def _of_one_log(found: Found, items: Sequence[Item]) -> Sequence[Item]:
     """Return items; what changes in time is left out of validation logs that do not show it."""
-    for item in items:
-        if not isinstance(item, Score) or item.definition.pattern != TIME:
-            continue
+    fading = [x for x in items if isinstance(x, Score) and x.definition.pattern == TIME]
+    if not fading:
+        return items
+    least = held_squares(found, items)[0].sum()
+    for item in fading:
         here = replace(item, candidate=item.candidate.only_in(found.declared.logs))
         others = [here if x is item else x for x in items]
-        if held_squares(found, others)[0].sum() < held_squares(found, items)[0].sum():
-            items = others
+        squares = held_squares(found, others)[0].sum()
+        if squares < least:
+            items, least = others, squares
     return items
 
 

@@ -172,9 +172,9 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
         again = replace(opened, train=train, held=held, repairs=())
         moved = filter_in_band(again, cutoff)
         run = replace(moved, repairs=run.repairs, delay=run.delay)
-    run = _without(run, answer.contacts)
     if answer.delays:
         answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
+    run = _without(run, answer.contacts)
     # What is masked is filtered into the rows around it, a little.
     masked = any(log.mask is not None for log in run.logs)
     worst = 0.0 if masked else answer.worst
