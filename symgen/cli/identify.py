@@ -123,12 +123,13 @@ def identify(
     source = replace(source, exact=exact or source.exact)
     with stages(_IDENTIFYING) as told, executor_of(workers, scheduler) as executor:
         estimate = symgen.identify(
-            source if exact else robot,  # a path says where the robot's own values are
+            robot,
             logs,
             validation=validation,
             model=model,
             method=method,
             fit=symgen.Fit(prior, numbers("--weights", weights), commanded, forgetting),
+            exact=exact,
             executor=executor,
             progress=told,
             **options,

@@ -67,6 +67,7 @@ def identify(
     least: float = LEAST,
     fit: Fit | None = None,
     reading: Reading | None = None,
+    exact: bool = False,
     executor: Executor | None = None,
     progress: Say = silent,
 ) -> Estimate:
@@ -95,6 +96,7 @@ def identify(
         least: smallest torque that matters, as a part of the joint's torque.
         fit: prior, weights of logs, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
+        exact: whether parameters that only the exact geometry separates stay apart.
         executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
             for one; None for threads of this process, as many as cores, at most four.
         progress: called with a text about the current step.
@@ -116,6 +118,7 @@ def identify(
     shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
+    source = replace(source, exact=exact or source.exact)
     models = _equation_models(source, model, window, by)
     opened: LogsInMemory | LongLogs
     if is_long([*sources, *given]):
