@@ -65,7 +65,8 @@ def _banner(d: Diagnosis) -> Banner:
     )
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
-    return Banner(TONES[d.verdict], d.verdict, summary(d), told_once(d.effects, d.extended), facts)
+    named = told_once([e for e in d.effects if e.adopted], d.extended)
+    return Banner(TONES[d.verdict], d.verdict, summary(d), named, facts)
 
 
 def _sections(d: Diagnosis) -> list[Section]:
