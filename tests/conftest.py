@@ -21,6 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+# As the command line does: threads of NumPy make tests no faster, and their processor time longer.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from packages import write
 from support import SAMPLE
 
