@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
@@ -33,6 +34,15 @@ class Gap:
 
     per_joint: tuple[OrNan, ...]
     total: OrNan
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """The gap of the model before and after, and its noise floor."""
+
+    before: Gap
+    after: Gap
+    noise_floor: Gap
 
 
 @dataclass(frozen=True)
@@ -134,6 +144,7 @@ class Diagnosis(Viewable):
         cutoff_hz: cutoff of the low-pass for all torques, Hz; None if no low-pass fits.
         metric: the quantity that the gap measures: "torque".
         before, after, floor: gap before and after, and noise floor, on held-out data.
+        moving: the same of joints in motion; None in an older file.
         where: joints with a gap, the largest share first; empty if consistent.
         effects: the effects, the largest share in closing the gap first.
         rejected: other candidates that were tried.
@@ -149,7 +160,6 @@ class Diagnosis(Viewable):
         repairs: repairs of the logs.
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
-        moving: gap before and after, and noise floor, without static friction at rest.
         band: filters of the logs.
     """
 
@@ -162,6 +172,7 @@ class Diagnosis(Viewable):
     before: Annotated[Gap, at("gap.before")]
     after: Annotated[Gap, at("gap.after")]
     floor: Annotated[Gap, at("gap.noise_floor")]
+    moving: Annotated[Gaps | None, at("gap.in_motion"), OPTIONAL] = None
     where: tuple[Place, ...]
     effects: tuple[FoundEffect, ...]
     rejected: tuple[Rejected, ...]
@@ -177,15 +188,19 @@ class Diagnosis(Viewable):
     declared: Annotated[Robot | None, BESIDE] = None
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
-    moving: Annotated[tuple[Gap, ...], BESIDE] = ()
     band: Annotated[Band | None, BESIDE] = None
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""
         return (
             f"<Diagnosis of {self.robot}: {self.verdict}, torque error "
-            f"{100 * self.before.total:.3g} % to {100 * self.after.total:.3g} %>"
+            f"{percent(self.gaps.before.total)} to {percent(self.gaps.after.total)}>"
         )
+
+    @property
+    def gaps(self) -> Gaps:
+        """The gaps that are stated first: of joints in motion, where the file has them."""
+        return self.moving or Gaps(self.before, self.after, self.floor)
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of diagnosis.json (schema symgen.diagnosis/1)."""
@@ -208,7 +223,8 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
     content, extended = read_json(file, SCHEMA), read_robot(file.with_name("robot.toml"))
     joints = tuple(j.number for j in extended.movable)
     found = from_json(Diagnosis, content, file, extended=extended, joints=joints)
-    sizes = {len(gap.per_joint) for gap in (found.before, found.after, found.floor)}
+    whole, moving = (found.before, found.after, found.floor), vars(found.gaps).values()
+    sizes = {len(gap.per_joint) for gap in (*whole, *moving)}
     if found.verdict not in VERDICTS or sizes != {len(joints)}:
         what = "gap.per_joint" if found.verdict in VERDICTS else f"verdict {found.verdict!r}"
         raise ParameterError(

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
+from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Gaps, Place
 from symgen.diagnosis.extended import Extended
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.motion_error import floor_below, in_motion
@@ -23,23 +23,26 @@ ANY = "all"
 
 
 @dataclass(frozen=True, eq=False)
-class Gaps:
-    """Gaps on the validation data: over all samples, and of joints in motion.
+class Measured:
+    """Gaps on the validation data.
 
     Attributes:
-        before, after, floor: of all samples.
-        moving: the same three of joints in motion.
+        whole: of all samples.
+        moving: of joints in motion.
         curves: torques of each validation log.
     """
 
-    before: Gap
-    after: Gap
-    floor: Gap
-    moving: tuple[Gap, Gap, Gap]
+    whole: Gaps
+    moving: Gaps
     curves: tuple[Curves, ...]
 
+    @property
+    def grew(self) -> bool:
+        """Whether the gap after is above the gap before."""
+        return any(g.after.total > g.before.total for g in (self.whole, self.moving))
 
-def measure_gap(found: Found, model: Extended) -> Gaps:
+
+def measure_gap(found: Found, model: Extended) -> Measured:
     """Measure the gap of the declared model on the logs as they were, and of the extended one.
 
     Args:
@@ -62,10 +65,8 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, wanted, before, after, mask))
     noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
-    whole, part = now.residual, in_motion(now).residual
-    moving = _gap(in_motion(was).residual), _gap(part), _gap(floor_below(noise, part))
-    floor = _gap(floor_below(noise, whole))
-    return Gaps(_gap(was.residual), _gap(whole), floor, moving, tuple(curves))
+    moving = _gaps(in_motion(was).residual, in_motion(now).residual, noise)
+    return Measured(_gaps(was.residual, now.residual, noise), moving, tuple(curves))
 
 
 def error_in_motion(model: Extended) -> float:
@@ -91,11 +92,12 @@ def _torques(model: Extended) -> list[FloatArray]:
     return out
 
 
-def _gap(residual: Residual) -> Gap:
-    return Gap(residual.per_joint or (), residual.relative)
+def _gaps(before: Residual, after: Residual, noise: Residual) -> Gaps:
+    three = (before, after, floor_below(noise, after))
+    return Gaps(*(Gap(r.per_joint or (), r.relative) for r in three))
 
 
-def places(found: Found, effects: Sequence[FoundEffect], gaps: Gaps) -> tuple[Place, ...]:
+def places(found: Found, effects: Sequence[FoundEffect], gaps: Measured) -> tuple[Place, ...]:
     """Return the joints whose gap before is above the noise floor, the largest share first.
 
     The pattern of a joint is that of the effect that closes most of its gap, or of the most
@@ -107,7 +109,7 @@ def places(found: Found, effects: Sequence[FoundEffect], gaps: Gaps) -> tuple[Pl
         gaps: gap before and noise floor.
     """
     robot = found.problem.robot
-    before, _, floor = gaps.moving
+    before, floor = gaps.moving.before, gaps.moving.noise_floor
     size = np.sum([np.sum(c.measured**2, axis=0) for c in gaps.curves], axis=0)
     excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
     excess = np.maximum(excess, 0.0) * size

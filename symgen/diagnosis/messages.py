@@ -34,12 +34,12 @@ def placed(effect: FoundEffect, robot: Robot) -> str:
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the verdict in one or two sentences."""
+    moving = diagnosis.gaps
     before, after, noise = (
-        percent(gap.total) for gap in (diagnosis.before, diagnosis.after, diagnosis.floor)
+        percent(gap.total) for gap in (moving.before, moving.after, moving.noise_floor)
     )
-    floor = diagnosis.floor.total
-    times = f", {diagnosis.after.total / floor:.2g} times the noise" if floor else ""
-    told = times if diagnosis.after.total > BEYOND * floor else ""
+    floor, left = moving.noise_floor.total, moving.after.total
+    told = f", {left / floor:.2g} times the noise" if left > BEYOND * floor > 0 else ""
     gap = f"The torque error falls from {before} to {after}{told} (noise floor: {noise})."
     count = sum(effect.adopted for effect in diagnosis.effects)
     effects = "one effect" if count == 1 else f"{count} effects"
@@ -103,7 +103,7 @@ def grade(effect: FoundEffect) -> str:
 
 
 def advice_of(
-    effects: Sequence[FoundEffect], robot: Robot, verdict: str, moving: Sequence[Gap]
+    effects: Sequence[FoundEffect], robot: Robot, verdict: str, after: Gap
 ) -> tuple[str, ...]:
     """Return what to do next.
 
@@ -111,7 +111,7 @@ def advice_of(
         effects: what was found.
         robot: for the names of joints.
         verdict: of the diagnosis.
-        moving: gap before and after of joints in motion.
+        after: gap after of joints in motion.
     """
     known = definitions()
     out = []
@@ -122,7 +122,7 @@ def advice_of(
     out += [tie(e, robot) for e in effects if e.indistinguishable_from and e.separate]
     if verdict in ("unexplained", "partly-explained"):
         out.append(
-            f"no known effect explains the remaining torque error of {percent(moving[1].total)} in "
+            f"no known effect explains the remaining torque error of {percent(after.total)} in "
             "motion: the plots of the residual in report.html show what it depends on"
         )
     return tuple(out)

@@ -29,7 +29,7 @@ from symgen.diagnosis.extended import (
     joint_numbers,
     robot_parameters,
 )
-from symgen.diagnosis.gap import Gaps, error_in_motion, measure_gap, places
+from symgen.diagnosis.gap import Measured, error_in_motion, measure_gap, places
 from symgen.diagnosis.messages import advice_of
 from symgen.diagnosis.second_encoder import with_stiffness
 from symgen.errors import IdentificationError, ParameterError, RobotError
@@ -51,8 +51,9 @@ from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
 from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.faults.samples import unmended_faults
-from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, held_squares, restricted
+from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, restricted
 from symgen.hypotheses.effects import Score
+from symgen.hypotheses.held import held_squares
 from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.hypotheses.problem import Problem, make_problem, model_of
 from symgen.hypotheses.registry import Found, make_registry
@@ -227,7 +228,7 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
 
 def _extend(
     found: Found, weighed: tuple[Weighed, ...]
-) -> tuple[Found, tuple[Weighed, ...], Extended, Gaps]:
+) -> tuple[Found, tuple[Weighed, ...], Extended, Measured]:
     """Extend the model, without effects with which it cannot be identified or the gap grows."""
     while True:
         items = found.items
@@ -235,7 +236,7 @@ def _extend(
         try:
             model = extend_model(found)
             gaps = measure_gap(found, model)
-            if not items or gaps.after.total <= gaps.before.total:
+            if not items or not gaps.grew:
                 return found, weighed, model, gaps
         except (IdentificationError, RobotError) as error:
             if not items:  # this is the declared model
@@ -253,9 +254,9 @@ def _extend(
         )
 
 
-def _impossible(model: Extended, gaps: Gaps) -> list[Reason]:
+def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
     """Return a reason if the model explains the logs, and the nearest possible robot does not."""
-    free = gaps.moving[1].total
+    free = gaps.moving.after.total
     if model.problem.given or free > ACCEPT:
         return []
     try:
@@ -328,7 +329,7 @@ class _Concluded:
     found: Found
     weighed: tuple[Weighed, ...]
     model: Extended
-    gaps: Gaps
+    gaps: Measured
     effects: tuple[FoundEffect, ...]
     #: Why the measurement is wrong, or the parameters are no robot's.
     reasons: tuple[Reason, ...]
@@ -341,7 +342,7 @@ def _verdict(c: _Concluded, least: float) -> str:
     wrong = bool(c.reasons) and not impossible
     if wrong or _closed(c, "recorder") > physics:
         return "bad-measurement"
-    _, after, floor = c.gaps.moving
+    after, floor = c.gaps.moving.after, c.gaps.moving.noise_floor
     explained = quiet(after.per_joint, floor.per_joint, least) and not impossible
     if not any(e.adopted for e in c.effects):
         return "consistent" if explained else "unexplained"
@@ -377,13 +378,17 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min(cutoffs, default=None),
-        before=c.gaps.before,
-        after=c.gaps.after,
-        floor=c.gaps.floor,
+        before=c.gaps.whole.before,
+        after=c.gaps.whole.after,
+        floor=c.gaps.whole.noise_floor,
+        moving=c.gaps.moving,
         where=where,
         effects=c.effects,
         rejected=tuple(rejected),
-        advice=(*(r.text for r in c.reasons), *advice_of(c.effects, robot, verdict, c.gaps.moving)),
+        advice=(
+            *(r.text for r in c.reasons),
+            *advice_of(c.effects, robot, verdict, c.gaps.moving.after),
+        ),
         notes=_notes(opened, band, c),
         extended=c.model.robot,
         joints=tuple(j.number for j in robot.movable),
@@ -394,7 +399,6 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         values=tuple(map(float, found.declared.estimate)),
         repairs=opened.repairs,
         mended=largest_repairs(opened.changed),
-        moving=c.gaps.moving,
         band=band,
     )
     return with_stiffness(diagnosis, robot, stiffnesses(train))

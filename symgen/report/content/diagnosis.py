@@ -59,9 +59,9 @@ def diagnosis_content(diagnosis: Diagnosis) -> Content:
 
 def _banner(d: Diagnosis) -> Banner:
     gaps = (
-        ("torque error before", d.before),
-        ("torque error after", d.after),
-        ("noise floor", d.floor),
+        ("torque error before", d.gaps.before),
+        ("torque error after", d.gaps.after),
+        ("noise floor", d.gaps.noise_floor),
     )
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
@@ -149,13 +149,16 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
 
 
 def _gap_table(d: Diagnosis) -> Table:
-    where, gaps = {p.joint: p for p in d.where}, (d.before, d.after, d.floor)
-    rows = []
+    where, rows = {p.joint: p for p in d.where}, []
+    gaps = d.gaps.before, d.gaps.after, d.gaps.noise_floor
     for k, joint in enumerate(d.joints):
         place = where.get(joint)
         told = ("", "") if place is None else (f"{100 * place.share:.0f} %", place.pattern)
         rows.append((d.extended.labels[joint], *(percent(gap.per_joint[k]) for gap in gaps), *told))
     rows.append(("all", *(percent(gap.total) for gap in gaps), "", ""))
+    if d.gaps.before != d.before:
+        whole = d.before, d.after, d.floor
+        rows.append(("all, with rests", *(percent(gap.total) for gap in whole), "", ""))
     return Table(("", "before", "after", "noise floor", "share", "depends on"), rows)
 
 

@@ -40,9 +40,9 @@ def gaps(diagnosis: Diagnosis) -> Figure:
     ]
     figure, seen = empty(), []
     for name, gap, colour, hatch in (
-        ("before", diagnosis.before, ORANGE, "/"),
-        ("after", diagnosis.after, BLUE, ""),
-        ("noise floor", diagnosis.floor, GREEN, "."),
+        ("before", diagnosis.gaps.before, ORANGE, "/"),
+        ("after", diagnosis.gaps.after, BLUE, ""),
+        ("noise floor", diagnosis.gaps.noise_floor, GREEN, "."),
     ):
         values = 100 * np.array([*gap.per_joint, gap.total])
         seen.append(values[np.isfinite(values) & (values > 0)])
