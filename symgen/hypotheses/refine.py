@@ -16,6 +16,8 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 
 _EVALUATIONS = 20
+#: Relative change of the squares that ends a fit: of ten thousand rows, a tenth of a std.
+_CHANGE = 1e-6
 _DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
 
 
@@ -85,7 +87,13 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
 
     try:
         fit = least_squares(
-            residual, start, jacobian, (low, np.inf), x_scale="jac", max_nfev=_EVALUATIONS
+            residual,
+            start,
+            jacobian,
+            (low, np.inf),
+            ftol=_CHANGE,
+            x_scale="jac",
+            max_nfev=_EVALUATIONS,
         )
     except (RobotError, np.linalg.LinAlgError):  # a torque near the start is not finite
         return accepted

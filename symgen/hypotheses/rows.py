@@ -41,6 +41,7 @@ class Rows:
         sigma: (n,) standard deviation of each joint's residual.
         moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 at reversals, at rest and
             where a sample is masked.
+        joints: summary of [W y] of each joint with these weights.
     """
 
     logs: tuple[FilteredLog, ...]
@@ -49,6 +50,7 @@ class Rows:
     X: FloatArray
     sigma: FloatArray
     moves: FloatArray
+    joints: tuple[Summary, ...]
 
     @property
     def n(self) -> int:
@@ -101,9 +103,17 @@ class Rows:
 
     def with_columns(self, columns: Iterable[Columns]) -> Rows:
         """Return the rows of the model with more columns."""
-        more = [dense(c, self.y.shape) for c in columns]
-        W = np.concatenate([self.W, *more], axis=2)
-        return solved(self.logs, W, self.y, self.moves) if more else self
+        added = [*columns]
+        if not added:
+            return self
+        W = np.concatenate([self.W, *(dense(c, self.y.shape) for c in added)], axis=2)
+        count, reached = W.shape[2] - self.W.shape[2], {j for c in added for j in c}
+        # The columns of most effects are zero but on one joint.
+        joints = [
+            _summary(W, self.y, self.moves, j) if j in reached else _widened(s, count)
+            for j, s in enumerate(self.joints)
+        ]
+        return _weighted(replace(self, W=W, joints=tuple(joints)))
 
     def without(self, logs: tuple[FilteredLog, ...]) -> Rows:
         """Return the rows of the same logs with more samples masked."""
@@ -177,21 +187,38 @@ def with_rests(rows: Rows) -> Rows:
 
 def solved(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray, moves: FloatArray) -> Rows:
     """Solve y = W X with weights (K, n) of the rows."""
-    joints = [
-        Summary(triangle(moves[:, [j]] * np.column_stack([W[:, j], y[:, j]])), len(y))
-        for j in range(y.shape[1])
-    ]
-    torque = rms(y)
+    joints = tuple(_summary(W, y, moves, j) for j in range(y.shape[1]))
+    X, sigma = np.zeros(W.shape[2]), np.ones(y.shape[1])
+    return _weighted(Rows(tuple(logs), W, y, X, sigma, moves, joints))
+
+
+def _summary(W: FloatArray, y: FloatArray, moves: FloatArray, j: int) -> Summary:
+    """Return the summary of the rows of a joint."""
+    return Summary(triangle(moves[:, [j]] * np.column_stack([W[:, j], y[:, j]])), len(y))
+
+
+def _widened(s: Summary, count: int) -> Summary:
+    """Return a summary with columns of zeros after those of the model."""
+    zeros = np.zeros((len(s.factor), count))
+    factor = np.concatenate([s.factor[:, :-1], zeros, s.factor[:, -1:]], axis=1)
+    return replace(s, factor=factor)
+
+
+def _weighted(rows: Rows) -> Rows:
+    """Return rows with joints weighted by the standard deviation of their residual."""
+    joints, y = rows.joints, rows.y
+    torque, count = rms(y), np.maximum((rows.moves**2).sum(axis=0), 1.0)
     # A channel without any torque has no spread.
     floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + TINY)
     sigma = bounded_deviation(np.maximum(np.std(y, axis=0), floor), torque)
-    X = np.zeros(W.shape[2])
+    X = rows.X
     for _ in range(_WHITENING):
-        rows = np.concatenate([s.factor / size for s, size in zip(joints, sigma, strict=True)])
-        X = shortest(rows)
-        square = np.array([s.rss(X) for s in joints]) / np.maximum((moves**2).sum(axis=0), 1.0)
+        X = shortest(
+            np.concatenate([s.factor / size for s, size in zip(joints, sigma, strict=True)])
+        )
+        square = np.array([s.rss(X) for s in joints]) / count
         sigma = bounded_deviation(np.maximum(np.sqrt(square), floor), torque)
-    return Rows(tuple(logs), W, y, X, sigma, moves)
+    return replace(rows, X=X, sigma=sigma)
 
 
 def _moving(log: FilteredLog, rests: float | Sequence[float]) -> FloatArray:
