@@ -11,9 +11,10 @@ import numpy as np
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import Reason
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.confirm import TIME, Weighed, confirm
+from symgen.hypotheses.confirm import Weighed, confirm
 from symgen.hypotheses.effects import Candidate
 from symgen.hypotheses.event import Contact
+from symgen.hypotheses.held import TIME
 from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
 from symgen.hypotheses.registry import Changed, Found, Item, make_registry

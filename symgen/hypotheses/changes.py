@@ -153,9 +153,14 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
         yield [
             Change(rows["wrong_unit"], (j,), {"tau": 1 / f}, {"factor": (f, "")}) for f in _UNITS
         ]
+    yield from gravities(robot)
+
+
+def gravities(robot: Robot) -> Iterator[list[Change]]:
+    """Yield gravity along every axis of frame 0, both ways, and none; without the file's."""
     for g in _gravities(robot):
         constants = {f"g{x}": (v, "m/s2") for x, v in zip("xyz", g, strict=True)}
-        yield [Change(rows["gravity_direction"], (), {}, constants, gravity=g)]
+        yield [Change(definitions()["gravity_direction"], (), {}, constants, gravity=g)]
 
 
 def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
@@ -219,7 +224,6 @@ def geared_by(j: int, ratio: float) -> Change:
 
 
 def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
-    """Yield gravity along every axis of frame 0, both ways, and none; without the file's."""
     if robot.imu:
         return
     plain = robot.with_values().gravity
@@ -227,6 +231,6 @@ def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
     size = float(np.linalg.norm(own)) or 9.81
     for axis in (*np.eye(3), *-np.eye(3)):
         if np.linalg.norm(size * axis - own) > 0.1 * size:
-            yield tuple(float(x) for x in size * axis)
+            yield tuple(float(x) for x in size * axis + 0.0)  # without -0.0
     if own.any():
         yield (0.0, 0.0, 0.0)

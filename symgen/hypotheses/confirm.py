@@ -20,15 +20,13 @@ from symgen.estimation.floor import noise_fit
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score, Seen
 from symgen.hypotheses.event import Contact
+from symgen.hypotheses.held import following, held_squares
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import Found, Item, leave_out
-from symgen.hypotheses.rows import SETTLING
-from symgen.hypotheses.score import TINY, dense, repeats_motion
+from symgen.hypotheses.score import TINY, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
-#: Pattern of effects that depend on the time since a log began.
-TIME = "time"
 REPEATED = "the validation log only repeats the motion of the training logs, which confirms nothing"
 
 
@@ -74,7 +72,6 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
         free = [x for x in items if _needs_none(x)]
         out = [Weighed(x, adopted=False, reason=REPEATED) for x in items if x not in free]
         items = free
-    items = _of_one_log(found, items)
     while items:
         weighed = _weigh(found, items, least)
         failing = [w for w in weighed if not w.adopted]
@@ -87,21 +84,6 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
             out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
             items = kept
     return restricted(found, items), tuple(out)
-
-
-def _of_one_log(found: Found, items: Sequence[Item]) -> Sequence[Item]:
-    """Return items; what changes in time is left out of validation logs that do not show it."""
-    fading = [x for x in items if isinstance(x, Score) and x.definition.pattern == TIME]
-    if not fading:
-        return items
-    least = held_squares(found, items)[0].sum()
-    for item in fading:
-        here = replace(item, candidate=item.candidate.only_in(found.declared.logs))
-        others = [here if x is item else x for x in items]
-        squares = held_squares(found, others)[0].sum()
-        if squares < least:
-            items, least = others, squares
-    return items
 
 
 def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
@@ -136,16 +118,6 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
     effects = following(problem, effects)
     seen = problem.stage(effects).seen
     return tuple(settled_constants(problem, effects, seen)), seen
-
-
-def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
-    """Return effects whose columns follow the model's torque, which they change."""
-    for _ in range(SETTLING if any(s.candidate.uses_model for s in effects) else 0):
-        seen = problem.stage(effects).seen
-        effects = [
-            replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
-        ]
-    return effects
 
 
 def _needs_none(item: Item) -> bool:
@@ -195,25 +167,6 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
 def _on_training(item: Item) -> Weighed:
     """Return an item that acts on the training logs alone; the search used other motion of them."""
     return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
-
-
-def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
-    """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
-
-    Args:
-        found: what a search accepts.
-        items: those of it that are corrected; the model is fitted to the training logs with them.
-    """
-    part = found.with_items(items)
-    problem, effects = part.problem, following(part.problem, part.effects)
-    stage, held = problem.stage(effects), problem.held_rows
-    columns = problem.seen(held.logs, stage.X).each(s.candidate for s in effects)
-    W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
-    weight = held.moves**2
-    measured = np.concatenate([log.unmasked.measured for log in held.logs])
-    error = np.sum(weight * (held.y - W @ stage.rows.X) ** 2, axis=0)
-    size = np.sum(weight * measured**2, axis=0)
-    return error, np.maximum(size, TINY)
 
 
 def _floor(found: Found) -> FloatArray:

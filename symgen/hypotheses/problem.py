@@ -140,23 +140,35 @@ class Problem:
         """
         if change.gravity is None:
             return self.changed(change)
-        v, field = variation(self.robot), np.array(change.gravity)
-        count = len(self.robot.moving)
-        units = np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
         others = [
             k
             for k, p in enumerate(self.evaluator.model.base.parameters[: self.base.W.shape[2]])
             if self.evaluator.model.base.standard[p.index].prefix not in names.LINK
         ]
+        links = self._free + np.tensordot(change.gravity, self._weights, 1)
+        W = np.concatenate([links, self.base.W[:, :, others]], axis=2)
+        return replace(self, base=fitted(self.logs, W, self.base.y))
+
+    @cached_property
+    def _free(self) -> FloatArray:
+        """(K, n, 10 links) regressor of all link parameters without gravity."""
+        return self._of_all_links(np.zeros(3), 1.0)
+
+    @cached_property
+    def _weights(self) -> FloatArray:
+        """(3, K, n, 10 links) regressors of gravity of 1 m/s2 along each axis of frame 0."""
+        return np.array([self._of_all_links(axis, 0.0) for axis in np.eye(3)])
+
+    def _of_all_links(self, gravity: FloatArray, moving: float) -> FloatArray:
+        """Return the regressor of all link parameters, at rest where `moving` is 0.0."""
+        v, count = variation(self.robot), len(self.robot.moving)
+        units = np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
 
         def links(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-            return v.regressor((q, qd, qdd), units, field)
+            return v.regressor((q, moving * qd, moving * qdd), units, gravity)
 
-        parts = []
-        for log in self.logs:
-            parts.append(log.unmasked.modelled(links, _BLOCK, log.smooth_stride))
-        W = np.concatenate([np.concatenate(parts), self.base.W[:, :, others]], axis=2)
-        return replace(self, base=fitted(self.logs, W, self.base.y))
+        parts = [log.unmasked.modelled(links, _BLOCK, log.smooth_stride) for log in self.logs]
+        return np.concatenate(parts)
 
     def torque(self, earlier: float) -> FloatArray:
         """Return the torque in the band, (K, n), measured so many seconds earlier."""

@@ -24,6 +24,7 @@ import numpy as np
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Candidate, Score, odds_together
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
+from symgen.hypotheses.held import in_one_log
 from symgen.hypotheses.priors import prior_of
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
@@ -95,6 +96,7 @@ def search(
             break
         found = new
         seen.add(found.keys)
+    found = in_one_log(found)
     if registry.contacts:
         found = _with_contacts_of_held(found, least)
     if steps is not None:
@@ -178,10 +180,11 @@ class _Judge:
             return
         undone = frozenset(c.key for c in found.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
-        if loud and undone not in self._moved:
-            self._moved[undone] = [*motion_trials(problem, loud)]
         # What is accepted may have explained what a change of the motion would.
-        moved = self._moved[undone] if loud else ()
+        doubted = bool(loud) or not found.items
+        if doubted and undone not in self._moved:
+            self._moved[undone] = [*motion_trials(problem, loud)]
+        moved = self._moved[undone] if doubted else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:

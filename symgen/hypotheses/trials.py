@@ -1,7 +1,8 @@
 """Changes of the logs beside a model: how much better each point of their grids predicts.
 
 Changes of torques share the regressor, so that all of them are tried. A change of the motion needs
-new rows: it is tried where the model fails loudly, on a piece of the logs.
+new rows: it is tried where the model fails loudly, on a piece of the logs. Another gravity needs
+few trials, and least squares hide most of it in other parameters: it is tried first.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from symgen.hypotheses.changes import (
     Change,
     Torque,
     geared_by,
+    gravities,
     late,
     motion_changes,
     slow,
@@ -29,7 +31,8 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
 from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
 
-_PIECE = 10.0  # s of each log on which changes of the motion are tried
+#: s of each log on which changes of the motion, and of gravity alone, are tried.
+_PIECE, _LONGER = 10.0, 60.0
 _ROUNDS = 3  # of Newton's method for the size of a change
 
 
@@ -46,12 +49,14 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 
     Args:
         problem: the model and its logs.
-        loud: joints whose gears and units are tried; a wrong sign shows on others too.
+        loud: joints whose gears are tried; a wrong sign or unit shows on others too. Without any,
+            gravity alone is tried.
     """
-    piece = problem.piece(_PIECE)
+    piece = problem.piece(_PIECE if loud else _LONGER)
     alone = piece.stage()
-    for grid in motion_changes(piece.robot):
-        if len(grid) > 1 and not loud & {*grid[0].joints}:
+    grids = motion_changes(piece.robot) if loud else gravities(piece.robot)
+    for grid in grids:
+        if grid[0].definition.name == "gear_ratio" and not loud & {*grid[0].joints}:
             continue
         fits = []
         for change in grid:
