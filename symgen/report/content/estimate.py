@@ -30,8 +30,6 @@ from symgen.report.content.parts import (
 )
 from symgen.report.folded import folded
 from symgen.report.plots import curves as plots
-from symgen.report.plots import parameters as parameter_plots
-from symgen.report.plots import residuals as residual_plots
 
 if TYPE_CHECKING:
     from symgen.estimation.values import Residual
@@ -43,10 +41,9 @@ _SPECTRUM = {
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
-_LOGS = "Choose a log above the plot. Validation logs have a tinted background."
 _TORQUES = (
-    "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
-    "the measured torque without a filter. Measured and modelled torque passed the same low-pass."
+    "Measured and modelled torque passed the same low-pass. The thin grey line is the measured "
+    "torque without it. The fit did not use the validation logs."
 )
 _ERROR = (
     "The error is the RMS of measured minus modelled torque. The percentage is its ratio to the "
@@ -60,10 +57,7 @@ _MODELS = (
     "error on folds of the training logs that the fit did not use."
 )
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
-_VALUES = (
-    "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
-    "pale, and their bars can be longer than the plot. Values of zero are left out."
-)
+_VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
 TIED = 0.9
 
@@ -87,7 +81,8 @@ def _banner(e: Estimate) -> Banner:
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
     facts.append(("condition number", number(e.condition_number, 3)))
     tone = "good" if trusted else "warn"
-    return Banner(tone, e.verdict, "\n".join(e.sentences), facts=tuple(facts))
+    first, rest = ("", e.sentences) if not e.headline else (e.sentences[0], e.sentences[1:])
+    return Banner(tone, e.verdict, "\n".join(rest), facts=tuple(facts), headline=first)
 
 
 def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
@@ -101,12 +96,12 @@ def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     front = (
-        _error_section(e),
         Section(
             "Measured and modelled torque",
             (_TORQUES,),
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
+        _error_section(e),
         *_suspected_sections(e),
         _known_section(e),
         *_simulation_sections(e),
@@ -151,7 +146,6 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     formulas = [(p.name, folded(p.expression)) for p in e.parameters]
     return (
         _weak_section(e),
-        Section("Precision", (), figure=partial(plots.parameters, e)),
         Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
@@ -159,7 +153,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *(
             Section(
                 f"Measured and predicted {quantity}",
-                (_LOGS,),
+                (),
                 figure=partial(plots.measured_and_predicted, e, quantity),
             )
             for quantity in quantities
@@ -169,7 +163,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             Section(
                 f"Spectrum of the {quantity} residual",
                 (_SPECTRUM.get(quantity, ""),),
-                figure=partial(residual_plots.residual_spectrum, e, quantity),
+                figure=partial(plots.residual_spectrum, e, quantity),
             )
             for quantity in quantities
         ),
@@ -271,10 +265,7 @@ def _values_sections(e: Estimate) -> list[Section]:
             row += ["-"] * 3 if math.isinf(std) else known
         rows.append(tuple(row))
     told = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
-    figure = partial(parameter_plots.values, e)
-    return [
-        Section(f"Values beside {told}", (_VALUES, *tests), Table(header, rows), figure, told=())
-    ]
+    return [Section(f"Values beside {told}", (*_VALUES, *tests), Table(header, rows), told=())]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
@@ -300,7 +291,7 @@ def _correlation_sections(e: Estimate) -> list[Section]:
         text += "hardly tell them apart."
         text += f" The {len(most)} strongest:" if len(tied) > len(most) else ""
     table = Table(("parameter", "and", "correlation"), rows)
-    return [Section("Correlation", (text,), table, partial(plots.correlation, e))]
+    return [Section("Correlation", (text,), table)]
 
 
 def _provenance(e: Estimate) -> Table:
