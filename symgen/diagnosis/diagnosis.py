@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symgen.errors import ParameterError
 from symgen.estimation.band import Band
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
 from symgen.faults.mended import MendedChannel
@@ -184,7 +185,7 @@ class Diagnosis(Viewable):
         """Return robot, verdict and the gap before and after."""
         return (
             f"<Diagnosis of {self.robot}: {self.verdict}, torque error "
-            f"{100 * self.before.total:.3g} % to {100 * self.after.total:.3g} %>"
+            f"{percent(self.before.total)} to {percent(self.after.total)}>"
         )
 
     def to_json(self) -> dict[str, Any]:

@@ -66,7 +66,7 @@ def _banner(d: Diagnosis) -> Banner:
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
     named = told_once([e for e in d.effects if e.adopted], d.extended)
-    return Banner(TONES[d.verdict], d.verdict, summary(d), named, facts)
+    return Banner(TONES[d.verdict], d.verdict, "", named, facts, summary(d))
 
 
 def _sections(d: Diagnosis) -> list[Section]:

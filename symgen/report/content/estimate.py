@@ -47,7 +47,9 @@ _TORQUES = (
 )
 _ERROR = (
     "The error is the RMS of measured minus modelled torque. The percentage is its ratio to the "
-    "RMS of the measured torque. The fit did not use the held-out data."
+    "RMS of the measured torque. Held-out data are those that the fit did not use. If joints stand "
+    "still at times, their error in motion comes first: at rest, static friction can take any "
+    "value."
 )
 _KNOWN = f"The standard deviation is at most {KNOWN:g} % of the value."
 _COLUMNS = ("name", "value", "std", "relative std", "unit")
@@ -76,7 +78,9 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
-    facts = [(f"{said}, {data}", percent(r.relative)) for said, data, r in _errors(e)]
+    said, errors = _errors(e)
+    errors.pop("noise floor", None)  # the headline has it
+    facts = [(f"{said}, {data}", percent(r.relative)) for data, r in errors.items()]
     known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
     facts.append(("condition number", number(e.condition_number, 3)))
@@ -85,13 +89,15 @@ def _banner(e: Estimate) -> Banner:
     return Banner(tone, e.verdict, "\n".join(rest), facts=tuple(facts), headline=first)
 
 
-def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
-    """Return the errors on held-out data and on the training logs: of torque, if it is known."""
+def _errors(e: Estimate) -> tuple[str, dict[str, Residual]]:
+    """Return what the errors are of, and the errors; those of joints in motion come first."""
     if e.torque_train is None or e.torque_validation is None:
-        said, held, own = f"{e.model} residual", e.validation, e.train
-    else:
-        said, held, own = "torque error", e.torque_validation, e.torque_train
-    return [(said, "held-out data", held), (said, "training logs", own)]
+        return f"{e.model} residual", {"held-out data": e.validation, "training logs": e.train}
+    held, train = e.torque_validation, {"training logs": e.torque_train}
+    noise = {} if e.noise_floor is None else {"noise floor": e.noise_floor}
+    if e.moving in (None, held):
+        return "torque error", {"held-out data": held} | noise | train
+    return "torque error", {"in motion": e.moving} | noise | {"with joints at rest": held} | train
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
@@ -175,21 +181,20 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 def _error_section(e: Estimate) -> Section:
     """Return the torque error of each joint, in N m or N and in percent."""
-    (said, _, held), (_, _, own) = _errors(e)
+    said, errors = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
     sizes = [("", "")] * len(e.joints)
-    if torques and held.per_joint:
+    held = e.torque_validation
+    if torques and held is not None and held.per_joint:
         measured = np.concatenate([t.measured for t in torques])
         sizes = errors_in_units(e.joints, measured, held.per_joint)
-    told = [held, own] if e.noise_floor is None else [held, e.noise_floor, own]
-    each = zip(*(r.per_joint or () for r in told), strict=False)
+    each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
     rows = [
         (joint.label, *size, *map(percent, shares))
         for joint, size, shares in zip(e.joints, sizes, each, strict=False)
     ]
-    rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
-    header = ("joint", "RMS torque", "RMS error", "held-out data",
-              *(() if e.noise_floor is None else ("noise floor",)), "training logs")  # fmt: skip
+    rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
+    header = ("joint", "RMS torque", "RMS error", *errors)
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 

@@ -170,7 +170,7 @@ def number(value: float, digits: int = 5) -> str:
         return "unknown"
     if np.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers of common size
+    if 10.0**digits - 0.5 <= abs(value) < 1e6:  # no exponent for numbers of common size
         return f"{value:.0f}"
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 
