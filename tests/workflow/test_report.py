@@ -260,14 +260,14 @@ def test_frames_stand_where_an_independent_table_puts_them() -> None:
 def test_the_page_of_long_logs_of_seven_joints_is_small() -> None:
     t = np.arange(0.0, 60.0, 0.001)
     torque = np.random.default_rng(1).normal(size=(len(t), 7))
-    traces = [
-        Trace(name, kind, "torque", t, torque, 0.9 * torque, torque)
-        for name, kind in (("a.csv", "train"), ("b.csv", "validation"))
-    ]
+    logs = [Trace(f"{k}.csv", "validation", "torque", t, torque, 0.9 * torque, torque) for k in
+            range(12)]  # fmt: skip
     errors = Residual(0.1, (0.1,) * 7)
-    page = result_page(replace(synthetic(), traces=tuple(traces), torque_validation=errors))
-    assert page.count('class="area"') == 28
-    assert len(page.encode()) <= 1_000_000
+    for count in (1, 12):
+        estimate = replace(synthetic(), traces=tuple(logs[:count]), torque_validation=errors)
+        page = result_page(estimate)
+        assert page.count('class="area"') == 14 * count
+        assert len(page.encode()) <= 1_300_000
 
 
 @pytest.mark.skipif(BROWSER is None, reason="neither chromium nor google-chrome on PATH")

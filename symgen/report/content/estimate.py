@@ -114,7 +114,8 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
-    return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
+    details = (replace(section, folded=True) for section in _details(e, robot))
+    return tuple(sorted((*front, *details), key=lambda section: section.folded))
 
 
 def _simulation_sections(e: Estimate) -> list[Section]:

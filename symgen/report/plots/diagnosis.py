@@ -11,7 +11,7 @@ from symgen.data.raw import FloatArray
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
 from symgen.report.plots.figure import Figure, Panel
 
-_DOTS = 400  # points of a residual plot
+_DOTS = 400  # points of the residual plots of a joint
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
@@ -61,8 +61,9 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
     before.
     """
     panels = []
-    for c in _recorded(diagnosis):
-        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS).astype(int))
+    logs = _recorded(diagnosis)
+    for c in logs:
+        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS // len(logs) + 1).astype(int))
         shown = {"residual before": c.measured - c.before}
         if diagnosis.effects:
             shown["found effects"] = c.after - c.before

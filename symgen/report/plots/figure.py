@@ -20,12 +20,14 @@ from symgen.files import rendered
 BLUE, ORANGE, GREEN, SKY, INK = "#0072B2", "#D55E00", "#009E73", "#56B4E9", "#24292f"
 _COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#B07800", SKY, "#4D4D4D")
 _DASHES = ("", "7 3", "2 3", "9 3 2 3")
-#: Points that a curve is drawn with at most: one for each pixel of a wide page.
+#: Points that a curve is drawn with at most, one for each pixel of a wide page.
 POINTS = 1200
+#: Points of a figure, half a megabyte; its curves share them, but have a few in any case.
+_OF_ALL, _FEW = 60_000, 40
 #: Units of a plot from left to right, and from top to bottom.
 _WIDE, _HIGH = 2000, 1000
-_INTERVALS = 3.5  # between the ticks of an axis, about
-_ROUND = (1, 2, 5, 10)  # steps of an axis, times a power of ten
+_INTERVALS = 2.5  # between the ticks of an axis, at least
+_ROUND = (10, 5, 2, 1)  # steps of an axis, times a power of ten
 _MARGIN = 0.05  # of the ordinate, above and below the curves
 _FLAT = 1e-9  # a relative range that is drawn as a constant
 _GAP = 5  # steps without a sample that interrupt a line
@@ -86,10 +88,11 @@ class Panel:
     log: tuple[str, str] = ("", "")
     logarithmic: bool = False
 
-    def curves(self) -> dict[str, FloatArray]:
-        """Return what is drawn of each series, (2, M)."""
+    def curves(self, points: int) -> dict[str, FloatArray]:
+        """Return what is drawn of each series, (2, M): about so many points."""
         return {
-            name: y if y.ndim > 1 else np.stack(thin(self.x, y)) for name, y in self.series.items()
+            name: y if y.ndim > 1 else np.stack(thin(self.x, y, points))
+            for name, y in self.series.items()
         }
 
 
@@ -118,9 +121,11 @@ class Figure:
     @property
     def html(self) -> str:
         """The figure as a part of a page."""
+        curves = sum(len(panel.series) for panel in self.panels)
+        points = min(POINTS, max(_FEW, _OF_ALL // curves))
         logs: dict[tuple[str, str], list[_Drawn]] = {}
         for panel in self.panels:
-            logs.setdefault(panel.log, []).append(_drawn(panel, self))
+            logs.setdefault(panel.log, []).append(_drawn(panel, self.looks, points))
         unseen = sorted(logs, key=lambda log: log[1] != "validation")  # the first one is open
         parts = [(_log_title(log), _columns(len(logs[log])), logs[log]) for log in unseen]
         return rendered("report/figure.html", figure=self, logs=parts)
@@ -157,9 +162,9 @@ class _Axis(NamedTuple):
     def ticks(self) -> list[tuple[float, str]]:
         """Return round values on the axis: their places in percent, and their texts."""
         span = self.high - self.low
-        least = span / _INTERVALS
-        power = 10.0 ** np.floor(np.log10(least))
-        step = next(power * k for k in _ROUND if power * k >= least * (1 - _FLAT))
+        most = span / _INTERVALS
+        power = 10.0 ** np.floor(np.log10(most))
+        step = next(power * k for k in _ROUND if power * k <= most)
         if self.logarithmic and span >= 1:
             step = np.ceil(step)  # powers of ten
         at = step * np.arange(np.ceil(self.low / step), np.floor(self.high / step) + 1)
@@ -188,8 +193,8 @@ def _scaled(values: FloatArray, logarithmic: bool) -> FloatArray:
     return np.log10(np.where(values > 0, values, np.nan))
 
 
-def _drawn(panel: Panel, figure: Figure) -> _Drawn:
-    looks, curves = figure.looks, panel.curves()
+def _drawn(panel: Panel, looks: Mapping[str, Look], points: int) -> _Drawn:
+    curves = panel.curves(points)
     every = np.concatenate(list(curves.values()), axis=1)
     across = _axis(every[0], panel.logarithmic)
     up = _axis(every[1], panel.logarithmic, _MARGIN)
@@ -228,8 +233,8 @@ def _line(points: FloatArray) -> str:
     return f"M{points[0, 0]} {points[0, 1]}l{' '.join(moves or ['0 0'])}"
 
 
-def thin(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return at most about POINTS points that keep every peak.
+def thin(x: FloatArray, y: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return at most about so many points that keep every peak.
 
     The abscissa is divided into equal intervals. Each keeps its lowest and its highest point. A gap
     of more than five steps interrupts the line.
@@ -237,10 +242,11 @@ def thin(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     Args:
         x: abscissa, increasing, shape (K,).
         y: values, shape (K,).
+        points: 4 or more.
     """
     keep = np.arange(len(y))
-    if len(y) > POINTS:
-        width = -(-len(y) // (POINTS // 2 - 1))
+    if len(y) > points:
+        width = -(-len(y) // (points // 2 - 1))
         rows = np.pad(y, (0, -len(y) % width), constant_values=np.nan).reshape(-1, width)
         start, bad = width * np.arange(len(rows)), ~np.isfinite(rows)
         low = start + np.where(bad, np.inf, rows).argmin(axis=1)
