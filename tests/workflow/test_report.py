@@ -151,7 +151,8 @@ def test_page_is_self_contained_and_draws_every_log(html: str) -> None:
     spectra = [f"{joint}/√Hz" for joint in joints]
     assert page.figures == [3 * joints, 3 * ["energy, J"], 3 * ["energy, J/√Hz"], 3 * spectra]
     assert page.text.index("check.csv (validation)") < page.text.index("excite.csv (training)")
-    for _, attrs in page.tags:
+    for tag, attrs in page.tags:
+        assert tag != "script"
         assert "src" not in attrs
         assert (attrs.get("href") or "#").startswith(("#", "data:"))
 
