@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from symgen.report.plots.figure import Figure
 
 
 class Views(Protocol):
@@ -28,7 +28,7 @@ class Viewable:
     """A result with the views of its page: a panel in notebooks, and figures."""
 
     def plot(self, name: str | None = None) -> Figure:
-        """Return a figure of the report page as a plotly Figure; `.show()` opens it.
+        """Return a figure of the report page; a notebook shows it, `.save(path)` writes it.
 
         Args:
             name: heading of the figure on the page; by default its first figure.

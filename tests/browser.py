@@ -18,13 +18,12 @@ HOSTILE = "</script><script>console.error(1)</script><img src=http://a.invalid/x
 
 
 class Page(HTMLParser):
-    """The elements of a page, its figures, and its text outside scripts and styles."""
+    """The elements of a page, the titles of the plots of each figure, and its text."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
         self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.figures: list[dict[str, Any]] = []
-        self.scripts: list[str] = []
+        self.figures: list[list[str]] = []
         self.text = ""
         self._inside = ""
         self.feed(html)
@@ -33,49 +32,58 @@ class Page(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append((tag, dict(attrs)))
         self._inside = tag
-        if tag == "script":
-            self.scripts.append("")
+        if tag == "figcaption":
+            self.figures[-1].append("")
+        if ("class", "curves") in attrs:
+            self.figures.append([])
 
-    def handle_endtag(self, tag: str) -> None:
-        if tag == "script" and "data-figure" in self.tags[-1][1]:
-            self.figures.append(json.loads(self.scripts[-1]))
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002
         self._inside = ""
 
     def handle_data(self, data: str) -> None:
-        if self._inside == "script":
-            self.scripts[-1] += data
-        elif self._inside != "style":
+        if self._inside == "figcaption":
+            self.figures[-1][-1] += data
+        elif self._inside not in ("script", "style"):
             self.text += data
 
 
 WIDTHS = (1400, 800, 390)
-#: Whatever stands outside the window, or outside its own box, is clipped; figures may be moved.
+#: Whatever stands outside the window, or outside its own box, is clipped.
 _MEASURE = """<script>addEventListener("load", () => setTimeout(() => {
   const said = [], name = (e) => e.tagName + "." + e.className + " " + e.textContent.slice(0, 40);
   for (const e of document.querySelectorAll("main *")) {
-    if (e.closest(".plot, .scroll:has(.plot), script")) continue;
+    if (e.closest("script, svg")) continue;
     const box = e.getBoundingClientRect();
     if (box.width && (box.right > innerWidth + 1 || box.left < -1)) said.push("out: " + name(e));
-    if (e.matches(".scroll, td, th, dd, p") && e.clientWidth && e.scrollWidth > e.clientWidth + 1)
+    const wider = e.clientWidth && e.scrollWidth > e.clientWidth + 1;
+    if (wider && e.matches(".scroll, td, th, dd, p, figcaption"))
       said.push("cut: " + name(e));
   }
-  for (const plot of document.querySelectorAll(".plot")) {
-    const box = plot.getBoundingClientRect();
-    if (!plot.matches(".grid") && innerWidth < 600 && box.right > innerWidth + 1)
-      said.push("wide: " + plot.id);
-    for (const text of plot.querySelectorAll(".gtitle, .xtitle, .ytitle, .legendtext")) {
-      const own = text.getBoundingClientRect();
-      if (own.width && (own.right > box.right + 1 || own.left < box.left - 1))
-        said.push("title: " + text.textContent);
+  const wide = document.scrollingElement.scrollWidth;
+  if (wide > innerWidth) said.push("scrolls sideways: " + wide + " px");
+  for (const area of document.querySelectorAll(".area")) {
+    const box = area.getBoundingClientRect();
+    let before = -1;  // of ticks from left to right, none may touch the next
+    for (const tick of area.querySelectorAll(".x")) {
+      const own = tick.getBoundingClientRect();
+      if (own.width && own.left < before) said.push("touches: " + tick.textContent);
+      before = own.right;
     }
+    if (box.width && box.width < 100) said.push("narrow: " + area.textContent);
   }
   parent.postMessage(JSON.stringify([innerWidth, said]), "*");
 }, 400));</script>"""
 
 
+def _measured(html: str, script: str) -> str:
+    """Return a page with a script, which its own policy forbids."""
+    allowed = html.replace("default-src 'none';", "default-src 'none'; script-src 'unsafe-inline';")
+    return allowed.replace("</body>", f"{script}</body>")
+
+
 def clipped(html: str, folder: Path) -> dict[int, list[str]]:
     """Return what a browser shows only a part of, by the width of the window in pixels."""
-    (folder / "seen.html").write_text(html.replace("</body>", _MEASURE + "</body>"), "utf-8")
+    (folder / "seen.html").write_text(_measured(html, _MEASURE), "utf-8")
     frames = "".join(  # a window cannot be as narrow as a phone, a frame can
         f"<iframe src='seen.html' style='border:0;width:{width}px;height:900px'></iframe>"
         for width in WIDTHS
@@ -83,6 +91,32 @@ def clipped(html: str, folder: Path) -> dict[int, list[str]]:
     answer = {int(width): list(said) for width, said in _answers(frames, folder)}
     assert set(answer) == set(WIDTHS), answer
     return answer
+
+
+def below_first_screen(
+    html: str, folder: Path, sizes: Iterable[tuple[int, int]]
+) -> dict[tuple[int, int], list[str]]:
+    """Return what of the verdict and of the open plots is below the first screen, by its size.
+
+    Args:
+        html: the page.
+        folder: for the page.
+        sizes: widths and heights of the screen, in pixels.
+    """
+    (folder / "first.html").write_text(_measured(html, _FIRST), "utf-8")
+    frames = "".join(
+        f"<iframe src='first.html' style='border:0;width:{width}px;height:{height}px'></iframe>"
+        for width, height in sizes
+    )
+    return {(width, height): list(below) for width, height, below in _answers(frames, folder)}
+
+
+_FIRST = """<script>addEventListener("load", () => setTimeout(() => {
+  const wanted = document.querySelectorAll(".headline, .verdict, section .curves > div .area");
+  const below = [...wanted].filter((e) => e.getBoundingClientRect().bottom > innerHeight);
+  const texts = below.map((e) => e.textContent.slice(0, 40));
+  parent.postMessage(JSON.stringify([innerWidth, innerHeight, texts]), "*");
+}, 400));</script>"""
 
 
 #: What a phone shows of a page of the documentation; blocks and tables may scroll by themselves.

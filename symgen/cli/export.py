@@ -48,6 +48,7 @@ def export(
     possible one that is nearest to the values in the file. Exit code 1: the torque error of the
     written file on a --log is above that of the estimate by more than --least.
     """
+    from symgen.estimation.torque_error import percent
     from symgen.faults.logs import open_samples
     from symgen.files import json_text, replace_file, write_folder
     from symgen.identification import export as exports
@@ -96,13 +97,13 @@ def export(
     for log in logs:
         say_progress(f"comparing with {log}")
         errors = exports.file_errors(paths, log, found, known or copied, reading)
-        each = [100 * error for error in errors.files]
-        told = f"{each[0]:.3g} %"
+        each = errors.files
+        told = percent(each[0])
         if samples:
             middle = sum(each) / len(each)
             spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
-            told = f"{middle:.3g} % on average over {samples} files, std {spread:.2g} %"
-        click.echo(f"torque error on {log}: {told}; the estimate {100 * errors.estimate:.3g} %")
+            told = f"{percent(middle)} on average over {samples} files, std {percent(spread)}"
+        click.echo(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
         if not samples and errors.files[0] > errors.estimate + least / 100:
             why = "symgen diagnose searches for what the model lacks"
             if first.left_out:

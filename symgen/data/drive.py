@@ -152,4 +152,6 @@ def _difference(told: FloatArray, tau: FloatArray) -> str:
     size = rms(tau)
     apart = rms(told - tau) / np.where(size > 0, size, np.inf)
     j = int(np.argmax(apart))
-    return f"differs from it by up to {100 * apart[j]:.2g} % (joint {j + 1})"
+    share = 100 * apart[j]
+    text = f"{share:.3g}" if apart[j] < 1 else f"{share:.0f}"
+    return f"differs from it by up to {text} % (joint {j + 1})"

@@ -39,6 +39,7 @@ from symgen.estimation.solve import (
 )
 from symgen.estimation.summary import summaries, triangle
 from symgen.estimation.system import Equations, LinearSystem
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Endogeneity, FloatArray, OtherEstimate
 from symgen.policy import BEYOND, KNOWN
 
@@ -245,7 +246,7 @@ def bias_of_least_squares(
         return compared, ""
     return compared, (
         f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
-        f"{ratio[worst]:.2g} std, {100 * moves[worst] / size[worst]:.2g} %; compare method iv"
+        f"{ratio[worst]:.2g} std, {percent(moves[worst] / size[worst])}; compare method iv"
     )
 
 

@@ -24,6 +24,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: An error above which its digits say nothing.
 MANY = 10.0
+#: Percent that are written as whole numbers; below, three digits are.
+_WHOLE = 99.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +78,13 @@ class TorqueFit:
 
 
 def percent(ratio: float) -> str:
-    """Return a ratio in percent, with three significant digits up to 1000 %."""
+    """Return a ratio in percent: three significant digits, whole numbers from 100 to 1000 %."""
     if not math.isfinite(ratio):
         return "unknown" if math.isnan(ratio) else "∞ %"
-    return "over 1000 %" if ratio > MANY else f"{f'{100 * ratio + 0.0:#.3g}'.rstrip('.')} %"
+    if ratio > MANY:
+        return "over 1000 %"
+    value = 100 * ratio + 0.0
+    return f"{value:.0f} %" if value >= _WHOLE else f"{value:#.3g} %"
 
 
 def largest(

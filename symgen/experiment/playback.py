@@ -33,6 +33,7 @@ from symgen.estimation.playback import (
     windows_of,
     with_controller,
 )
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
 from symgen.faults.logs import open_samples
@@ -93,9 +94,7 @@ class SimulationComparison(Viewable):
 
     def __repr__(self) -> str:
         """Return the files with their errors."""
-        told = ", ".join(
-            f"{f.file} {100 * f.horizons[-1].position_error:.3g} %" for f in self.files
-        )
+        told = ", ".join(f"{f.file} {percent(f.horizons[-1].position_error)}" for f in self.files)
         return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {told}>"
 
     def to_json(self) -> dict[str, Any]:

@@ -59,13 +59,21 @@ def mended_channels(
         for key, kind in _KINDS.items():
             for j in range(len(sigma) if getattr(before, key) is not None else 0):
                 channel = f"{key}{j + 1}"
-                names = {"all", key, channel}
-                fault = next((f for f in here if names & {*f.channel.split(", ")}), None)
+                fault = _fault_of((channel, key, "all"), here)
                 drawn = None if fault is None else _around_change(before, after, key, j)
                 if fault is not None and drawn is not None:
                     says = fault.in_words.removeprefix(f"{fault.log}: {fault.channel}: ")
                     unit = effect_unit(kind, sigma[j])
                     yield MendedChannel(before.name, channel, says, unit, *drawn)
+
+
+def _fault_of(names: Sequence[str], faults: Sequence[Fault]) -> Fault | None:
+    """Return the fault of a channel; the names that it goes by, the narrowest first."""
+    for name in names:
+        for fault in faults:
+            if name in fault.channel.split(", "):
+                return fault
+    return None
 
 
 def largest_repairs(channels: Iterable[MendedChannel]) -> tuple[MendedChannel, ...]:

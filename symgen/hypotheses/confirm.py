@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.floor import noise_fit
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score, Seen
 from symgen.hypotheses.event import Contact
@@ -151,14 +152,14 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             pass
         elif fell < least:
             reason = (
-                f"on the validation data it explains {100 * fell:.2g} % of the torque of a joint; "
+                f"on the validation data it explains {percent(fell)} of the torque of a joint; "
                 f"what matters: {100 * least:.2g} %"
             )
         elif rise.max() >= least or whole.sum() / size.sum() > without.sum() / size_without.sum():
             k = int(np.argmax(rise))
             reason = (
                 "on the validation data it raises a torque error from "
-                f"{100 * was[k]:.3g} to {100 * now[k]:.3g} %"
+                f"{percent(was[k])} to {percent(now[k])}"
             )
         out.append(Weighed(item, fell - max(float(rise.max()), 0.0), left, not reason, reason))
     return out

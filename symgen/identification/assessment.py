@@ -167,6 +167,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         validation=found.held,
         torque_train=found.own.residual,
         torque_validation=found.seen.residual,
+        moving=error,
         noise_floor=floor,
         unexplained=unexplained,
         cutoff_hz=run.band.cutoff_hz,

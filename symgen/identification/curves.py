@@ -12,19 +12,20 @@ import numpy as np
 
 from symgen.data.raw import require_size
 from symgen.errors import ParameterError
-from symgen.estimation.values import Trace
+from symgen.estimation.values import Residual, Trace
 from symgen.schemas import as_json, from_json
 
 FILE = "curves.npz"
 
 
-def traces_npz(traces: tuple[Trace, ...]) -> bytes:
+def traces_npz(traces: tuple[Trace, ...], moving: Residual | None = None) -> bytes:
     """Return traces as the bytes of an NPZ file.
 
     Curves are in single precision, times in double. `index`, a JSON text in bytes, lists the
-    traces in order; their arrays are `trace0_t`, `trace0_measured`, ...
+    traces in order; their arrays are `trace0_t`, `trace0_measured`, ... It has the torque error of
+    joints in motion, too, where there is one.
     """
-    index = json.dumps({"traces": as_json(traces)})
+    index = json.dumps({"traces": as_json(traces), "moving": as_json(moving)})
     arrays: dict[str, Any] = {"index": np.frombuffer(index.encode(), dtype=np.uint8)}
     for k, trace in enumerate(traces):
         for key, array in vars(trace).items():
@@ -35,22 +36,24 @@ def traces_npz(traces: tuple[Trace, ...]) -> bytes:
     return file.getvalue()
 
 
-def read_traces(path: Path) -> tuple[Trace, ...]:
-    """Read a file of `traces_npz`; a missing file has no traces.
+def read_traces(path: Path) -> tuple[tuple[Trace, ...], Residual | None]:
+    """Read traces and error from a file of `traces_npz`; a missing file has none.
 
     Raises:
         ParameterError: the file is damaged.
     """
     if not path.exists():
-        return ()
+        return (), None
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             require_size(path, sum(entry.file_size for entry in file.zip.infolist()))
             index = json.loads(file["index"].tobytes())
-            return tuple(
+            traces = tuple(
                 from_json(Trace, entry, path, **_arrays(file, f"trace{k}", entry))
                 for k, entry in enumerate(index["traces"])
             )
+            moving = index.get("moving")
+            return traces, None if moving is None else from_json(Residual, moving, path)
     except Exception as error:  # a damaged archive raises one of two dozen kinds
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "

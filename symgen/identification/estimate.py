@@ -154,6 +154,7 @@ class Estimate(Viewable):
         validation: the same on data that the estimate never saw.
         torque_train: residual in torque of the same parameters, per joint.
         torque_validation: the same on the validation data.
+        moving: torque_validation of joints in motion; None where it is not known.
         noise_floor: what noise alone leaves of the torque of the validation data, of joints in
             motion; None where it is not known.
         unexplained: part of that torque that neither the model nor noise explains; None where no
@@ -215,6 +216,7 @@ class Estimate(Viewable):
     notes: tuple[str, ...] = ()
     provenance: Annotated[tuple[tuple[str, str], ...], PAIRS] = ()
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
+    moving: Annotated[Residual | None, BESIDE] = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "possible", self.physical.reason is None)
@@ -290,8 +292,8 @@ def read_estimate(path: str | Path) -> Estimate:
         )
     torque = found.torque_validation and found.torque_validation.per_joint
     joints = (Joint(j, "N m or N") for j in range(1, len(torque or ()) + 1))
-    traces = read_traces(file.with_name(FILE))
-    return replace(found, joints=found.joints or tuple(joints), traces=traces)
+    traces, moving = read_traces(file.with_name(FILE))
+    return replace(found, joints=found.joints or tuple(joints), traces=traces, moving=moving)
 
 
 def _torn(e: Estimate) -> str:

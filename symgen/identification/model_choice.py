@@ -37,7 +37,7 @@ from symgen.estimation.summary import (
     block_summary,
     held_out_error,
 )
-from symgen.estimation.torque_error import TorqueFit, fit
+from symgen.estimation.torque_error import TorqueFit, fit, percent
 from symgen.estimation.values import FloatArray, Reason
 from symgen.faults.fault import EVERYWHERE, Fault
 from symgen.faults.logs import join_bands
@@ -403,7 +403,7 @@ def _determined_columns(
 def _alternative(own: Candidate, best: Candidate) -> Alternative:
     """Return the result of a model beside the best one."""
     number, train, held = math.inf, None, None
-    reason = f"{100 * own.held_out:.3g} % torque error on folds left out"
+    reason = f"{percent(own.held_out)} torque error on folds left out"
     if own is not best:
         reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
     if own.error is not None:

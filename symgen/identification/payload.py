@@ -23,7 +23,7 @@ from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import Source, listed_logs, require_logs, require_other_data
 from symgen.estimation.motion_error import in_motion, motion_error
-from symgen.estimation.torque_error import fit
+from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.curves import FILE, read_traces
@@ -155,7 +155,7 @@ def read_payload(path: str | Path) -> Payload:
         ParameterError: there is none, or it is damaged.
     """
     file = result_file(path, MARKER)
-    traces = read_traces(file.with_name(FILE))
+    traces, _ = read_traces(file.with_name(FILE))
     return replace(read_result(Payload, file, SCHEMA, traces=()), traces=traces)
 
 
@@ -370,8 +370,8 @@ def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float)
     best = min(left, key=lambda number: left[number])
     if left[best] < SHOWN * after:
         raise IdentificationError(
-            f"a load on another link fits better: the torque error is {100 * left[best]:.3g} % "
-            f"with a load on {robot.label(best)}, {100 * after:.3g} % with one on "
+            f"a load on another link fits better: the torque error is {percent(left[best])} "
+            f"with a load on {robot.label(best)}, {percent(after)} with one on "
             f"{robot.label(link)}; accepted: joint = {best} in [payload] of the robot file"
         )
 

@@ -19,7 +19,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING
 from symgen.estimation.motion_error import motion_error
 from symgen.estimation.system import torque_at
-from symgen.estimation.torque_error import fit
+from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.estimate import Joint, joints_of
@@ -69,7 +69,7 @@ class Prediction(Viewable):
 
     def __repr__(self) -> str:
         """Return robot, log and error."""
-        error = f"{100 * self.moving.relative:.3g} %"
+        error = percent(self.moving.relative)
         return f"<Prediction of {self.robot} along {self.log}: torque error {error}>"
 
     def to_json(self) -> dict[str, Any]:

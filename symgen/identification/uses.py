@@ -58,9 +58,8 @@ class PredictionUse(Use):
         text = f"{self.grade.capitalize()} for torque prediction"
         if not self.ok:
             text = f"Not good for torque prediction: {joined(self.reasons)}"
-        if self.large:
-            text += f"; large errors: {', '.join(reason.text for reason in self.large)}"
-        return f"{text}."
+        large = f" Large errors: {joined(self.large)}." if self.large else ""
+        return f"{text}.{large}"
 
 
 @dataclass(frozen=True)

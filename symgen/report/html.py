@@ -1,20 +1,14 @@
-"""Pages: one HTML file that holds everything, plotly.js too, and asks nothing of a network."""
+"""Pages: one HTML file that holds everything and asks nothing of a network."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
-
-from markupsafe import Markup
+from typing import Any
 
 from symgen.files import rendered
 from symgen.report.content.parts import Banner, Content, Table
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
 
 #: Letters that fit side by side on a phone.
 _NARROW = 48
@@ -31,15 +25,9 @@ def page(content: Content) -> str:
         table = section.table if section.table and section.table.rows else None
         alone = section.text and not (section.figure or section.table)
         if figure or table or section.picture or alone:
-            drawn = None if figure is None else _figure(figure)
-            views.append((section, drawn, None if table is None else _table(table)))
-    return rendered(
-        "report/report.html",
-        content=content,
-        banner=_banner(content.banner),
-        sections=views,
-        plotly=_plotly_js() if any(drawn for _, drawn, _ in views) else None,
-    )
+            views.append((section, figure, None if table is None else _table(table)))
+    banner = _banner(content.banner)
+    return rendered("report/report.html", content=content, banner=banner, sections=views)
 
 
 def notebook_panel(content: Content) -> str:
@@ -78,20 +66,6 @@ def _table(table: Table) -> dict[str, Any]:
     }
 
 
-def _figure(figure: Figure) -> dict[str, Any]:
-    """Return what the template places: JSON that is safe inside a script, and its size."""
-    layout = figure.layout
-    # the heading stands for the figure's own title
-    figure.update_layout(title=None, margin={"t": max(layout.margin.t - 30, 36)})
-    meta = {"min_width": 0, "grid": False, **(layout.meta or {})}
-    import plotly.io
-
-    text = plotly.io.to_json(figure, engine="json")
-    for character in "<>&\u2028\u2029":  # no character that could end the script that holds it
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return {**meta, "height": int(layout.height or 450), "json": Markup(text)}
-
-
 def _style(cells: Sequence[str], first: bool) -> str:
     """Return how a column is set: "number", "formula", "words" that wrap, "name" or "unit"."""
     if not first and all(_NUMBER.match(cell) for cell in cells):
@@ -101,9 +75,3 @@ def _style(cells: Sequence[str], first: bool) -> str:
     if max(map(len, cells), default=0) > _LONG:
         return "words"
     return "name" if first else "unit"
-
-
-def _plotly_js() -> Markup:
-    from plotly.offline import get_plotlyjs
-
-    return Markup(get_plotlyjs())

@@ -198,7 +198,9 @@ def _print_verdict(banner: Banner) -> None:
     """Print the verdict, why, and the few numbers that matter."""
     start = "" if banner.tone == "plain" else "verdict: "
     say("\n" + start + click.style(banner.verdict, fg=_COLOURS.get(banner.tone), bold=True))
-    for line in (*banner.text.splitlines(), *(f"- {reason}" for reason in banner.reasons)):
+    headline = [banner.headline] if banner.headline else []
+    reasons = (f"- {reason}" for reason in banner.reasons)
+    for line in (*headline, *banner.text.splitlines(), *reasons):
         say(wrapped(line, "  "))
     for label, value in banner.facts:
         say(f"{label}: {value}")

@@ -10,7 +10,7 @@ from symgen.report.html import notebook_panel as panel_of
 from symgen.report.store import Value, content
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from symgen.report.plots.figure import Figure
 
 
 def panel(result: Value) -> str:

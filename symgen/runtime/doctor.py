@@ -12,7 +12,7 @@ from symgen.errors import SymgenError
 from symgen.runtime.build import build_module, find_compiler, missing_compiler
 from symgen.runtime.flags import kernel_flags
 
-_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "plotly", "pyarrow",
+_NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "pyarrow",
            "clarabel")  # fmt: skip
 #: Module, what it is for, and what brings it.
 _OPTIONAL = (

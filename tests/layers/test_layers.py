@@ -23,12 +23,11 @@ DOORS = {
     "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
     "pandas": ("identification/estimate",),
     "clarabel": ("identification/possible",),
-    "plotly": ("report", "views"),
     "pydantic": ("schemas",),
     "click": ("cli", "report/terminal"),
     "rich": ("cli/progress", "report/terminal"),
 }
-HEAVY = {"sympy", "numpy", "scipy", "casadi", "plotly", "pyarrow", "jinja2", "cffi", "pydantic",
+HEAVY = {"sympy", "numpy", "scipy", "casadi", "pyarrow", "jinja2", "cffi", "pydantic",
          "clarabel", "pandas", "rosbags", "mujoco", "dask", "distributed", "fsspec"}  # fmt: skip
 
 

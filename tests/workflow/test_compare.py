@@ -155,7 +155,7 @@ def test_an_estimate_is_read_as_it_was(estimates, folders) -> None:
         assert np.allclose(ours.predicted, theirs.predicted, rtol=1e-6)
         assert np.array_equal(ours.t, theirs.t)
     pages = [Page(result_page(e)) for e in (estimates[0], again)]
-    assert len(pages[0].figures) == len(pages[1].figures) > 4
+    assert len(pages[0].figures) == len(pages[1].figures) == 4
     assert pages[0].text == pages[1].text
 
 
@@ -181,7 +181,7 @@ def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders,
     assert old.traces == ()
     assert (old.band, old.repairs, old.alternatives, old.uses) == (None, (), (), None)
     assert old.joints == (Joint(1, "N m or N"), Joint(2, "N m or N"))
-    assert len(Page(result_page(old)).figures) == 1  # of one method alone
+    assert Page(result_page(old)).figures == []
     assert symgen.compare(old, folders[0]).verdict == "agree"
 
 

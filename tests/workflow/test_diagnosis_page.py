@@ -110,13 +110,17 @@ def channel(log: str, number: int, size: float) -> MendedChannel:
     return MendedChannel(log, f"q{number}", "a spike: taken out", "rad", *both, size)
 
 
-def test_the_gap_is_drawn_from_zero_and_on_a_logarithm_if_asked() -> None:
-    figure = diagnosis_plots.gaps(synthetic())
-    assert figure.layout.yaxis.type in (None, "linear")
-    assert figure.layout.yaxis.rangemode == "tozero"
-    first, second = figure.layout.updatemenus[0].buttons
-    assert first.args[0]["yaxis.range"][0] == 0
-    assert second.args[0]["yaxis.type"] == "log"
+def test_a_repair_is_drawn_once_as_recorded_and_as_repaired_each_at_its_scale() -> None:
+    channels = channel("a.csv", 1, 1.0), channel("a.csv", 2, 0.5), channel("b.csv", 1, 0.2)
+    figure = diagnosis_plots.repaired(replace(synthetic(), mended=channels))
+    assert figure is not None
+    assert [panel.title for panel in figure.panels] == [
+        *("q1 of a.csv, rad: a spike: taken out", "q1 of a.csv, rad: repaired"),
+        *("q1 of b.csv, rad: a spike: taken out", "q1 of b.csv, rad: repaired"),
+    ]
+    recorded, repaired = (next(iter(p.series.values())) for p in figure.panels[:2])
+    assert recorded[1].max() == 2.0
+    assert repaired[1].max() < 1.0
 
 
 def spoiled_log(seed: int, **fault: bool) -> symgen.Log:
@@ -182,8 +186,8 @@ def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
     figure = diagnosis_plots.portraits(synthetic())
     assert figure is not None
     # joint 2 against its position: the spring of the synthetic log, 0.8 q
-    drawn = [c for c in figure.data if c.name == "found effects" and c.mode == "markers"]
-    assert any(np.allclose(c.y, 0.8 * np.asarray(c.x), atol=1e-5) for c in drawn)
+    drawn = [panel.series["found effects"] for panel in figure.panels]
+    assert any(np.allclose(y, 0.8 * x, atol=1e-5) for x, y in drawn)
 
 
 def test_hostile_names_add_no_element() -> None:
@@ -201,7 +205,7 @@ def test_hostile_names_add_no_element() -> None:
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
 
 
-#: What HTML, plotly and LaTeX read as more than a name.
+#: What HTML and LaTeX read as more than a name.
 NAMES = (
     "a \"quoted\" 'joint' <b>bold</b> & $x_1$ </script><img src=x onerror=alert(1)>",
     "$\\frac{1}{2}$ 肩_😀_שלום %{x} {y} %{meta[0]} " + "long_name_without_any_break_" * 5,
@@ -229,7 +233,7 @@ def test_sparse_diagnosis_has_a_page() -> None:
         after=whole_gap((0.0, 0.0)),
         floor=whole_gap((0.0, 0.0)),
     )  # fmt: skip
-    assert len(Page(diagnosis_page(bare)).figures) == 1
+    assert Page(diagnosis_page(bare)).figures == []
 
 
 def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> None:
@@ -239,7 +243,7 @@ def test_a_diagnosis_is_read_as_it_was_but_for_its_curves(tmp_path: Path) -> Non
     known = synthetic().to_json()
     assert repr(kept.to_json()) == repr(known)
     assert again.extended == synthetic().extended
-    assert len(Page(diagnosis_page(again)).figures) == 1
+    assert Page(diagnosis_page(again)).figures == []
     file = tmp_path / "why" / MARKER
     content = json.loads(file.read_text())
     for spoil in (

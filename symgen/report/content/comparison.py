@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from symgen.identification.comparison import Comparison
 from symgen.identification.estimate import Estimate
 from symgen.report.content.parts import (
@@ -16,13 +14,9 @@ from symgen.report.content.parts import (
     percent,
 )
 from symgen.report.folded import folded
-from symgen.report.plots import parameters as parameter_plots
 
 _DIFFERENCE = (
     "b minus a over the square root of the sum of both variances, which assumes independent data."
-)
-_VALUES = (
-    "Each value over that of the first estimate, with 2 std to either side; weak ones are pale."
 )
 TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}
 
@@ -80,8 +74,7 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
     a, b = (dict(e.provenance) for e in (c.a, c.b))
     origin = [(key, _short(a.get(key, "-")), _short(b.get(key, "-"))) for key in {**a, **b}]
     return (
-        Section("Differences", (_DIFFERENCE,), table, partial(parameter_plots.moved, c), told=()),
-        Section("Values", (_VALUES,), figure=partial(parameter_plots.both_values, c)),
+        Section("Differences", (_DIFFERENCE,), table, told=()),
         Section(
             "Side by side",
             ("Residuals of different models and logs are not of the same quantity.",),

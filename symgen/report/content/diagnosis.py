@@ -42,8 +42,8 @@ _EFFECTS = (
 _OVER = ", over speed and position. The torque of the named effects is drawn over it."
 _AGAINST = ", over speed and position. A pattern is a torque that no effect explains."
 _MENDED = (
-    "Each repaired channel around its largest change, the largest one first. Masked samples are "
-    "missing from the line."
+    "A channel of each repair around its largest change, the largest one first: as recorded, then "
+    "as repaired, each at its own scale. Masked samples are missing from the line."
 )
 
 
@@ -66,7 +66,7 @@ def _banner(d: Diagnosis) -> Banner:
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
     named = told_once([e for e in d.effects if e.adopted], d.extended)
-    return Banner(TONES[d.verdict], d.verdict, summary(d), named, facts)
+    return Banner(TONES[d.verdict], d.verdict, "", named, facts, summary(d))
 
 
 def _sections(d: Diagnosis) -> list[Section]:
@@ -76,19 +76,19 @@ def _sections(d: Diagnosis) -> list[Section]:
     found = [(p.name, *_value(p), p.unit) for p in d.parameters]
     last = "with the effects that were found" if d.effects else "as it is"
     front = (
-        Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
-        _gap_section(d),
         Section(
             "Torque",
             (f"Measured, and by the model {last}; both in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
+        Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
+        _gap_section(d),
         _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
     details = (
         Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
         repairs_section(d.repairs),
-        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
+        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.repaired, d)),
         Section(
             "Effects that these logs cannot distinguish",
             ("Other effects would explain the same torque as well.",),
@@ -144,8 +144,7 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
         "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
-    figure = partial(diagnosis_plots.gaps, diagnosis)
-    return Section("Torque error by joint", (text,), _gap_table(diagnosis), figure, told=())
+    return Section("Torque error by joint", (text,), _gap_table(diagnosis), told=())
 
 
 def _gap_table(d: Diagnosis) -> Table:

@@ -30,8 +30,6 @@ from symgen.report.content.parts import (
 )
 from symgen.report.folded import folded
 from symgen.report.plots import curves as plots
-from symgen.report.plots import parameters as parameter_plots
-from symgen.report.plots import residuals as residual_plots
 
 if TYPE_CHECKING:
     from symgen.estimation.values import Residual
@@ -43,14 +41,15 @@ _SPECTRUM = {
     "torque": "Both torques have passed the same low-pass (see Notes). A peak below its cutoff is "
     "motion that the model does not explain.",
 }
-_LOGS = "Choose a log above the plot. Validation logs have a tinted background."
 _TORQUES = (
-    "Choose a log above the plot. Validation logs have a tinted background. The thin grey line is "
-    "the measured torque without a filter. Measured and modelled torque passed the same low-pass."
+    "Measured and modelled torque passed the same low-pass. The thin grey line is the measured "
+    "torque without it. The fit did not use the validation logs."
 )
 _ERROR = (
     "The error is the RMS of measured minus modelled torque. The percentage is its ratio to the "
-    "RMS of the measured torque. The fit did not use the held-out data."
+    "RMS of the measured torque. Held-out data are those that the fit did not use. If joints stand "
+    "still at times, their error in motion comes first: at rest, static friction can take any "
+    "value."
 )
 _KNOWN = f"The standard deviation is at most {KNOWN:g} % of the value."
 _COLUMNS = ("name", "value", "std", "relative std", "unit")
@@ -60,10 +59,7 @@ _MODELS = (
     "error on folds of the training logs that the fit did not use."
 )
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
-_VALUES = (
-    "Each value relative to the estimate, which is at 1, with bars of 2 std. Weak parameters are "
-    "pale, and their bars can be longer than the plot. Values of zero are left out."
-)
+_VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
 TIED = 0.9
 
@@ -82,38 +78,44 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
-    facts = [(f"{said}, {data}", percent(r.relative)) for said, data, r in _errors(e)]
+    said, errors = _errors(e)
+    errors.pop("noise floor", None)  # the headline has it
+    facts = [(f"{said}, {data}", percent(r.relative)) for data, r in errors.items()]
     known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
     facts.append(("condition number", number(e.condition_number, 3)))
     tone = "good" if trusted else "warn"
-    return Banner(tone, e.verdict, "\n".join(e.sentences), facts=tuple(facts))
+    first, rest = ("", e.sentences) if not e.headline else (e.sentences[0], e.sentences[1:])
+    return Banner(tone, e.verdict, "\n".join(rest), facts=tuple(facts), headline=first)
 
 
-def _errors(e: Estimate) -> list[tuple[str, str, Residual]]:
-    """Return the errors on held-out data and on the training logs: of torque, if it is known."""
+def _errors(e: Estimate) -> tuple[str, dict[str, Residual]]:
+    """Return what the errors are of, and the errors; those of joints in motion come first."""
     if e.torque_train is None or e.torque_validation is None:
-        said, held, own = f"{e.model} residual", e.validation, e.train
-    else:
-        said, held, own = "torque error", e.torque_validation, e.torque_train
-    return [(said, "held-out data", held), (said, "training logs", own)]
+        return f"{e.model} residual", {"held-out data": e.validation, "training logs": e.train}
+    held, train = e.torque_validation, {"training logs": e.torque_train}
+    noise = {} if e.noise_floor is None else {"noise floor": e.noise_floor}
+    if e.moving in (None, held):
+        return "torque error", {"held-out data": held} | noise | train
+    return "torque error", {"in motion": e.moving} | noise | {"with joints at rest": held} | train
 
 
 def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     front = (
-        _error_section(e),
         Section(
             "Measured and modelled torque",
             (_TORQUES,),
             figure=partial(plots.measured_and_predicted, e, "torque"),
         ),
+        _error_section(e),
         *_suspected_sections(e),
         _known_section(e),
         *_simulation_sections(e),
         *(_values_sections(e) if e.prior else ()),
         _model_section(e),
     )
-    return (*front, *(replace(section, folded=True) for section in _details(e, robot)))
+    details = (replace(section, folded=True) for section in _details(e, robot))
+    return tuple(sorted((*front, *details), key=lambda section: section.folded))
 
 
 def _simulation_sections(e: Estimate) -> list[Section]:
@@ -151,7 +153,6 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
     formulas = [(p.name, folded(p.expression)) for p in e.parameters]
     return (
         _weak_section(e),
-        Section("Precision", (), figure=partial(plots.parameters, e)),
         Section("Formulas", (_FORMULAS,), Table(("name", "formula"), formulas)),
         *([] if robot is None else [frames_section(robot)]),
         repairs_section(e.repairs),
@@ -159,7 +160,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
         *(
             Section(
                 f"Measured and predicted {quantity}",
-                (_LOGS,),
+                (),
                 figure=partial(plots.measured_and_predicted, e, quantity),
             )
             for quantity in quantities
@@ -169,7 +170,7 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
             Section(
                 f"Spectrum of the {quantity} residual",
                 (_SPECTRUM.get(quantity, ""),),
-                figure=partial(residual_plots.residual_spectrum, e, quantity),
+                figure=partial(plots.residual_spectrum, e, quantity),
             )
             for quantity in quantities
         ),
@@ -181,21 +182,20 @@ def _details(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 def _error_section(e: Estimate) -> Section:
     """Return the torque error of each joint, in N m or N and in percent."""
-    (said, _, held), (_, _, own) = _errors(e)
+    said, errors = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
     sizes = [("", "")] * len(e.joints)
-    if torques and held.per_joint:
+    held = e.torque_validation
+    if torques and held is not None and held.per_joint:
         measured = np.concatenate([t.measured for t in torques])
         sizes = errors_in_units(e.joints, measured, held.per_joint)
-    told = [held, own] if e.noise_floor is None else [held, e.noise_floor, own]
-    each = zip(*(r.per_joint or () for r in told), strict=False)
+    each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
     rows = [
         (joint.label, *size, *map(percent, shares))
         for joint, size, shares in zip(e.joints, sizes, each, strict=False)
     ]
-    rows.append(("all joints", "", "", *(percent(r.relative) for r in told)))
-    header = ("joint", "RMS torque", "RMS error", "held-out data",
-              *(() if e.noise_floor is None else ("noise floor",)), "training logs")  # fmt: skip
+    rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
+    header = ("joint", "RMS torque", "RMS error", *errors)
     return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
 
 
@@ -271,10 +271,7 @@ def _values_sections(e: Estimate) -> list[Section]:
             row += ["-"] * 3 if math.isinf(std) else known
         rows.append(tuple(row))
     told = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
-    figure = partial(parameter_plots.values, e)
-    return [
-        Section(f"Values beside {told}", (_VALUES, *tests), Table(header, rows), figure, told=())
-    ]
+    return [Section(f"Values beside {told}", (*_VALUES, *tests), Table(header, rows), told=())]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:
@@ -300,7 +297,7 @@ def _correlation_sections(e: Estimate) -> list[Section]:
         text += "hardly tell them apart."
         text += f" The {len(most)} strongest:" if len(tied) > len(most) else ""
     table = Table(("parameter", "and", "correlation"), rows)
-    return [Section("Correlation", (text,), table, partial(plots.correlation, e))]
+    return [Section("Correlation", (text,), table)]
 
 
 def _provenance(e: Estimate) -> Table:

@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING
-
 from symgen.report.content.parts import Content, Section, Table, frames_section
 from symgen.report.folded import folded
-from symgen.report.plots import curves as plots
 from symgen.runtime.evaluator import Evaluator
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
 
 _OPERATIONS = ("mul", "add", "div", "sincos")
 _COUNTS = "Scalar operations of one call. Each angle is turned once: sincos counts sine and cosine."
@@ -32,22 +25,8 @@ def model_content(evaluator: Evaluator) -> Content:
     parameters = [(p.name, p.unit, folded(p.expression)) for p in base.parameters]
     counts = Table(("kernel", *_OPERATIONS), rows)
     sections = (
-        Section("Operations", (_COUNTS,), counts, partial(_costs, evaluator)),
+        Section("Operations", (_COUNTS,), counts),
         Section("Base parameters", (), Table(("name", "unit", "formula"), parameters)),
         frames_section(model.robot),
     )
     return Content(f"Model of {model.robot.name}", lead, sections)
-
-
-def _costs(evaluator: Evaluator) -> Figure:
-    """Draw the operations of each kernel."""
-    kernels, figure = evaluator.model.kernels, plots.empty()
-    labels = [plots.escape_text(k.name) for k in kernels]
-    for key, colour in zip(_OPERATIONS, plots.COLOURS, strict=False):
-        counts = [getattr(k.tape.operations, key) for k in kernels]
-        figure.add_bar(y=labels, x=counts, name=key, orientation="h", marker={"color": colour})
-    figure.update_layout(barmode="stack")
-    figure.update_xaxes(title="operations of a call").update_yaxes(
-        title="kernel", autorange="reversed", showgrid=False
-    )
-    return plots.styled(figure, "Operations", 150 + 26 * len(kernels))

@@ -14,13 +14,12 @@ from symgen.report.plots.robot import drawing
 from symgen.robot.types import HEADER
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
     from symgen.data.raw import FloatArray
     from symgen.estimation.band import Band
     from symgen.estimation.playback import Horizon
     from symgen.faults.fault import Fault
     from symgen.identification.estimate import Joint
+    from symgen.report.plots.figure import Figure
     from symgen.robot.types import Robot
 #: Largest number of columns that a line names; for more it gives their number.
 _NAMED = 3
@@ -41,7 +40,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with paragraphs, then a figure or a picture (SVG), then a table.
+    """A heading, a figure or a picture (SVG), paragraphs, and a table.
 
     Attributes:
         heading, text, table: text and numbers.
@@ -69,6 +68,7 @@ class Banner:
 
     Attributes:
         tone: colour: "good", "warn" or "bad", or "plain" without a verdict.
+        headline: the most important number, in a sentence, before the verdict.
         verdict: one or two words.
         text: its meaning, in a sentence.
         reasons: the reasons for it.
@@ -80,6 +80,7 @@ class Banner:
     text: str
     reasons: tuple[str, ...] = ()
     facts: tuple[tuple[str, str], ...] = ()
+    headline: str = ""
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,7 @@ def number(value: float, digits: int = 5) -> str:
         return "unknown"
     if np.isinf(value):
         return "∞" if value > 0 else "-∞"
-    if 10.0**digits <= abs(value) < 1e6:  # no exponent for numbers of common size
+    if 10.0**digits - 0.5 <= abs(value) < 1e6:  # no exponent for numbers of common size
         return f"{value:.0f}"
     return f"{value or 0.0:#.{digits}g}".removesuffix(".")
 

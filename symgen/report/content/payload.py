@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +19,7 @@ from symgen.report.content.parts import (
     run_lines,
     value_with_std,
 )
-from symgen.report.plots import curves as plots
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
+from symgen.report.plots.figure import Figure, Panel
 
 _LOAD = "The origin is that of the frame of {}. The inertia is about the centre of mass."
 _ERROR = (
@@ -43,9 +38,9 @@ def payload_content(found: Payload) -> Content:
     table = Table(("", "value", "std", "unit"), rows)
     text = f"Method: {found.method}."
     sections = (
+        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
         Section("Load", (_LOAD.format(found.frame_label), text), table, told=()),
         Section("Torque error by joint", (_ERROR,), _errors(found), told=()),
-        Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
         repairs_section(found.repairs),
         *notes_section(found.notes),
     )
@@ -92,8 +87,6 @@ def _torques(found: Payload) -> Figure | None:
                 "without the load": without.predicted[:, j],
                 "with the load": loaded.predicted[:, j],
             }
-            name = (log, "with the load")
-            panels.append(plots.Panel(joint.label, loaded.t, series, joint.unit, log=name))
-    if not panels:
-        return None
-    return plots.line_grid(panels, title="Torque", xlabel="time, s", columns=1, panel_height=165)
+            title = f"{joint.label}, {joint.unit}"
+            panels.append(Panel(title, loaded.t, series, (log, "with the load")))
+    return Figure(tuple(panels)) if panels else None

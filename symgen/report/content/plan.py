@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,7 @@ from symgen.report.content.parts import (
     notes_section,
     number,
 )
-from symgen.report.plots import curves as plots
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+from symgen.report.plots.figure import Figure, Panel
 
 _LARGEST = 10
 _USES = (
@@ -76,9 +72,9 @@ def plan_content(plan: Plan) -> Content:
     )
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
     sections = (
+        Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
         Section("Use of the limits", (_USES,), _uses(plan), told=()),
         Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), told=()),
-        Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
         Section("Condition numbers", (_CONDITIONS, search), conditions, told=(search,)),
         *notes_section(notes),
     )
@@ -123,8 +119,10 @@ def _motion(plan: Plan) -> Figure | None:
             if limited:
                 x = 100 * (x - centre[order]) / high[order]
             series = {joint.label: x[:, j] for j, joint in enumerate(plan.joints)}
-            ends = (np.full(len(t), -100.0), np.full(len(t), 100.0)) if limited else None
+            if limited:
+                ends = t[[0, -1, -1, 0]]  # of one line around what the limits allow
+                series["limit"] = np.array([ends, [100.0, 100.0, -100.0, -100.0]])
             label = "% of the limit" if limited else unit
             log = (f"run {k}", f"{run.duration:g} s")
-            panels.append(plots.Panel(key, t, series, label, band=ends, log=log))
-    return plots.line_grid(panels, title="Motion", columns=1, panel_height=200)
+            panels.append(Panel(f"{key}, {label}", t, series, log))
+    return Figure(tuple(panels))

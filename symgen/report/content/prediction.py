@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from symgen.estimation.torque_error import largest
 from symgen.identification.prediction import Prediction
@@ -19,10 +18,7 @@ from symgen.report.content.parts import (
     repairs_section,
     run_lines,
 )
-from symgen.report.plots import curves as plots
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+from symgen.report.plots.figure import Figure, Panel
 
 _ERROR = (
     "The error is the RMS of measured minus predicted torque of joints in motion. The percentage "
@@ -54,8 +50,8 @@ def prediction_content(prediction: Prediction) -> Content:
     )
     torques, energies = partial(_torques, prediction), partial(_energies, prediction)
     sections = (
-        Section("Torque error by joint", (_ERROR,), table, told=()),
         Section("Measured and predicted torque", (filters,), figure=torques),
+        Section("Torque error by joint", (_ERROR,), table, told=()),
         Section(
             "Energy",
             ("Potential energy is known up to a constant.",),
@@ -78,11 +74,10 @@ def _torques(prediction: Prediction) -> Figure:
     for j, joint in enumerate(prediction.joints):
         measured, predicted = trace.measured[:, j], trace.predicted[:, j]
         series = {"measured": measured, "predicted": predicted, "residual": measured - predicted}
-        panels.append(plots.Panel(joint.label, trace.t, series, joint.unit))
-    return plots.line_grid(panels, title="Torque", columns=1, panel_height=165)
+        panels.append(Panel(f"{joint.label}, {joint.unit}", trace.t, series))
+    return Figure(tuple(panels))
 
 
 def _energies(prediction: Prediction) -> Figure:
-    t, shown = prediction.torque.t, {"kinetic": prediction.kinetic}
-    shown["potential"] = prediction.potential
-    return plots.lines(t, shown, title="Energy", xlabel="time, s", ylabel="energy, J")
+    shown = {"kinetic": prediction.kinetic, "potential": prediction.potential}
+    return Figure((Panel("energy, J", prediction.torque.t, shown),))

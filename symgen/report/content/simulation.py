@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from symgen.experiment.playback import SimulationComparison
 from symgen.report.content.parts import (
@@ -16,10 +15,7 @@ from symgen.report.content.parts import (
     notes_section,
     percent,
 )
-from symgen.report.plots import curves as plots
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+from symgen.report.plots.figure import Figure, Panel
 
 
 def simulation_content(found: SimulationComparison) -> Content:
@@ -43,12 +39,12 @@ def simulation_content(found: SimulationComparison) -> Content:
         f"and {moved}. {PLAYBACK}",
     )
     sections = (
+        Section("A window", figure=partial(_window, found, joints, units)),
         Section("Position error over the horizon", text, table, told=()),
         Section(
             f"Position error by joint after {last:g} s", (),
             Table(("joint", *(f.file for f in found.files)), by_joint), told=(),
         ),
-        Section("A window", figure=partial(_window, found, joints, units)),
         *notes_section(found.notes),
     )  # fmt: skip
     best = min(found.files, key=lambda f: f.horizons[-1].position_error)
@@ -72,5 +68,5 @@ def _window(found: SimulationComparison, joints: list[str], units: list[str]) ->
     for j, (name, unit) in enumerate(zip(joints, units, strict=True)):
         series = {"measured": q[:, j]}
         series |= {f.file: c[:, j] for f, c in zip(found.files, found.courses, strict=True)}
-        panels.append(plots.Panel(name, t, series, f"position, {unit}"))
-    return plots.line_grid(panels, title="A window", columns=2)
+        panels.append(Panel(f"{name}: position, {unit}", t, series))
+    return Figure(tuple(panels))

@@ -1,114 +1,57 @@
-"""Figures of a diagnosis: torque error by joint, torques over time, residual over the state."""
+"""Figures of a diagnosis: torques over time, residual over the state, repaired channels."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from symgen import names
 from symgen.data.raw import FloatArray
 from symgen.diagnosis.diagnosis import Curves, Diagnosis
-from symgen.report.plots.curves import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    Panel,
-    add_menu,
-    empty,
-    escape_text,
-    line_grid,
-    styled,
-)
+from symgen.report.plots.figure import Figure, Panel
 
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
-_DOTS = 600  # points of a residual plot
+_DOTS = 400  # points of the residual plots of a joint
 _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 
-def gaps(diagnosis: Diagnosis) -> Figure:
-    """Draw the torque error of each joint and in total, before and after, and the noise floor.
-
-    The axis begins at zero; a button makes it logarithmic.
-    """
-    labels = [
-        *(escape_text(diagnosis.extended.labels[number]) for number in diagnosis.joints),
-        "all",
-    ]
-    figure, seen = empty(), []
-    for name, gap, colour, hatch in (
-        ("before", diagnosis.gaps.before, ORANGE, "/"),
-        ("after", diagnosis.gaps.after, BLUE, ""),
-        ("noise floor", diagnosis.gaps.noise_floor, GREEN, "."),
-    ):
-        values = 100 * np.array([*gap.per_joint, gap.total])
-        seen.append(values[np.isfinite(values) & (values > 0)])
-        hover = f"%{{x}}, {name}: %{{y:.3g}} %<extra></extra>"
-        marker = {"color": colour, "pattern": {"shape": hatch}}
-        figure.add_bar(x=labels, y=values, name=name, marker=marker, hovertemplate=hover)
-    drawn = np.concatenate(seen)
-    if drawn.size:
-        limits = np.log10([0.5 * drawn.min(), 1.4 * drawn.max()]).tolist()
-        scales = (
-            ("linear", {"yaxis.type": "linear", "yaxis.range": [0, 1.05 * drawn.max()]}),
-            ("logarithmic", {"yaxis.type": "log", "yaxis.range": limits}),
-        )
-        buttons = [{"label": name, "method": "relayout", "args": [axis]} for name, axis in scales]
-        add_menu(figure, buttons, type="buttons", direction="right")
-    figure.update_yaxes(title="torque error, % of measured torque", rangemode="tozero")
-    figure.update_xaxes(title="joint", showgrid=False)
-    figure.update_layout(barmode="group", bargroupgap=0.05)
-    return styled(figure, "Torque error", 400, min_width=80 * len(labels))
+def torques(diagnosis: Diagnosis) -> Figure | None:
+    """Draw the torque of every joint over time: measured, by the model before and after."""
+    shown = ("measured", "after" if diagnosis.effects else "before")
+    return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown})
 
 
 def residuals(diagnosis: Diagnosis) -> Figure | None:
     """Draw the torque residual of every joint over time, of the models before and after."""
     shown = ("before", "after") if diagnosis.effects else ("before",)
-    return _over_time(
-        diagnosis, lambda c: {x: c.measured - getattr(c, x) for x in shown}, "What is left", 130
-    )
-
-
-def torques(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the torque of every joint over time: measured, and by the extended model."""
-    shown = ("measured", "after" if diagnosis.effects else "before")
-    return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown}, "Torque", 165)
+    return _over_time(diagnosis, lambda c: {x: c.measured - getattr(c, x) for x in shown})
 
 
 def _over_time(
-    diagnosis: Diagnosis,
-    shown: Callable[[Curves], Mapping[str, FloatArray]],
-    title: str,
-    height: int,
+    diagnosis: Diagnosis, shown: Callable[[Curves], Mapping[str, FloatArray]]
 ) -> Figure | None:
-    """Draw named torques (K, n) of every log, a row for each joint; None without logs."""
-    panels = [
-        Panel(
-            "",
-            c.t,
-            {name: x[:, j] for name, x in shown(c).items()},
-            label,
-            log=_log(c),
-        )
-        for c in diagnosis.curves
-        for j, (label, _) in enumerate(_labels(diagnosis))
-        if len(c.t)
-    ]
-    return line_grid(panels, title=title, columns=1, panel_height=height) if panels else None
-
-
-def mended(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the repaired channels around the repair, as recorded and as used."""
+    """Draw named torques (K, n) of every log, a plot for each joint; None without logs."""
     panels = []
+    for c in _recorded(diagnosis):
+        torque = shown(c)
+        for j, (label, unit, _) in enumerate(_joints(diagnosis)):
+            series = {name: x[:, j] for name, x in torque.items()}
+            panels.append(Panel(f"{label}, {unit}", c.t, series, (c.name, "validation")))
+    return Figure(tuple(panels)) if panels else None
+
+
+def repaired(diagnosis: Diagnosis) -> Figure | None:
+    """Draw a channel of each repair where it changes most: as recorded, then as used."""
+    panels, done = [], set()
     for c in diagnosis.mended:
-        series = {"as recorded": c.recorded, "as repaired": c.repaired}
-        title = f"{c.channel} of {c.log[:60]}: {c.says[:90]}"
-        panels.append(Panel(title, c.recorded[0], series, c.unit))
-    title = "Repaired channels"
-    return line_grid(panels, title=title, columns=1, panel_height=150) if panels else None
+        if (c.log, c.says) in done:
+            continue
+        done.add((c.log, c.says))
+        where = f"{c.channel} of {c.log[:60]}, {c.unit}"
+        before, after = {"as recorded": c.recorded}, {"as repaired": c.repaired}
+        panels.append(Panel(f"{where}: {c.says[:90]}", c.recorded[0], before))
+        panels.append(Panel(f"{where}: repaired", c.recorded[0], after))
+    return Figure(tuple(panels)) if panels else None
 
 
 def portraits(diagnosis: Diagnosis) -> Figure | None:
@@ -118,31 +61,27 @@ def portraits(diagnosis: Diagnosis) -> Figure | None:
     before.
     """
     panels = []
-    for c in (c for c in diagnosis.curves if len(c.t)):
-        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS).astype(int))
+    logs = _recorded(diagnosis)
+    for c in logs:
+        some = np.unique(np.linspace(0, len(c.t) - 1, _DOTS // len(logs) + 1).astype(int))
         shown = {"residual before": c.measured - c.before}
         if diagnosis.effects:
             shown["found effects"] = c.after - c.before
-        for j, (label, unit) in enumerate(_labels(diagnosis)):
-            series = {name: x[some, j] for name, x in shown.items()}
-            for x, ylabel, xlabel in (
-                (c.qd, label, f"speed, {unit}/s"),
-                (c.q, "", f"position, {unit}"),
-            ):
-                panels.append(Panel("", x[some, j], series, ylabel, xlabel=xlabel, log=_log(c)))
-    if not panels:
-        return None
-    figure = line_grid(panels, title="Residual", columns=2, panel_height=210)
-    return figure.update_layout(legend_itemsizing="constant")
+        for j, (label, torque, unit) in enumerate(_joints(diagnosis)):
+            for state, over in ((c.qd, f"speed, {unit}/s"), (c.q, f"position, {unit}")):
+                x = state[some, j]
+                series = {name: np.stack([x, y[some, j]]) for name, y in shown.items()}
+                title = f"{label}, {torque}, over {over}"
+                panels.append(Panel(title, x, series, (c.name, "validation")))
+    return Figure(tuple(panels), "") if panels else None
 
 
-def _labels(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Return the label of each joint with the unit of its torque, and the unit of its position."""
+def _recorded(diagnosis: Diagnosis) -> list[Curves]:
+    return [c for c in diagnosis.curves if len(c.t)]
+
+
+def _joints(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
+    """Return the label of each joint, and the units of its torque and of its position."""
     sigma = {j.number: j.sigma for j in diagnosis.extended.movable}
-    units = ((number, *_UNITS[sigma[number]]) for number in diagnosis.joints)
     labels = diagnosis.extended.labels
-    return [(f"{labels[number]}, {torque}", position) for number, torque, position in units]
-
-
-def _log(c: Curves) -> tuple[str, str]:
-    return c.name, "validation"
+    return [(labels[number], *_UNITS[sigma[number]]) for number in diagnosis.joints]
