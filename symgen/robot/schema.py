@@ -93,7 +93,9 @@ class TableReader:
             found[key] = self.value(known[key], value, f"{place}, key {key!r}")
         for f in fields(kind):  # type: ignore[arg-type]  # every kind is a dataclass
             if f.name not in found and f.default is MISSING and f.default_factory is MISSING:
-                raise RobotError(f"{place}, key {f.name!r}: is missing; it must be given")
+                checks = [m for m in get_args(known[f.name]) if isinstance(m, Check)]
+                needed = f"accepted: {checks[0].accepted}" if checks else "it must be given"
+                raise RobotError(f"{place}, key {f.name!r}: is missing; {needed}")
         return kind(**found)
 
     def value(self, hint: Any, value: Any, place: str) -> Any:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from decimal import Decimal
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import sympy as sp
 
@@ -42,6 +42,7 @@ from symgen.robot.tables import (
     Loop,
     PayloadTable,
     Servo,
+    word_check,
 )
 from symgen.robot.types import (
     GRAVITY_INPUT,
@@ -58,6 +59,7 @@ _TABLES = (
     "effect", "loop", "frame",
 )  # fmt: skip
 _GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, in files that give none
+_SIDE = Annotated[str, word_check("motor", "link")]
 _FIXED = "a fixed joint (sigma 2) has none"
 _FOLLOWS = (
     "a joint that follows others has none of its own; accepted: on the joints that it follows, or "
@@ -132,10 +134,18 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
     """
     with located(where):
         try:
-            data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
-        except (RecursionError, ArithmeticError, ValueError) as error:
+            data = load_toml(text.removeprefix("\ufeff"), parse_float=_written)
+        except (RecursionError, ValueError) as error:
             raise RobotError(f"not valid TOML: {told_by(error)}") from error
         return _robot(data, TableReader())
+
+
+def _written(digits: str) -> Decimal:
+    """Return a number of the file; one beyond every decimal counts as infinite."""
+    try:
+        return Decimal(digits)
+    except ArithmeticError:
+        return Decimal("Infinity")
 
 
 def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
@@ -340,9 +350,7 @@ def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
     if not table:
         raise RobotError("drive: declares nothing; accepted: ratio, torque_constant, gain or side")
     sides = {"motor": "motor", "link": "joint"}
-    side = table.get("side", "motor")
-    if side not in sides:
-        raise RobotError("drive, key 'side': accepted: 'motor' or 'link'")
+    side = reader.value(_SIDE, table.get("side", "motor"), "drive, key 'side'")
     entries = {
         "ratio": [1] * reader.n,
         "position_side": sides[side],

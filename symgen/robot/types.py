@@ -282,6 +282,10 @@ class Robot:
         """Return the robot on a base that does not move."""
         return replace(self, base=names.BASES[0])
 
+    def mechanism(self) -> Robot:
+        """Return the robot without what no derivation reads."""
+        return replace(self, limits=None, drive=None, frames=(), controller=None, log_columns="")
+
     @property
     def loaded(self) -> bool:
         """Whether an effect depends on the torque of the rigid body."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -75,7 +76,8 @@ def functions(
         runtime: whether to add the identifiers.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    package = Package(model.robot.name, model, "double", chosen)
+    plain = replace(model, robot=model.robot.mechanism())  # other limits compile nothing again
+    package = Package(model.robot.name, plain, "double", chosen)
     written = library(package, panels=panels, runtime=runtime)
     return {path: content.encode() for path, content in written.items()}
 
