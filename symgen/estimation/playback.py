@@ -122,7 +122,7 @@ def with_controller(robot: Robot, path: str | Path | None) -> Robot:
     except (OSError, ValueError, KeyError) as error:
         raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
     try:
-        servo = TableReader(robot.n).table(Servo, table, "controller")
+        servo = TableReader(len(robot.joints), robot.numbers).table(Servo, table, "controller")
     except RobotError as error:
         raise ParameterError(f"{path}: {error}; {accepted}") from error
     return replace(robot, controller=servo)
