@@ -1,4 +1,4 @@
-"""Forward dynamics: M qdd = tau - h by M = L^T D L, without square roots."""
+"""Forward dynamics: M qdd = tau - h by M = L^T D L, without square roots, or by recursion."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from symgen.symbolic.articulated import linear_solution
 from symgen.symbolic.constraints import ByJoint, Rows, combined
 from symgen.symbolic.dynamics import (
     Plant,
@@ -17,6 +18,9 @@ from symgen.symbolic.dynamics import (
     weighted_effects,
 )
 from symgen.symbolic.kinematics import joint_map, variables
+
+#: Number of joints from which articulated bodies need fewer steps than factoring the mass matrix.
+MANY = 14
 
 
 def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
@@ -57,9 +61,13 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
 
-    `pivots` also holds the terms that must be positive for effects of the load (`driving`).
+    `pivots` also holds the terms that must be positive for effects of the load (`driving`). Long
+    chains use the articulated-body algorithm (`articulated`).
     """
     right, positive = driving(p)
+    if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
+        qdd, pivots = linear_solution(p, right)
+        return qdd, [*positive, *pivots]
     factor = factored(p, mass_matrix(p))
     return factor_solution(p, factor, right, "o"), [*positive, *factor.pivots]
 

@@ -86,6 +86,11 @@ def matvec(a: Matrix, b: Vector) -> Vector:
     return tuple(dot(row, b) for row in a)
 
 
+def transposed(a: Sequence[Sequence[sp.Expr]]) -> Matrix:
+    """Return a matrix with its rows as columns."""
+    return tuple(zip(*a, strict=True))
+
+
 def named(a: Sequence[sp.Expr], name: str, tape: TapeBuilder) -> Vector:
     """Name the components of a vector."""
     return tuple(tape.entry(x, name, "", i) for i, x in enumerate(a))
@@ -149,19 +154,21 @@ def turned(v: Vector, turn: Turn, letter: str, tape: TapeBuilder) -> Vector:
     return _renamed(v, new, letter, turn.tag, tape)
 
 
+def shift_moment(moment: Vector, v: Vector, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+    """Return moment + v x P: the velocity of the shifted origin, for (V, w)."""
+    a, b = around(shift.axis)
+    new = {a: moment[a] + v[b] * shift.length, b: moment[b] - v[a] * shift.length}
+    return _renamed(moment, new, letter, shift.tag, tape)
+
+
 def _renamed(a: Vector, new: ByJoint, letter: str, tag: str, tape: TapeBuilder) -> Vector:
     """Replace entries of a vector by steps with a name."""
     return replaced(a, {i: tape.entry(x, letter, tag, i) for i, x in new.items()})
 
 
 def onward(twist: Screw, motion: Turn | Shift, letters: Sequence[str], tape: TapeBuilder) -> Screw:
-    """Express a twist in the frame after an elementary motion, or a wrench in the one before.
-
-    A shift by P adds w x P to the velocity of the origin.
-    """
+    """Express a twist in the frame after an elementary motion, or a wrench in the one before."""
     (w, V), (first, second) = twist, letters
     if isinstance(motion, Turn):
         return turned(w, motion, first, tape), turned(V, motion, second, tape)
-    a, b = around(motion.axis)
-    new = {a: V[a] + w[b] * motion.length, b: V[b] - w[a] * motion.length}
-    return w, _renamed(V, new, second, motion.tag, tape)
+    return w, shift_moment(V, w, motion, second, tape)

@@ -5,7 +5,7 @@
 prints the largest error of each kernel over its largest value: NumPy and CasADi against Pinocchio
 (over 1 + the largest value), C and C in float by NAME_check.c, which holds values of 50 digits.
 Robots are those of test_kernels.py: chains and trees of turning, sliding and fixed joints, joints
-that follow others, gravity as an input. Coriolis, drift and momentum are
+that follow others, gravity as an input, articulated bodies. Coriolis, drift and momentum are
 compared with differences, which are right to 1e-7.
 """
 
@@ -26,7 +26,7 @@ from identities.test_kernels import Case, called
 
 import symgen
 
-KINDS = ("chain", "tree", "follows", "input")
+KINDS = ("chain", "tree", "follows", "input", "many")
 COLUMNS = ("numpy", "casadi", "double", "float")
 
 

@@ -18,6 +18,7 @@ import symgen
 from symgen.codegen.kernel import Kernel
 from symgen.codegen.kernels import KERNELS
 from symgen.codegen.model import regrouping
+from symgen.symbolic import forward
 from symgen.symbolic.tape import Numbers
 
 pytest.importorskip("pinocchio", reason="Pinocchio (pin) is not installed")
@@ -26,9 +27,9 @@ from oracles.pinocchio_arm import PinocchioArm
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "abs": np.abs, "sign": np.sign, "tanh": np.tanh}
 POINT = np.array([0.3, -0.2, 0.5])
 #: Chains and trees of turning, sliding and fixed joints; joints that follow others; gravity as an
-#: input.
-KINDS = ("chain 3", "tree 4", "follows 100", "input 2")
-MORE = [f"{kind} {k}" for kind in ("chain", "tree") for k in range(6, 16)]
+#: input; forward dynamics by articulated bodies, as robots with many joints have it.
+KINDS = ("chain 3", "tree 4", "follows 100", "input 2", "many 5")
+MORE = [f"{kind} {k}" for kind in ("chain", "tree", "many") for k in range(6, 16)]
 MORE += [f"follows {k}" for k in range(101, 116)]
 CASES = [(kind, backend) for kind in KINDS for backend in ("numpy", "casadi")]
 CASES += [("tree 4", "c")]
@@ -59,7 +60,10 @@ class Case:
             text = symgen.robot_toml(robot)
             line = next(x for x in text.splitlines() if x.startswith("gravity"))
             robot = parsed(text.replace(line, 'gravity = "input"'))
-        self.model = symgen.derive(robot, tuple(KERNELS))
+        with pytest.MonkeyPatch.context() as patch:
+            if kind == "many":
+                patch.setattr(forward, "MANY", 1)
+            self.model = symgen.derive(robot, tuple(KERNELS))
         self.links, self.rotors = random_parameters(self.arm, seed)
         draw = np.random.default_rng(seed)
         self.q, self.qd, self.qdd, self.b = draw.uniform(-1, 1, (4, robot.n))
@@ -310,3 +314,17 @@ def test_couplings_and_payload_are_in_torques_and_regressors() -> None:
     np.testing.assert_allclose(tau - rest, [0, F, -1.5 * F], atol=1e-12)
     np.testing.assert_allclose(evaluator["torque_regressor"](q, qd, qdd) @ X, tau)
     np.testing.assert_allclose(evaluator["power_regressor"](q, qd, qdd) @ X, qd @ tau)
+
+
+@pytest.mark.slow
+def test_twice_the_joints_are_twice_the_steps() -> None:
+    """Where the mass matrix is factored they are three times as many."""
+
+    def steps(joints: int) -> int:
+        joint = '[[joint]]\nalpha = "pi/2"\nd = 0.1\nr = 0.2\n'
+        robot = parsed('[robot]\nname = "arm"\ngravity = [0, 0, -9.81]\n' + joints * joint)
+        (kernel,) = symgen.derive(robot, ("forward_dynamics",)).kernels
+        return len(kernel.tape.steps)
+
+    few = steps(forward.MANY)
+    assert 1.9 * few < steps(2 * forward.MANY) < 2.2 * few
