@@ -18,7 +18,7 @@ def readme(package: Package) -> str:
     panels = (f"{k.name}_panels" for k in package.kernels if panelled(k))
     stems = (*(k.name for k in package.kernels), *panels, *package.runtime)
     c = "c" in package.targets
-    start = f"{package.name}_" if c else f"{package.name}_casadi."
+    start = f"{package.name}_" if c else ""
     effects = [(_markdown(e.name), e.joint, text(e.torque), e.nonlinear) for e in robot.effects]
     return package.render(
         "c/README.md",
