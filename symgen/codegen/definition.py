@@ -94,7 +94,7 @@ Derivation = Callable[[Subject, Sequence[Array]], Tape]
 
 
 @dataclass(frozen=True)
-class Definition:
+class KernelDefinition:
     """The definition of a kernel.
 
     Attributes:

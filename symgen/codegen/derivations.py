@@ -1,8 +1,8 @@
 """A disk cache of derivations: a second run of a robot derives nothing.
 
-The key is the digest of the robot file, of the sources that derive and print, and of SymPy's
-version. What is kept is pickled, in the private folder of `symgen.cache`, whose compiled modules
-are run as well. If the cache fails, symgen derives again.
+The key is the digest of the mechanism in the robot file, of the sources that derive and print, and
+of SymPy's version. What is kept is pickled, in the private folder of `symgen.cache`, whose compiled
+modules are run as well. If the cache fails, symgen derives again.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Derivations:
 
     Attributes:
         folder: the cache; None where there is none.
-        key: digest of the robot, the sources and SymPy.
+        key: digest of the mechanism, the sources and SymPy.
     """
 
     folder: Path | None
@@ -47,7 +47,7 @@ class Derivations:
             folder = private_folder()
         except BuildError:  # reported later, when a module is compiled
             return cls(None, "")
-        return cls(folder, digest(_code(), robot_toml(robot))[:32])
+        return cls(folder, digest(_code(), robot_toml(robot.mechanism()))[:32])
 
     def have(self, name: str, derive: Callable[[], Derived]) -> Derived:
         """Return a cached derivation, or derive and cache it.

@@ -13,7 +13,7 @@ from symgen.codegen.definition import (
     GRAVITY,
     Array,
     Columns,
-    Definition,
+    KernelDefinition,
     Size,
     Subject,
     of_base,
@@ -90,7 +90,7 @@ _G = Array(GRAVITY, (3,))
 
 
 DEFINITIONS = (
-    Definition(
+    KernelDefinition(
         "regressors",
         "energy_regressor",
         "columns DE + DU of kinetic plus potential energy: E + U = out . X",
@@ -99,26 +99,26 @@ DEFINITIONS = (
         of_robot(energy.energy_tape),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "regressors",
         "friction_power",
         "columns of the power that friction takes: P = out . X[p_inertial..{linear})",
         (_Q, _QD),
         (Array("out", (_RUBBING,)),),
-        of_robot(friction.power_tape),
+        of_robot(friction.friction_power_tape),
         exists=_rubs,
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "regressors",
         "friction_torque",
         "columns of friction torque: out X[p_inertial..{linear})",
         (_Q, _QD),
         (Array("out", (_N, _RUBBING)),),
-        of_robot(friction.torque_tape),
+        of_robot(friction.friction_torque_tape),
         exists=_rubs,
     ),
-    Definition(
+    KernelDefinition(
         "regressors",
         "power_regressor",
         "columns of power: qd' tau = out . X, the rate of energy plus friction",
@@ -127,7 +127,7 @@ DEFINITIONS = (
         of_robot(regressor.power_tape),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "regressors",
         "momentum_regressor",
         "columns of p = dT/dqd and of dL/dq: dp/dt = tau - friction + dL/dq",
@@ -136,7 +136,7 @@ DEFINITIONS = (
         of_robot(regressor.momentum_tape),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "regressors",
         "torque_regressor",
         "columns of torque: tau = out X, friction included",
@@ -144,7 +144,7 @@ DEFINITIONS = (
         (Array("out", (_N, _LINEAR)),),
         of_robot(regressor.torque_tape),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "inverse_dynamics",
         "torque of a motion: tau = M qdd + C qd + g + friction",
@@ -152,7 +152,7 @@ DEFINITIONS = (
         (_TAU,),
         of_plant(dynamics.inverse_dynamics),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "mass_matrix",
         "mass matrix M(q)",
@@ -160,7 +160,7 @@ DEFINITIONS = (
         (Array("M", (_N, _N)),),
         of_plant(dynamics.mass_matrix, inertial=True),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "gravity_torque",
         "torque that holds the arm at rest, without friction",
@@ -168,7 +168,7 @@ DEFINITIONS = (
         (_TAU,),
         of_plant(dynamics.gravity_torque, inertial=True),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "coriolis",
         "C(q, qd) with C qd the Coriolis torques and dM/dt - 2 C skew-symmetric",
@@ -177,7 +177,7 @@ DEFINITIONS = (
         of_plant(dynamics.coriolis, inertial=True),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "bias_torque",
         "h = C qd + g + friction",
@@ -185,7 +185,7 @@ DEFINITIONS = (
         (Array("h", (_N,)),),
         of_plant(partial(dynamics.inverse_dynamics, accelerating=False)),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "forward_dynamics",
         "accelerations under torques tau; not 0 where M is not positive definite",
@@ -193,7 +193,7 @@ DEFINITIONS = (
         (_QDD,),
         of_plant(forward.forward_dynamics),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "energy",
         "kinetic energy T and potential energy U, U up to a constant",
@@ -202,7 +202,7 @@ DEFINITIONS = (
         of_plant(dynamics.energies, inertial=True),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "kinematics",
         "frames",
         "homogeneous transforms 0T_j of all links, fixed ones included",
@@ -210,7 +210,7 @@ DEFINITIONS = (
         (Array("T_out", (_LINKS, 4, 4)),),
         of_robot(placement.frames_tape),
     ),
-    Definition(
+    KernelDefinition(
         "kinematics",
         "jacobian",
         "Jacobian of the last frame that moves, in frame 0: rows of velocity, then of turning",
@@ -218,7 +218,7 @@ DEFINITIONS = (
         (Array("J_out", (6, _N)),),
         of_robot(placement.jacobian_tape),
     ),
-    Definition(
+    KernelDefinition(
         "control",
         "slotine_li_regressor",
         "columns of M qddr + C(q, qd) qdr + g + friction(qd) = out X, C of Christoffel's symbols",
@@ -227,7 +227,7 @@ DEFINITIONS = (
         of_robot(regressor.slotine_li_tape),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "control",
         "slotine_li_torque",
         "M qddr + C(q, qd) qdr + g + friction(qd), C of Christoffel's symbols",
@@ -236,7 +236,7 @@ DEFINITIONS = (
         of_plant(passive.slotine_li_torque),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "control",
         "generalized_momentum",
         "p = M qd and rate = C' qd - g: dp/dt = tau - friction + rate",
@@ -245,7 +245,7 @@ DEFINITIONS = (
         of_plant(passive.generalized_momentum, inertial=True),
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "friction",
         "torque of the friction that joints and couplings declare; effects are not in it",
@@ -253,7 +253,7 @@ DEFINITIONS = (
         (_TAU,),
         of_plant(dynamics.joint_friction),
     ),
-    Definition(
+    KernelDefinition(
         "dynamics",
         "effects",
         "torque of the declared effects; with friction and the rigid body it is inverse_dynamics",
@@ -262,7 +262,7 @@ DEFINITIONS = (
         of_plant(dynamics.effect_torques),
         exists=lambda s: bool(s.robot.effects),
     ),
-    Definition(
+    KernelDefinition(
         "derivatives",
         "inverse_dynamics_derivatives",
         "dtau/dq and dtau/dqd; dtau/dqdd is mass_matrix; the derivative of sign(qd) is 0",
@@ -270,7 +270,7 @@ DEFINITIONS = (
         (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N))),
         of_plant(derivatives.inverse_dynamics_derivatives),
     ),
-    Definition(
+    KernelDefinition(
         "derivatives",
         "forward_dynamics_derivatives",
         "dqdd/dq, dqdd/dqd and dqdd/dtau; the derivative of sign(qd) is 0",
@@ -278,7 +278,7 @@ DEFINITIONS = (
         (Array("dq_out", (_N, _N)), Array("dqd_out", (_N, _N)), Array("dtau_out", (_N, _N))),
         of_plant(derivatives.forward_dynamics_derivatives),
     ),
-    Definition(
+    KernelDefinition(
         "mass matrix",
         "solve_mass_matrix",
         "x of M(q) x = b",
@@ -286,7 +286,7 @@ DEFINITIONS = (
         (Array("x", (_N,)),),
         of_plant(forward.solve_mass_matrix, inertial=True),
     ),
-    Definition(
+    KernelDefinition(
         "mass matrix",
         "mass_matrix_factor",
         "M = L D L' with ones on the diagonal of L and zeros below it; for projections solve with "
@@ -295,7 +295,7 @@ DEFINITIONS = (
         (Array("L_out", (_N, _N)), Array("D_out", (_N,))),
         of_plant(forward.mass_matrix_factor, inertial=True),
     ),
-    Definition(
+    KernelDefinition(
         "kinematics",
         "link_jacobian",
         "Jacobian, in frame 0, of a point in the frame of a link: velocity, then turning",
@@ -303,7 +303,7 @@ DEFINITIONS = (
         (Array("J", (6, _N)),),
         of_robot(placement.link_jacobian_tape),
     ),
-    Definition(
+    KernelDefinition(
         "kinematics",
         "link_drift",
         "dJ/dt qd of a point in the frame of a link: its acceleration without qdd, in frame 0",
@@ -311,7 +311,7 @@ DEFINITIONS = (
         (Array("a", (6,)),),
         of_robot(placement.link_drift_tape),
     ),
-    Definition(
+    KernelDefinition(
         "at run time",
         "base_parameters",
         "X from the standard parameters, in this order: {standard}",
@@ -320,7 +320,7 @@ DEFINITIONS = (
         of_base(regrouping.base_parameters_tape),
         batch=False,
     ),
-    Definition(
+    KernelDefinition(
         "at run time",
         "add_body",
         "fix a body on a link, in X: its mass, the centre of mass in the frame of the link, and "
@@ -330,7 +330,7 @@ DEFINITIONS = (
         of_base(regrouping.add_body_tape),
         batch=False,
     ),
-    Definition(
+    KernelDefinition(
         "with `--standard`",
         "standard_energy_regressor",
         "columns DE and DU of kinetic and of potential energy in every standard parameter",
@@ -343,7 +343,7 @@ DEFINITIONS = (
         standard=True,
         fixed_base=True,
     ),
-    Definition(
+    KernelDefinition(
         "with `--standard`",
         "standard_torque_regressor",
         "columns of torque in every standard parameter, friction included",

@@ -31,7 +31,7 @@ def panelled(kernel: Kernel) -> bool:
     return arrays and kernel.batch and short
 
 
-def panel(
+def panel_data(
     kernel: Kernel, geometry: Mapping[sp.Symbol, str], values: Values, dtype: str, prefix: str
 ) -> dict[str, Any]:
     """Return the data of a kernel on panels for the template.

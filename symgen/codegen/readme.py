@@ -17,21 +17,24 @@ def readme(package: Package) -> str:
     robot, base = package.model.robot, package.model.base
     panels = (f"{k.name}_panels" for k in package.kernels if panelled(k))
     stems = (*(k.name for k in package.kernels), *panels, *package.runtime)
+    c = "c" in package.targets
+    start = f"{package.name}_" if c else ""
     effects = [(_markdown(e.name), e.joint, text(e.torque), e.nonlinear) for e in robot.effects]
     return package.render(
         "c/README.md",
+        c=c,
         casadi=package.kernels[-1].name if "casadi" in package.targets else "",
         sources=" ".join(f"{package.name}_{stem}.c" for stem in stems),
         table=[" | ".join(_row(joint)) for joint in robot.joints],
         effects=effects,
         gravity="[" + ", ".join(text(g) for g in robot.gravity) + "]",
-        identifier=bool(package.runtime),
+        identifier=c and bool(package.runtime),
         geometry=[(name, text(value)) for name, value in robot.geometry],
         base=base.parameters,
         proof=base.proof,
         nominal=base.nominal,
         no_effect=", ".join(base.no_effect) or "none",
-        kernels=[(k.name, *vars(k.tape.operations).values()) for k in package.kernels],
+        kernels=[(start + k.name, *vars(k.tape.operations).values()) for k in package.kernels],
         control=example.has_optimal_control(package),
         example=example.has_controller(package),
         percent=example.PERCENT,

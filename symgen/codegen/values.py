@@ -61,7 +61,7 @@ def robot_digest(robot: Robot) -> str:
     return model_digest(hashlib.sha256(robot_toml(robot).encode()).hexdigest())
 
 
-def values_header(
+def values_header_text(
     name: str,
     robot: str,
     values: Values,

@@ -185,7 +185,7 @@ def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> Non
         ("validation", held, "another log, or none (the last fifth is held out then)"),
     ):
         for samples in logs:
-            key = digest(samples)
+            key = samples_digest(samples)
             if key in known:
                 raise LogError(
                     f"{samples.name}: the {kind} log holds the same data as the training log "
@@ -195,7 +195,7 @@ def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> Non
                 known[key] = samples.name
 
 
-def digest(samples: Samples) -> str:
+def samples_digest(samples: Samples) -> str:
     """Return the SHA-256 of a log's samples."""
     sha = hashlib.sha256()
     for array in (samples.t, samples.q, samples.qd, samples.tau):

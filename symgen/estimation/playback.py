@@ -26,7 +26,7 @@ from symgen.files import load_toml
 from symgen.robot.schema import TableReader
 from symgen.robot.tables import Servo
 from symgen.robot.types import Robot
-from symgen.runtime.simulate import Law, require_friction, simulate
+from symgen.runtime.simulate import Law, require_friction, simulate_motion
 
 #: After which a position is compared, s.
 HORIZONS = (0.2, 0.5, 1.0)
@@ -95,7 +95,7 @@ def model_mover(model: Model, X: FloatArray) -> Mover:
         q: FloatArray, qd: FloatArray, law: Law, t: FloatArray, bounds: FloatArray
     ) -> FloatArray:
         try:
-            return simulate(model, X, law, t, (q, qd), bounds=bounds).q
+            return simulate_motion(model, X, law, t, (q, qd), bounds=bounds).q
         except ParameterError:  # the motion is not finite
             return np.concatenate([q[None], np.full((len(t) - 1, len(q)), np.nan)])
 
@@ -122,7 +122,7 @@ def with_controller(robot: Robot, path: str | Path | None) -> Robot:
     except (OSError, ValueError, KeyError) as error:
         raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
     try:
-        servo = TableReader(robot.n).table(Servo, table, "controller")
+        servo = TableReader(len(robot.joints), robot.numbers).table(Servo, table, "controller")
     except RobotError as error:
         raise ParameterError(f"{path}: {error}; {accepted}") from error
     return replace(robot, controller=servo)

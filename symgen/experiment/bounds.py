@@ -62,7 +62,7 @@ class Bounds:
         """Half the range of the positions, (n,)."""
         return (self.high - self.low) / 2
 
-    def uses(self, motion: FloatArray) -> Iterator[Use]:
+    def uses(self, motion: FloatArray) -> Iterator[LimitUse]:
         """Yield the largest share of every limit that a motion uses.
 
         Args:
@@ -72,18 +72,20 @@ class Bounds:
         for key, x, top in zip(KEYS[1:], motion[1:], self.rates, strict=True):
             yield from self.used(key, x, -top, top)
 
-    def used(self, key: str, x: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[Use]:
+    def used(
+        self, key: str, x: FloatArray, low: FloatArray, high: FloatArray
+    ) -> Iterator[LimitUse]:
         """Yield the largest share of one limit for every joint that has it; x is (N, n)."""
         for j in np.flatnonzero(np.isfinite(high)):
             away = x[:, j] - (low[j] + high[j]) / 2
             k = int(np.argmax(np.abs(away)))
             share = float(abs(away[k]) / ((high[j] - low[j]) / 2))
             edge = high[j] if away[k] >= 0 else low[j]
-            yield Use(key, self.numbers[j], share, float(x[k, j]), float(edge))
+            yield LimitUse(key, self.numbers[j], share, float(x[k, j]), float(edge))
 
 
 @dataclass(frozen=True)
-class Use:
+class LimitUse:
     """The largest use of a limit by a motion: the share is 1 at the limit.
 
     `joint` is the joint's number in the robot's file.
@@ -132,9 +134,9 @@ def bounds(robot: Robot) -> Bounds:
     return Bounds(low, high, np.array(tops[1:4]), tops[4], numbers)
 
 
-def worst(found: Iterable[Use]) -> tuple[Use, ...]:
+def worst(found: Iterable[LimitUse]) -> tuple[LimitUse, ...]:
     """Return the largest use of every limit of every joint over several runs."""
-    out: dict[tuple[str, int], Use] = {}
+    out: dict[tuple[str, int], LimitUse] = {}
     for use in found:
         key = use.limit, use.joint
         out[key] = max(out.get(key, use), use, key=lambda u: u.share)
@@ -160,7 +162,7 @@ class Cell:
         q = np.random.default_rng(0).normal(size=(8, self.evaluator.model.robot.n))
         return np.flatnonzero(np.ptp(self.points(q), axis=0).max(axis=1) > _STILL)
 
-    def uses(self, q: FloatArray) -> Iterator[Use]:
+    def uses(self, q: FloatArray) -> Iterator[LimitUse]:
         """Yield the smallest clearance of moving frames and tool from the floor and from each box.
 
         Positions q are (N, n). The share is 1 minus the smallest clearance in m, so 1 means
@@ -181,7 +183,7 @@ class Cell:
         for limit, clearance in clearances:
             least = clearance.min(axis=0)
             k = int(np.argmin(least))
-            yield Use(limit, numbers[moves[k]], 1 - float(least[k]), float(least[k]), 0.0)
+            yield LimitUse(limit, numbers[moves[k]], 1 - float(least[k]), float(least[k]), 0.0)
 
 
 #: Coefficients of each joint, (m,).

@@ -30,13 +30,13 @@ from symgen.experiment.bounds import (
     FRAMES,
     Bounds,
     Cell,
-    Use,
+    LimitUse,
     bounds,
     space,
     worst,
 )
 from symgen.experiment.plan import Plan, binding_text, geometric_mean
-from symgen.experiment.search import SHRUNK, Candidate, Clock, Objective, grid, largest_share
+from symgen.experiment.search import SHRUNK, Clock, MotionCandidate, Objective, grid, largest_share
 from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
 from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
@@ -139,7 +139,7 @@ class Checked:
     """A motion of all runs, with its largest use of each limit, every millisecond."""
 
     runs: tuple[Trajectory, ...]
-    uses: tuple[Use, ...]
+    uses: tuple[LimitUse, ...]
 
 
 def _equations(
@@ -160,11 +160,11 @@ def _equations(
     return out
 
 
-def _checked(objective: Objective, best: Candidate) -> Checked:
+def _checked(objective: Objective, best: MotionCandidate) -> Checked:
     """Return the runs of a candidate, shrunk until all limits hold every millisecond."""
     fine = objective.at_steps(FINE)
     runs: list[Trajectory] = []
-    uses: list[Use] = []
+    uses: list[LimitUse] = []
     for k, run in enumerate(best.runs):
         found = fine.fitted(k, run.z)
         runs.append(fine.spaces[k].trajectory(found.z, fine.sampled[k]))
@@ -263,7 +263,7 @@ def excite(
         tuple(spaces), tuple(grid(choices, enough) for choices in spaces),
     )  # fmt: skip
     clock = Clock(search.budget)
-    reached: list[tuple[Candidate, Candidate]] = []  # where searches begin and end
+    reached: list[tuple[MotionCandidate, MotionCandidate]] = []  # where searches begin and end
     ended = 0
     with clock.listening():
         for k in range(search.searches):
@@ -370,7 +370,7 @@ def _one_each(
     return out
 
 
-def _text(candidate: Candidate, scale: FloatArray) -> str:
+def _text(candidate: MotionCandidate, scale: FloatArray) -> str:
     excess = candidate.rank[0]
     if excess > 1:
         return "a motion that exceeds torque limits or comes too near to floor or boxes"

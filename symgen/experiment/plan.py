@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from symgen.errors import ParameterError
-from symgen.experiment.bounds import Bounds, Use
+from symgen.experiment.bounds import Bounds, LimitUse
 from symgen.experiment.reference import as_csv
 from symgen.experiment.trajectory import Trajectory
 from symgen.files import json_text
 from symgen.identification.assessment import CONDITION, WINDOWS
-from symgen.identification.estimate import Joint
+from symgen.identification.estimate import JointLabel
 from symgen.names import REVOLUTE
 from symgen.robot.types import Robot
 from symgen.schemas import as_json
@@ -60,14 +60,14 @@ class Plan(Viewable):
     std: dict[str, float]
     scale: dict[str, float]
     start: float
-    uses: tuple[Use, ...]
+    uses: tuple[LimitUse, ...]
     parameters: int
     independent: float
     searches: tuple[int, int]
     stopped: str
     notes: tuple[str, ...] = ()
     approach: float = 10.0
-    joints: tuple[Joint, ...] = ()
+    joints: tuple[JointLabel, ...] = ()
     bounds: Bounds | None = None
 
     def __repr__(self) -> str:
@@ -99,7 +99,7 @@ class Plan(Viewable):
         return self.stopped == "done" or self.deviation < _GAIN * self.start
 
     @property
-    def binding(self) -> tuple[Use, ...]:
+    def binding(self) -> tuple[LimitUse, ...]:
         """The limits that are used to 97 % or more: widening them would help most."""
         return tuple(u for u in self.uses if u.binds)
 
@@ -189,7 +189,7 @@ def paths(into: Path, runs: int) -> tuple[Path, ...]:
     return (*(into.with_name(f"{stem}.csv") for stem in stems), into.with_suffix(".json"))
 
 
-def binding_text(uses: tuple[Use, ...]) -> str:
+def binding_text(uses: tuple[LimitUse, ...]) -> str:
     """Return a text about the limits that bind: "velocity of joints 1, 2 binds"."""
     keys = dict.fromkeys(u.limit for u in uses)
     parts = []

@@ -37,7 +37,7 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
 from symgen.experiment.mujoco_robot import MujocoRobot
 from symgen.faults.logs import open_samples
-from symgen.identification.estimate import Joint, joints_of
+from symgen.identification.estimate import JointLabel, joints_of
 from symgen.names import ROTOR
 from symgen.parallel import Say, silent
 from symgen.robot.toml_io import read_imported, read_robot
@@ -83,7 +83,7 @@ class SimulationComparison(Viewable):
     """
 
     robot: str
-    joints: tuple[Joint, ...]
+    joints: tuple[JointLabel, ...]
     logs: tuple[str, ...]
     windows: int
     feedback: bool

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.experiment.bounds import CELL, Bounds, Cell, Coefficients, Sampled, Space, Use
+from symgen.experiment.bounds import CELL, Bounds, Cell, Coefficients, LimitUse, Sampled, Space
 from symgen.runtime.evaluator import Evaluator
 
 _DRAWS = 10  # random motions of which a search begins with the best
@@ -76,7 +76,7 @@ class Clock:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class CandidateRun:
     """One run of a candidate: its coefficients, and the largest share of torque limits and cell.
 
     `information` is (p, p), and zero if the share is above 1.
@@ -88,7 +88,7 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class MotionCandidate:
     """A motion of all runs.
 
     Attributes:
@@ -97,20 +97,20 @@ class Candidate:
         rank: smaller is better: motions within torque limits and cell first, then precise ones.
     """
 
-    runs: tuple[Run, ...]
+    runs: tuple[CandidateRun, ...]
     std: FloatArray
     rank: tuple[float, float]
 
 
-def candidate(runs: Sequence[Run]) -> Candidate:
+def candidate(runs: Sequence[CandidateRun]) -> MotionCandidate:
     """Return the motion of some runs."""
-    std = deviations(np.sum([run.information for run in runs], axis=0))
+    std = expected_deviations(np.sum([run.information for run in runs], axis=0))
     excess = max(run.excess for run in runs)
     precision = float(np.mean(np.log(std))) if excess <= 1 else math.inf
-    return Candidate(tuple(runs), std, (max(excess, 1.0), precision))
+    return MotionCandidate(tuple(runs), std, (max(excess, 1.0), precision))
 
 
-def deviations(G: FloatArray) -> FloatArray:
+def expected_deviations(G: FloatArray) -> FloatArray:
     """Return sqrt(diag G^-1) of the information G (p, p); infinite where G is singular."""
     size = np.sqrt(np.diag(G))
     size = np.where(size > 0, size, 1.0)
@@ -164,7 +164,7 @@ class Objective:
         pairs = zip(self.spaces, times, strict=True)
         return replace(self, sampled=tuple(s.sampled(t) for s, t in pairs))
 
-    def uses(self, motion: FloatArray) -> Iterator[Use]:
+    def uses(self, motion: FloatArray) -> Iterator[LimitUse]:
         """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
         q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
         if self.prior is not None:
@@ -212,7 +212,7 @@ class Objective:
         motion = self.spaces[k].motion(z, self.sampled[k])
         return Fitted(z, motion, largest_share(self.uses(motion)))
 
-    def run(self, k: int, z: Coefficients, grow: bool = False) -> Run:
+    def run(self, k: int, z: Coefficients, grow: bool = False) -> CandidateRun:
         """Return run k with coefficients z, within its limits where it can be."""
         found = self.fitted(k, z, grow, _MARGIN)
         p = len(self.evaluator.model.base.parameters)
@@ -220,9 +220,9 @@ class Objective:
         if found.excess <= _MARGIN:
             duration = self.spaces[k].bases[0].duration
             information = self.information(found.motion, duration)
-        return Run(found.z, found.excess / _MARGIN, information)
+        return CandidateRun(found.z, found.excess / _MARGIN, information)
 
-    def torque(self, found: Candidate) -> FloatArray:
+    def torque(self, found: MotionCandidate) -> FloatArray:
         """Return the RMS torque that each parameter alone causes with a value of 1, (n, p)."""
         squares = []
         for space, sampled, run in zip(self.spaces, self.sampled, found.runs, strict=True):
@@ -230,7 +230,7 @@ class Objective:
             squares.append(np.mean(W**2, axis=0))
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
-    def drawn(self, draw: np.random.Generator) -> Candidate:
+    def drawn(self, draw: np.random.Generator) -> MotionCandidate:
         """Return the best of some random motions that reach their limits."""
         tried = []
         for _ in range(_DRAWS):
@@ -239,8 +239,8 @@ class Objective:
         return min(tried, key=lambda each: each.rank)
 
     def improved(
-        self, best: Candidate, draw: np.random.Generator, iterations: int, clock: Clock
-    ) -> Candidate:
+        self, best: MotionCandidate, draw: np.random.Generator, iterations: int, clock: Clock
+    ) -> MotionCandidate:
         """Return the best motion that the strategy reaches from another one.
 
         It ends after some iterations, when its step is small, or when the clock stops it.
@@ -263,7 +263,7 @@ class Objective:
         return best
 
 
-def largest_share(uses: Iterable[Use]) -> float:
+def largest_share(uses: Iterable[LimitUse]) -> float:
     """Return the largest used share of the limits that are kept by shrinking a motion."""
     return max((u.share for u in uses if u.limit in SHRUNK), default=0.0)
 

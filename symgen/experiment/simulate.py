@@ -32,8 +32,7 @@ from symgen.robot.tables import Drive
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
 from symgen.runtime.evaluator import Evaluator, load
-from symgen.runtime.simulate import WIDTH, Law, Motion, without_dry
-from symgen.runtime.simulate import simulate as simulate_motion
+from symgen.runtime.simulate import WIDTH, Law, SimulatedMotion, simulate_motion, without_dry
 
 
 @dataclass(frozen=True, eq=False)
@@ -329,7 +328,7 @@ def _on_measurements(
     return measured
 
 
-def _require_finite(motion: Motion, robot: Robot) -> None:
+def _require_finite(motion: SimulatedMotion, robot: Robot) -> None:
     """Refuse a motion that is not finite.
 
     Raises:

@@ -35,7 +35,7 @@ from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, filter_in_band
 from symgen.identification.possible import nearest_possible
-from symgen.identification.solving import Method, equate, settle_load, solve
+from symgen.identification.solving import Method, equate, settle_load, solve_equations
 from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
@@ -301,7 +301,7 @@ def _solved(
     if method.name == "iv":
         parts = [instrumented(evaluator, part, model, None) for part in parts]
     with suppress(IdentificationError, np.linalg.LinAlgError):
-        solution = solve(evaluator, parts, method, model)
+        solution = solve_equations(evaluator, parts, method, model)
         X = solution.X
         if method.is_bounded:
             X = nearest_possible(evaluator.model, X, solution.covariance).X

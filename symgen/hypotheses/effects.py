@@ -27,7 +27,7 @@ from symgen.parallel import in_order, own_threads
 from symgen.robot.effect import OWN, Definition, SearchRange, definitions
 from symgen.robot.types import Robot
 from symgen.symbolic.effects import definition_tape
-from symgen.symbolic.independence import FUNCTIONS
+from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]

@@ -40,7 +40,7 @@ from symgen.hypotheses.score import Columns, everywhere
 from symgen.hypotheses.stiffness import Stiffness, deflection
 from symgen.robot.effect import definitions
 from symgen.robot.types import Robot
-from symgen.symbolic.independence import random_base, random_states
+from symgen.symbolic.sampling import random_base, random_states
 from symgen.symbolic.variation import Variation, variation
 
 _STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths

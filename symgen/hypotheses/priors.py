@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 from symgen.robot.effect import Definition, SearchRange, Sought, definitions, effect_tables
+from symgen.robot.schema import TableReader, keys, require_keys
 
 #: Constant of an effect that begins within a log: the time, s.
 START = "start"
@@ -47,11 +48,15 @@ _PROPOSED = EffectPrior(odds=0.5, size=1.0)
 @cache
 def priors() -> Mapping[str, EffectPrior]:
     """Return the priors of the effects of the library by name."""
-    keys = {f.name for f in fields(EffectPrior)}
-    return {
-        name: EffectPrior(**{key: value for key, value in table.items() if key in keys})
-        for name, table in effect_tables().items()
-    }
+    reader, expected = TableReader(), keys(EffectPrior)
+    described = {*keys(Definition), "nonlinear", "scale"}
+    found = {}
+    for name, table in effect_tables().items():
+        place = f"effects.toml: [{name}]"
+        require_keys(table, sorted({*described, *expected}), place)
+        kept = {key: value for key, value in table.items() if key not in described}
+        found[name] = reader.table(EffectPrior, kept, place)
+    return found
 
 
 def prior_of(definition: Definition) -> EffectPrior:

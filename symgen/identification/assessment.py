@@ -15,7 +15,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.floor import quiet
 from symgen.estimation.instrumental import bias_of_least_squares
-from symgen.estimation.logs import digest
+from symgen.estimation.logs import samples_digest
 from symgen.estimation.motion_error import in_motion, motion_error
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
@@ -302,7 +302,7 @@ def provenance(
     """
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
     own = (("symgen", own_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot))
-    data = ((f"{kind} {s.name}, {LOG_DIGEST}", digest(s)) for kind, s in logs)
+    data = ((f"{kind} {s.name}, {LOG_DIGEST}", samples_digest(s)) for kind, s in logs)
     return (*own, *more, *data)
 
 

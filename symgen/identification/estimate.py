@@ -53,7 +53,7 @@ ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointLabel:
     """A joint: its number in the file, the unit of its torque, and the file's own name for it."""
 
     number: int
@@ -66,9 +66,9 @@ class Joint:
         return joint_label(self.number, self.name or "")
 
 
-def joints_of(robot: Robot) -> tuple[Joint, ...]:
+def joints_of(robot: Robot) -> tuple[JointLabel, ...]:
     """Return the movable joints of a robot."""
-    return tuple(Joint(j.number, unit("FS", j.sigma), j.name or None) for j in robot.movable)
+    return tuple(JointLabel(j.number, unit("FS", j.sigma), j.name or None) for j in robot.movable)
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ class Estimate(Viewable):
     GONE: ClassVar = ("whiteness",)
 
     robot: str
-    joints: tuple[Joint, ...] = ()
+    joints: tuple[JointLabel, ...] = ()
     model: str
     method: str
     parameters: tuple[ParameterEstimate, ...]
@@ -291,7 +291,7 @@ def read_estimate(path: str | Path) -> Estimate:
             f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
         )
     torque = found.torque_validation and found.torque_validation.per_joint
-    joints = (Joint(j, "N m or N") for j in range(1, len(torque or ()) + 1))
+    joints = (JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
     traces, moving = read_traces(file.with_name(FILE))
     return replace(found, joints=found.joints or tuple(joints), traces=traces, moving=moving)
 

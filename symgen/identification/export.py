@@ -68,7 +68,7 @@ def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     robot = dict(estimate.provenance).get(ROBOT_DIGEST, "")
     std = tuple(p.std if math.isfinite(p.std) else None for p in estimate.parameters)
     values = Values(tuple(p.value for p in estimate.parameters), std, (), estimate_facts(estimate))
-    return codegen_values.values_header(
+    return codegen_values.values_header_text(
         prefix or estimate.robot,
         estimate.robot,
         values,

@@ -15,7 +15,7 @@ import numpy as np
 from symgen import names
 from symgen.errors import ParameterError
 from symgen.estimation.values import FloatArray
-from symgen.identification.possible import Cone, deviations, nearest_moves
+from symgen.identification.possible import Cone, deviation_axes, nearest_moves
 from symgen.identification.pseudo_inertia import (
     IDENTITY,
     LENGTH,
@@ -92,7 +92,7 @@ class Load:
         x0 = self.s / scale
         if not self.null.size and np.linalg.eigvalsh(pseudo_inertia(x0))[0] > 0:
             return self
-        onto = np.hstack([self.null, deviations(self.covariance) / scale[:, None]])
+        onto = np.hstack([self.null, deviation_axes(self.covariance) / scale[:, None]])
         cones = [Cone("semidefinite", MATRIX @ onto, MATRIX @ x0 - SMALL * IDENTITY)]
         if mass is not None:
             cones.append(Cone("zero", onto[-1:], x0[-1:] - mass / scale[-1]))

@@ -53,7 +53,7 @@ from symgen.identification.solving import (
     equate,
     noise_columns,
     settle_load,
-    solve,
+    solve_equations,
     system_of,
 )
 from symgen.parallel import Say, silent
@@ -219,7 +219,7 @@ def _shifted(run: Run, change: Change) -> Run:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class ModelCandidate:
     """A model with its equations, solved by weighted least squares.
 
     Attributes:
@@ -262,7 +262,7 @@ class ChosenModel:
     """
 
     run: Run
-    best: Candidate
+    best: ModelCandidate
     held: list[EquatedLog]
     found: tuple[Alternative, ...]
     fault: str
@@ -302,7 +302,7 @@ def choose_model(
         model = settle_load(evaluator, run.train, models[0])
         train = _equations(run, model, shares)
         torques = block_summary([p.equations for p in train], model.gap)
-        best = Candidate(model, train, (torques, torques))
+        best = ModelCandidate(model, train, (torques, torques))
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         reduce = bool(together) and method.prior is None  # a prior tells what the motion does not
@@ -338,7 +338,7 @@ def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
 
 def _best_model(
     run: Run, models: Sequence[EquationModel], shares: Sequence[float], reduce: bool
-) -> tuple[Candidate, tuple[Alternative, ...]]:
+) -> tuple[ModelCandidate, tuple[Alternative, ...]]:
     """Fit every model and compare them; validation logs report, and do not choose.
 
     Args:
@@ -352,7 +352,7 @@ def _best_model(
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
     torques = block_summary([p.equations for p in compared], _COMPARED.gap)
-    candidates, errors = list[Candidate](), dict[str, IdentificationError]()
+    candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
     for model in models:
         try:
             train = compared
@@ -364,7 +364,7 @@ def _best_model(
         blocks = block_summary([p.equations for p in train], model.gap)
         held_out = held_out_error(block_errors(blocks, torques))
         columns = _determined_columns(run, train, model) if reduce else None
-        candidate = Candidate(model, train, (blocks, torques), held_out, columns)
+        candidate = ModelCandidate(model, train, (blocks, torques), held_out, columns)
         candidates.append(_solved(run, candidate))
     if not candidates:
         raise next(iter(errors.values()))
@@ -376,11 +376,11 @@ def _best_model(
     return best, tuple(found)
 
 
-def _solved(run: Run, candidate: Candidate) -> Candidate:
+def _solved(run: Run, candidate: ModelCandidate) -> ModelCandidate:
     """Return a candidate with its solution, or with the error of the solver."""
     plain, model = Method(Wls.name), candidate.model
     try:
-        solution = solve(run.evaluator, candidate.train, plain, model, candidate.kept)
+        solution = solve_equations(run.evaluator, candidate.train, plain, model, candidate.kept)
     except (IdentificationError, np.linalg.LinAlgError) as error:
         return replace(candidate, error=error)
     return replace(candidate, solution=solution, torques=run.torques(solution.X))
@@ -400,7 +400,7 @@ def _determined_columns(
     return None if len(columns.known) == W.shape[1] else columns
 
 
-def _alternative(own: Candidate, best: Candidate) -> Alternative:
+def _alternative(own: ModelCandidate, best: ModelCandidate) -> Alternative:
     """Return the result of a model beside the best one."""
     number, train, held = math.inf, None, None
     reason = f"{percent(own.held_out)} torque error on folds left out"

@@ -27,7 +27,7 @@ from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.curves import FILE, read_traces
-from symgen.identification.estimate import Joint, joints_of
+from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
 from symgen.identification.load import COM, LABELS, Load, read_off
 from symgen.identification.load_problem import LoadFit, LoadProblem, load_problem
@@ -113,7 +113,7 @@ class Payload(Viewable):
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...]
     gains: tuple[Quantity, ...] = ()
-    joints: tuple[Joint, ...]
+    joints: tuple[JointLabel, ...]
     joint: int
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
 

@@ -126,7 +126,7 @@ def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Pos
     variances = np.diag(covariance) if np.shape(covariance) == (p, p) else np.zeros(p)
     if not (np.isfinite(covariance).all() and (variances > 0).all()):
         raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
-    L = deviations(covariance)
+    L = deviation_axes(covariance)
     moved = np.zeros((len(problem.at), p))
     moved[problem.heads] = L / problem.scale[problem.heads, None]
     wider = replace(problem, onto=np.hstack([problem.onto, moved]))
@@ -373,7 +373,7 @@ def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
             yield size * minimise(np.diag(weights), np.zeros(n), scaled, _SOLVED)[0]
 
 
-def deviations(covariance: FloatArray) -> FloatArray:
+def deviation_axes(covariance: FloatArray) -> FloatArray:
     """Return L (p, p) with L L' a covariance, so that z of X = X0 + L z is in standard deviations.
 
     Eigenvalues of the correlation matrix are at least 1e-10.

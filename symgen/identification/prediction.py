@@ -22,7 +22,7 @@ from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
-from symgen.identification.estimate import Joint, joints_of
+from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
 from symgen.identification.parameters import read_given
 from symgen.robot.toml_io import read_robot
@@ -55,7 +55,7 @@ class Prediction(Viewable):
     """
 
     robot: str
-    joints: tuple[Joint, ...]
+    joints: tuple[JointLabel, ...]
     log: str
     error: Annotated[Residual, at("torque_error")]
     moving: Annotated[Residual, at("torque_error_in_motion")]

@@ -118,7 +118,7 @@ class Settings:
         return load_model(self.robot, self.kernels)
 
 
-def cut(number: int, log: Stretch) -> list[Segment]:
+def segments_of(number: int, log: Stretch) -> list[Segment]:
     """Cut a log into segments; one that is read as a whole is one."""
     if not reads_rows(log.file):
         return [Segment(log, number)]
@@ -323,7 +323,7 @@ class LongLogs(OpenLogs):
         settings = Settings(
             *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
         )
-        segments = [x for k, log in enumerate(logs) for x in cut(k, log)]
+        segments = [x for k, log in enumerate(logs) for x in segments_of(k, log)]
         found: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")

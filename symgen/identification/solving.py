@@ -227,7 +227,7 @@ def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
     return LinearSystem(names, tuple(e for part in logs for e in part.equations))
 
 
-def solve(
+def solve_equations(
     evaluator: Evaluator,
     train: Sequence[EquatedLog],
     method: Method,

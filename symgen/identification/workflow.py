@@ -44,7 +44,7 @@ from symgen.identification.model_choice import (
 from symgen.identification.parameters import read_prior, values_of_file
 from symgen.identification.segments import LongLogs, open_long_logs
 from symgen.identification.settle import settle
-from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve, system_of
+from symgen.identification.solving import AUTO, FOLDED, Fit, Method, solve_equations, system_of
 from symgen.parallel import Say, silent
 from symgen.policy import ACCEPT, LEAST
 from symgen.robot.toml_io import read_robot
@@ -180,7 +180,7 @@ class LogsInMemory(OpenLogs):
         self.progress(f"solving {rows} equations for {len(names)} parameters")
         least = best.solution if method.is_wls else None
         about = run.evaluator, best.train, method, best.model
-        settled = settle(chosen, method, least or solve(*about, best.kept))
+        settled = settle(chosen, method, least or solve_equations(*about, best.kept))
         X = settled.solution.X
         is_plain = least is not None and X is least.X
         torques = best.torques if is_plain else run.torques(X)

@@ -111,7 +111,7 @@ def crossing(base: Array, line: Line) -> Array:
     return frame
 
 
-def reach(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:
+def row_to_line(base: Array, line: Line) -> tuple[Any, Any, Any, Any]:
     """Return gamma, b, alpha, d that move the z axis of a frame onto a line.
 
     gamma is in (-pi/2, pi/2]. b is 0 if the lines are parallel.

@@ -13,16 +13,18 @@ import re
 import string
 import tomllib
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
-from typing import Any
+from typing import Annotated, Any
 
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError
+from symgen.errors import RobotError, located
 from symgen.robot import expressions
+from symgen.robot.schema import TableReader, keys
+from symgen.robot.tables import BESIDE, word_check
 
 #: Names with their exact values.
 Named = tuple[tuple[str, sp.Expr], ...]
@@ -31,8 +33,18 @@ Named = tuple[tuple[str, sp.Expr], ...]
 OWN = ("q", "qd", "qdd", "taur", "tau", "friction", "t")
 #: Largest number of constants of an effect that a diagnosis searches.
 MAX_RANGES = 2
-_POSITION = {names.REVOLUTE: "rad", names.PRISMATIC: "m"}
-_TORQUE = {names.REVOLUTE: "N m", names.PRISMATIC: "N"}
+#: What the residual of an effect depends on.
+_PATTERNS = (
+    "velocity-sign", "velocity", "low-speed", "reversal", "position", "spectrum", "load",
+    "acceleration", "kinematic", "other-joint", "time", "all",
+)  # fmt: skip
+#: What a constant is a part of where a search tries its values.
+_SCALES = ("speed", "range", "duration", "turn", "gear", "play", "place")
+#: Unit words of effects.toml by the type of the joint: each unit with its exponent.
+_POSITION = {names.REVOLUTE: {"rad": 1}, names.PRISMATIC: {"m": 1}}
+_TORQUE = {names.REVOLUTE: {"N": 1, "m": 1}, names.PRISMATIC: {"N": 1}}
+_QUANTITIES = ("torque", "position", "speed", "acceleration", "rad", "m", "s")
+_QUANTITY = re.compile(rf"({'|'.join(_QUANTITIES)})([2-9]?)")
 
 
 @dataclass(frozen=True)
@@ -54,20 +66,20 @@ class Definition:
     and constants. Names of a library effect get the number of the joint.
     """
 
-    name: str
-    kind: str
-    pattern: str
+    name: Annotated[str, BESIDE]
+    kind: Annotated[str, word_check("linear", "model", "log")]
+    pattern: Annotated[str, word_check(*_PATTERNS)]
     says: str
     torque: str = ""
-    linear: Mapping[str, str] = field(default_factory=dict)
-    nonlinear: Mapping[str, SearchRange] = field(default_factory=dict)
+    linear: dict[str, str] = field(default_factory=dict)
+    nonlinear: Annotated[Mapping[str, SearchRange], BESIDE] = field(default_factory=dict)
     native: str = ""
     offset: bool = False
-    sign: str = "any"
+    sign: Annotated[str, word_check("positive", "any")] = "any"
     confused: str = ""
     separate: str = ""
     formula: str = ""
-    own: bool = False
+    own: Annotated[bool, BESIDE] = False
 
     @property
     def declarable(self) -> bool:
@@ -181,6 +193,10 @@ def _free(name: str, used: Collection[str]) -> str:
     return free
 
 
+_SCALE = Annotated[str, word_check(*_SCALES)]
+_GRID = tuple[float, float, int]
+
+
 @cache
 def effect_tables() -> Mapping[str, Mapping[str, Any]]:
     """Return the tables of effects.toml by name."""
@@ -190,18 +206,34 @@ def effect_tables() -> Mapping[str, Mapping[str, Any]]:
 @cache
 def definitions() -> Mapping[str, Definition]:
     """Return the library of effects by name."""
-    known = {f.name for f in fields(Definition)}
-    out = {}
-    for name, table in effect_tables().items():
-        scale = table.get("scale", {})
-        searches = {}
-        for key, (low, high, count) in table.get("nonlinear", {}).items():
-            unit = scale.get(key, "")
-            by_ratio = low > 0 and unit not in ("turn", "gear")
-            searches[key] = SearchRange(float(low), float(high), int(count), unit, by_ratio)
-        kept = {key: value for key, value in table.items() if key in known}
-        out[name] = Definition(**{**kept, "name": name, "nonlinear": searches})
-    return out
+    with located("effects.toml"):
+        return {name: definition(name, table) for name, table in effect_tables().items()}
+
+
+def definition(name: str, table: Mapping[str, Any]) -> Definition:
+    """Return an effect of the library.
+
+    Args:
+        name: name of the effect.
+        table: its table in effects.toml; keys about the search have no place in the definition.
+
+    Raises:
+        RobotError: a key is missing or its value is not accepted; the message names both.
+    """
+    reader, known = TableReader(), keys(Definition)
+    kept = {key: value for key, value in table.items() if key in known and key != "nonlinear"}
+    scales = reader.value(dict[str, _SCALE], table.get("scale", {}), f"[{name}], key 'scale'")
+    grids = reader.value(dict[str, _GRID], table.get("nonlinear", {}), f"[{name}], key 'nonlinear'")
+    searches = {}
+    for key, (low, high, count) in grids.items():
+        scale = scales.get(key, "")
+        by_ratio = low > 0 and scale not in ("turn", "gear")
+        searches[key] = SearchRange(low, high, count, scale, by_ratio)
+    found = reader.table(Definition, kept, f"[{name}]", name=name, nonlinear=searches)
+    for key, unit in found.linear.items():
+        with located(f"[{name}], key 'linear', {key!r}"):
+            effect_unit(unit, names.REVOLUTE)
+    return found
 
 
 @dataclass(frozen=True)
@@ -254,20 +286,49 @@ def require_constants(sought: Sequence[Sought]) -> None:
 
 
 def effect_unit(written: str, sigma: int) -> str:
-    """Return the unit for a unit word of effects.toml on a joint of this type."""
-    words = {
-        "torque": _TORQUE[sigma],
-        "position": _POSITION[sigma],
-        "speed": f"{_POSITION[sigma]}/s",
-        "position2": f"{_POSITION[sigma]}2",
-        "position3": f"{_POSITION[sigma]}3",
-        "acceleration": f"{_POSITION[sigma]}/s2",
-    }
-    if written == "torque/speed":
-        return names.unit("FV", sigma)
+    """Return the unit for a unit of effects.toml on a joint of this type.
+
+    Args:
+        written: quantities, with exponents, below each other: "torque/speed2" is N m s2/rad2.
+        sigma: type of the joint.
+
+    Raises:
+        RobotError: a word is no quantity.
+    """
     if written == "torque/acceleration":
         return names.unit("IA", sigma)
-    return "/".join(words.get(word, word) for word in written.split("/"))
+    exponents: dict[str, int] = {}
+    for place, word in enumerate(written.split("/") if written else []):
+        match = _QUANTITY.fullmatch(word)
+        if match is None:
+            raise RobotError(
+                f"{word!r} in the unit {written!r}; accepted: {', '.join(_QUANTITIES)}, with an "
+                "exponent behind it (speed2), and / between two"
+            )
+        power = int(match[2] or 1) * (-1 if place else 1)
+        for unit, exponent in _units(match[1], sigma).items():
+            exponents[unit] = exponents.get(unit, 0) + power * exponent
+    over = [_power(unit, e) for unit, e in exponents.items() if e > 0]
+    under = [_power(unit, -e) for unit, e in exponents.items() if e < 0]
+    if not under:
+        return " ".join(over)
+    below = under[0] if len(under) == 1 else f"({' '.join(under)})"
+    return f"{' '.join(over) or '1'}/{below}"
+
+
+def _units(quantity: str, sigma: int) -> Mapping[str, int]:
+    """Return the units of a quantity with their exponents."""
+    if quantity == "torque":
+        return _TORQUE[sigma]
+    orders = {"position": 0, "speed": 1, "acceleration": 2}
+    if quantity not in orders:
+        return {quantity: 1}
+    order = orders[quantity]
+    return {**_POSITION[sigma], **({"s": -order} if order else {})}
+
+
+def _power(unit: str, exponent: int) -> str:
+    return unit if exponent == 1 else f"{unit}{exponent}"
 
 
 def numbered(definition: Definition, joint: int | str) -> str:

@@ -149,12 +149,10 @@ def exact(number: int | float | Decimal) -> sp.Rational:
     """Return the exact rational of a written number: 0.225 gives 9/40.
 
     Raises:
-        ExpressionError: the number is not finite or needs more than 400 digits.
+        ExpressionError: the number is not finite, or its size is not accepted.
     """
     value = Decimal(repr(number)) if isinstance(number, float) else Decimal(number)
-    if not value.is_finite():
-        raise ExpressionError(f"{shortened(str(number))} is not a finite number")
-    if value and not -_MAX_DECIMALS <= value.adjusted() <= _MAX_DECIMALS:
+    if not value.is_finite() or (value and abs(value.adjusted()) > _MAX_DECIMALS):
         raise ExpressionError(
             f"{shortened(str(number))} is out of range; accepted: 0, or 1e-{_MAX_DECIMALS} to "
             f"1e{_MAX_DECIMALS} in size"

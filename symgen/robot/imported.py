@@ -66,6 +66,8 @@ def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
         path = Path(source)
         if str(source) and path.is_dir():
             path = path / "robot.toml"
+            if not path.exists():
+                raise RobotError(f"{shown}: a folder without a robot.toml; {accepted}")
         if not str(source) or not path.exists():
             raise RobotError(f"{shown}: no such file or library robot; {accepted}")
         if not path.is_file():

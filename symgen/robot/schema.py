@@ -19,7 +19,7 @@ from symgen.errors import RobotError, located
 from symgen.robot import expressions
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
-from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check
+from symgen.robot.tables import ANGLE, BESIDE, NOTATION, PER_JOINT, Before, Check, JointNumber
 
 Table = TypeVar("Table")
 _hints = cache(get_type_hints)  # to evaluate annotations takes longer than to read a table
@@ -63,15 +63,14 @@ def require_keys(table: Any, known: Collection[str], place: str) -> None:
 class TableReader:
     """Reads the tables of one file.
 
-    Args:
-        n: number of movable joints.
-
     Attributes:
-        geometry: the named lengths and angles so far, with their exact values.
+        joints: number of joints.
+        movable: numbers of the movable joints.
+        geometry: the named lengths and angles, with their exact values.
     """
 
-    def __init__(self, n: int = 0) -> None:
-        self.n = n
+    def __init__(self, joints: int = 0, movable: Collection[int] = ()) -> None:
+        self.joints, self.movable = joints, movable
         self.geometry: dict[str, sp.Expr] = {}
 
     def table(self, kind: type[Table], table: Any, place: str, **beside: Any) -> Table:
@@ -93,7 +92,9 @@ class TableReader:
             found[key] = self.value(known[key], value, f"{place}, key {key!r}")
         for f in fields(kind):  # type: ignore[arg-type]  # every kind is a dataclass
             if f.name not in found and f.default is MISSING and f.default_factory is MISSING:
-                raise RobotError(f"{place}, key {f.name!r}: is missing; it must be given")
+                checks = [m for m in get_args(known[f.name]) if isinstance(m, Check)]
+                needed = f"accepted: {checks[0].accepted}" if checks else "it must be given"
+                raise RobotError(f"{place}, key {f.name!r}: is missing; {needed}")
         return kind(**found)
 
     def value(self, hint: Any, value: Any, place: str) -> Any:
@@ -108,7 +109,11 @@ class TableReader:
             return self._list(parts, value, place)
         if origin is dict:
             require_keys(value, value, place)
-            return {key: self.value(parts[1], x, f"{place}, {key!r}") for key, x in value.items()}
+            found = {}
+            for key, x in value.items():
+                inner = f"{place}, {shortened(key)!r}"
+                found[self.value(parts[0], key, inner)] = self.value(parts[1], x, inner)
+            return found
         if hint is float:
             return finite_number(value, place)
         if hint is sp.Expr:
@@ -123,15 +128,28 @@ class TableReader:
             if isinstance(mark, Before):
                 value = mark.convert(value)
         value = self.value(hint, value, place)
-        if PER_JOINT in marks and len(value) != self.n:
+        if PER_JOINT in marks and len(value) != len(self.movable):
             raise RobotError(
-                f"{place}: {len(value)} entries; accepted: one for each of the {self.n} movable "
-                "joints"
+                f"{place}: {len(value)} entries; accepted: one for each of the "
+                f"{len(self.movable)} movable joints"
             )
         for mark in marks:
+            if isinstance(mark, JointNumber):
+                self._require_joint(value, mark, place)
             if isinstance(mark, Check) and not mark.passes(value):
                 raise RobotError(f"{place}: accepted: {mark.accepted}")
         return self.angle(value, place) if ANGLE in marks else value
+
+    def _require_joint(self, number: int, mark: JointNumber, place: str) -> None:
+        """Refuse the number of a joint that the file has not, or that is not movable."""
+        if mark.movable and number not in self.movable:
+            accepted = ", ".join(map(str, self.movable))
+            raise RobotError(f"{place}: {number} is not a movable joint; accepted: {accepted}")
+        least = 0 if mark.base else 1
+        if not least <= number <= self.joints:
+            raise RobotError(
+                f"{place}: there is no joint {number}; accepted: {least} to {self.joints}"
+            )
 
     def _list(self, parts: tuple[Any, ...], value: Any, place: str) -> tuple[Any, ...]:
         if not isinstance(value, list):

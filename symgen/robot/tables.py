@@ -16,6 +16,12 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot.body import pose, turn
+from symgen.robot.identifiers import (
+    MAX_NAME,
+    is_coefficient_name,
+    is_geometry_name,
+    is_robot_name,
+)
 
 #: For the author of another Denavit-Hartenberg table.
 NOTATION = (
@@ -46,6 +52,14 @@ class Before:
     """A step from the value in the file to the one that the annotation describes."""
 
     convert: Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class JointNumber:
+    """Of an integer: it is the number of a joint, of a movable one, or 0 for the base."""
+
+    movable: bool = False
+    base: bool = False
 
 
 #: Of a list: it has one entry for each movable joint.
@@ -79,7 +93,13 @@ Factor = Annotated[
 ]
 Range = Annotated[tuple[float, float], Check("[low, high], low below high", lambda r: r[0] < r[1])]
 Triple = tuple[float, float, float]
-Number = Annotated[int, Check("0 (the base) or the number of a joint", lambda k: k >= 0)]
+Movable = Annotated[int, JointNumber(movable=True)]
+Distinct = Check("different joints, at least one", lambda x: len(x) == len(set(x)) > 0)
+GeometryName = Annotated[str, Check("a C identifier that is not reserved", is_geometry_name)]
+CoefficientName = Annotated[
+    str,
+    Check("a capital letter followed by letters and digits, not reserved", is_coefficient_name),
+]
 Title = Annotated[
     str,
     Check(
@@ -102,7 +122,13 @@ Unit = Annotated[
 class Head:
     """[robot]: gravity in frame 0, m/s2; `exact` for base parameters of the exact geometry."""
 
-    name: str
+    name: Annotated[
+        str,
+        Check(
+            f"a C identifier of at most {MAX_NAME} characters that is no word and no header of C",
+            is_robot_name,
+        ),
+    ]
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     base: Annotated[str, word_check(*names.BASES)] = names.BASES[0]
     convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION
@@ -113,7 +139,7 @@ class Head:
 class PayloadTable:
     """[payload]: a load on the link of a joint."""
 
-    joint: int
+    joint: Annotated[int, JointNumber()]
 
 
 @dataclass(frozen=True)
@@ -127,7 +153,7 @@ class LogColumns:
 class Coupling:
     """A drive that moves two joints: u = qd_j + ratio qd_k. Its parameters have the number k."""
 
-    joints: tuple[int, int]
+    joints: Annotated[tuple[Movable, Movable], Distinct]
     ratio: sp.Expr
 
     @property
@@ -145,7 +171,7 @@ class Coupling:
 class Loop:
     """A closed chain: frames on both sides of the cut joint, with common origin and z axis."""
 
-    cut: tuple[int, int]
+    cut: Annotated[tuple[Annotated[int, JointNumber()], Annotated[int, JointNumber()]], Distinct]
 
 
 @dataclass(frozen=True)
@@ -160,7 +186,7 @@ class Frame:
     """
 
     name: Name
-    joint: Number
+    joint: Annotated[int, JointNumber(base=True)]
     xyz: Triple = (0.0, 0.0, 0.0)
     rpy: Triple = (0.0, 0.0, 0.0)
 
@@ -309,7 +335,7 @@ class EffectTable:
     """
 
     name: Name
-    joints: tuple[int, ...]
+    joints: Annotated[tuple[Movable, ...], Distinct]
     torque: str = ""
-    linear: dict[str, Unit] = field(default_factory=dict)
-    nonlinear: dict[str, Constant] = field(default_factory=dict)
+    linear: dict[CoefficientName, Unit] = field(default_factory=dict)
+    nonlinear: dict[GeometryName, Constant] = field(default_factory=dict)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from decimal import Decimal
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import sympy as sp
 
@@ -22,12 +22,6 @@ from symgen.robot.declared_effects import from_table
 from symgen.robot.effect import MAX_RANGES, Effect, Sought
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
-from symgen.robot.identifiers import (
-    MAX_NAME,
-    is_coefficient_name,
-    is_geometry_name,
-    is_robot_name,
-)
 from symgen.robot.imported import FORMATS, Imported, read_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.schema import TableReader, keys, require_keys
@@ -36,12 +30,14 @@ from symgen.robot.tables import (
     Drive,
     EffectTable,
     Frame,
+    GeometryName,
     Head,
     Limits,
     LogColumns,
     Loop,
     PayloadTable,
     Servo,
+    word_check,
 )
 from symgen.robot.types import (
     GRAVITY_INPUT,
@@ -58,6 +54,7 @@ _TABLES = (
     "effect", "loop", "frame",
 )  # fmt: skip
 _GRAVITY = [0, 0, Decimal("-9.81")]  # m/s2, in files that give none
+_SIDE = Annotated[str, word_check("motor", "link")]
 _FIXED = "a fixed joint (sigma 2) has none"
 _FOLLOWS = (
     "a joint that follows others has none of its own; accepted: on the joints that it follows, or "
@@ -132,10 +129,18 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
     """
     with located(where):
         try:
-            data = load_toml(text.removeprefix("\ufeff"), parse_float=Decimal)
-        except (RecursionError, ArithmeticError, ValueError) as error:
+            data = load_toml(text.removeprefix("\ufeff"), parse_float=_written)
+        except (RecursionError, ValueError) as error:
             raise RobotError(f"not valid TOML: {told_by(error)}") from error
         return _robot(data, TableReader())
+
+
+def _written(digits: str) -> Decimal:
+    """Return a number of the file; one beyond every decimal counts as infinite."""
+    try:
+        return Decimal(digits)
+    except ArithmeticError:
+        return Decimal("Infinity")
 
 
 def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
@@ -144,15 +149,14 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
     for key in ("robot", "joint"):
         if key not in data:
             raise RobotError(f"{key}: is missing; it must be given")
-    _read_geometry(data.get("geometry", {}), reader)
+    lengths = reader.value(dict[GeometryName, sp.Expr], data.get("geometry", {}), "geometry")
+    reader.geometry = {name: written_fraction(value) for name, value in lengths.items()}
     head = _head(data["robot"], reader)
     joints = _joints(data, reader)
     sigma = {joint.number: joint.sigma for joint in joints if joint.movable}
-    reader.n = len(sigma)
+    reader.joints, reader.movable = len(joints), tuple(sigma)
     effects, sought = _effects(_repeated(data, "effect"), sigma, reader)
     payload = _once(data, "payload", PayloadTable, reader)
-    if payload is not None and not 1 <= payload.joint <= len(joints):
-        raise RobotError(f"payload, key 'joint': there is no joint {payload.joint}")
     log = _once(data, "log", LogColumns, reader)
     loops = enumerate(_repeated(data, "loop"), 1)
     robot = Robot(
@@ -161,14 +165,14 @@ def _robot(data: Mapping[str, Any], reader: TableReader) -> Robot:
         joints=joints,
         base=head.base,
         geometry=tuple(reader.geometry.items()),
-        couplings=_couplings(_repeated(data, "coupling"), sigma, reader),
+        couplings=_couplings(_repeated(data, "coupling"), reader),
         payload=None if payload is None else payload.joint,
         limits=_once(data, "limits", Limits, reader),
         loops=tuple(reader.table(Loop, table, f"loop {k}") for k, table in loops),
         effects=tuple(effects),
         sought=tuple(sought),
         drive=_drive(data, reader),
-        frames=_frames(_repeated(data, "frame"), len(joints), reader),
+        frames=_frames(_repeated(data, "frame"), reader),
         controller=_once(data, "controller", Servo, reader),
         log_columns="" if log is None else log.columns,
         exact=head.exact,
@@ -190,25 +194,10 @@ def _repeated(data: Mapping[str, Any], key: str) -> list[Any]:
     return tables
 
 
-def _read_geometry(table: Any, reader: TableReader) -> None:
-    """Read the named lengths and angles."""
-    require_keys(table, table, "geometry")
-    for key, value in table.items():
-        if not is_geometry_name(key):
-            raise RobotError(f"geometry, key {shortened(key)!r}: reserved, or not a C identifier")
-        with located(f"geometry, key {key!r}"):
-            reader.geometry[key] = written_fraction(reader.expression(value, ()))
-
-
 def _head(table: Any, reader: TableReader) -> Head:
     require_keys(table, keys(Head), "robot")
     numbers = {"gravity": _GRAVITY} if table.get("gravity", "input") == "input" else {}
     head = reader.table(Head, table | numbers, "robot")
-    if not is_robot_name(head.name):
-        raise RobotError(
-            f"robot, key 'name': {shortened(head.name)!r} is not accepted; accepted: a C "
-            f"identifier of at most {MAX_NAME} characters that is no word and no header of C"
-        )
     if table.get("gravity") != "input":
         return head
     if head.base != names.BASES[0]:
@@ -259,7 +248,7 @@ def _joint(number: int, table: Any, rotors: bool, reader: TableReader) -> Joint:
     }
     entries.pop("follows", None)
     joint = reader.table(Joint, entries, place, number=number)
-    if joint.antecedent >= number:
+    if not 0 <= joint.antecedent < number:
         raise RobotError(
             f"{place}, key 'antecedent': {joint.antecedent} is not an earlier joint; "
             f"accepted: 0 (the base) to {number - 1}"
@@ -308,23 +297,17 @@ def _require_turning(factor: sp.Expr, leader: Joint, written: str) -> None:
         )
 
 
-def _couplings(
-    tables: Sequence[Any], sigma: Mapping[int, int], reader: TableReader
-) -> tuple[Coupling, ...]:
+def _couplings(tables: Sequence[Any], reader: TableReader) -> tuple[Coupling, ...]:
     found: list[Coupling] = []
     for number, table in enumerate(tables, 1):
         place = f"coupling {number}"
         require_keys(table, keys(Coupling), place)
         coupling = reader.table(Coupling, {"ratio": 1, **table}, place)
-        with located(f"{place}, key 'joints'"):
-            for j in coupling.joints:
-                if j not in sigma:
-                    raise RobotError(f"{j} is not a movable joint")
-            pair, second = set(coupling.joints), coupling.second
-            if len(pair) == 1:
-                raise RobotError("two different joints are needed")
-            if any(second == c.second or pair == set(c.joints) for c in found):
-                raise RobotError(f"a second coupling of the same joints or number {second}")
+        pair, second = set(coupling.joints), coupling.second
+        if any(second == c.second or pair == set(c.joints) for c in found):
+            raise RobotError(
+                f"{place}, key 'joints': a second coupling of the same joints or number {second}"
+            )
         if reader.at_values(coupling.ratio).is_zero:
             raise RobotError(f"{place}, key 'ratio': zero couples nothing")
         found.append(coupling)
@@ -340,11 +323,9 @@ def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
     if not table:
         raise RobotError("drive: declares nothing; accepted: ratio, torque_constant, gain or side")
     sides = {"motor": "motor", "link": "joint"}
-    side = table.get("side", "motor")
-    if side not in sides:
-        raise RobotError("drive, key 'side': accepted: 'motor' or 'link'")
+    side = reader.value(_SIDE, table.get("side", "motor"), "drive, key 'side'")
     entries = {
-        "ratio": [1] * reader.n,
+        "ratio": [1] * len(reader.movable),
         "position_side": sides[side],
         "torque_side": sides[side],
         **table,
@@ -353,20 +334,19 @@ def _drive(data: Mapping[str, Any], reader: TableReader) -> Drive | None:
     return reader.table(Drive, entries, "drive")
 
 
-def _frames(tables: Sequence[Any], joints: int, reader: TableReader) -> tuple[Frame, ...]:
+def _frames(tables: Sequence[Any], reader: TableReader) -> tuple[Frame, ...]:
     """Return the frames of a file.
 
     Raises:
-        RobotError: two have one name, or there is no such joint.
+        RobotError: two have one name.
     """
     found: dict[str, Frame] = {}
     for number, table in enumerate(tables, 1):
         frame = reader.table(Frame, table, f"frame {number}")
-        with located(f"frame {shortened(frame.name)!r}"):
-            if frame.name in found:
-                raise RobotError("the name stands twice; accepted: each name once")
-            if frame.joint > joints:
-                raise RobotError(f"there is no joint {frame.joint}; accepted: 0 to {joints}")
+        if frame.name in found:
+            raise RobotError(
+                f"frame {shortened(frame.name)!r}: the name stands twice; accepted: each name once"
+            )
         found[frame.name] = frame
     return tuple(found.values())
 
@@ -380,11 +360,6 @@ def _effects(
     for number, entries in enumerate(tables, 1):
         place = f"effect {number}"
         table = reader.table(EffectTable, entries, place)
-        for j in table.joints:
-            if j not in sigma:
-                raise RobotError(f"{place}, key 'joints': {j} is not a movable joint")
-        if len(set(table.joints)) != len(table.joints) or not table.joints:
-            raise RobotError(f"{place}, key 'joints': each joint once, and at least one")
         with located(place):
             here, ranges = _effect(table, sigma, reader)
             earlier = (*found, *(s.effect for s in sought))
@@ -411,15 +386,6 @@ def _effect(
     table: EffectTable, sigma: Mapping[int, int], reader: TableReader
 ) -> tuple[list[Effect], tuple[tuple[str, sp.Expr, sp.Expr], ...]]:
     """Return the effects of a table, with the lower end of each range, and the ranges."""
-    for name in table.linear:
-        if not is_coefficient_name(name):
-            raise RobotError(
-                f"key 'linear': {shortened(name)!r}: reserved, or not a capital letter "
-                "followed by letters and digits"
-            )
-    for name in table.nonlinear:
-        if not is_geometry_name(name):
-            raise RobotError(f"{shortened(name)!r}: reserved, or no C identifier")
     ranges = tuple((name, *x) for name, x in table.nonlinear.items() if isinstance(x, tuple))
     with located("key 'nonlinear'"):
         for _, low, high in ranges:

@@ -32,7 +32,6 @@ from symgen.robot.tables import (
     Frame,
     Limits,
     Loop,
-    Number,
     Servo,
     Title,
     Width,
@@ -100,7 +99,7 @@ class Joint(Typed):
 
     number: Annotated[int, BESIDE]
     sigma: Annotated[int, Check("0 (revolute), 1 (prismatic) or 2 (fixed)", range(3).__contains__)]
-    antecedent: Number
+    antecedent: int
     gamma: Angle = sp.S.Zero
     b: sp.Expr = sp.S.Zero
     alpha: Angle = sp.S.Zero
@@ -281,6 +280,10 @@ class Robot:
     def at_rest(self) -> Robot:
         """Return the robot on a base that does not move."""
         return replace(self, base=names.BASES[0])
+
+    def mechanism(self) -> Robot:
+        """Return the robot without what no derivation reads."""
+        return replace(self, limits=None, drive=None, frames=(), controller=None, log_columns="")
 
     @property
     def loaded(self) -> bool:

@@ -36,7 +36,7 @@ _KERNEL = "forward_dynamics"
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SimulatedMotion:
     """A simulated motion.
 
     Attributes:
@@ -52,7 +52,7 @@ class Motion:
     tau: FloatArray
 
 
-def simulate(
+def simulate_motion(
     model: Model,
     X: FloatArray,
     law: Law,
@@ -65,7 +65,7 @@ def simulate(
     bounds: FloatArray | None = None,
     tolerance: float = TOLERANCE,
     progress: Callable[[float], None] = silent,
-) -> Motion:
+) -> SimulatedMotion:
     """Simulate a robot under a law of its torques, and return its state at the stamps.
 
     Args:
@@ -111,7 +111,7 @@ def simulate(
     missing = np.isnan(torques[:, 0]) & np.isfinite(states[:, 0])
     for row in np.flatnonzero(missing).tolist():
         torques[row] = law(float(t[row]), states[row, :n], states[row, n:])
-    return Motion(t, states[:, :n], states[:, n:], torques)
+    return SimulatedMotion(t, states[:, :n], states[:, n:], torques)
 
 
 def _constant(torque: FloatArray) -> Law:

@@ -17,9 +17,10 @@ from symgen.symbolic.dynamics import (
     rigid_torques,
     weighted_effects,
 )
-from symgen.symbolic.kinematics import joint_map, variables
+from symgen.symbolic.kinematics import joint_map, path, variables
 
-#: Number of joints from which articulated bodies need fewer steps than factoring the mass matrix.
+#: Joints in one chain from which articulated bodies need fewer steps than factoring the mass
+#: matrix, which keeps the zeros of branches.
 MANY = 14
 
 
@@ -65,7 +66,8 @@ def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     chains use the articulated-body algorithm (`articulated`).
     """
     right, positive = driving(p)
-    if p.robot.n >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
+    longest = max(len(path(p.robot, number)) for number in p.numbers)
+    if longest >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
         qdd, pivots = linear_solution(p, right)
         return qdd, [*positive, *pivots]
     factor = factored(p, mass_matrix(p))

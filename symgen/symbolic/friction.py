@@ -42,7 +42,7 @@ def drive_shares(coupling: Coupling, tape: TapeBuilder) -> ByJoint:
     return {coupling.first: sp.S.One, coupling.second: ratio}
 
 
-def power_tape(robot: Robot) -> Tape:
+def friction_power_tape(robot: Robot) -> Tape:
     """Derive the column of power of every friction parameter: integrands of the energy theorem."""
     tape = builder(robot)
     return tape.tape(arrays(robot, "q", "qd"), power_columns(robot, tape))
@@ -62,7 +62,7 @@ def power_columns(robot: Robot, tape: TapeBuilder) -> list[sp.Expr]:
     return outputs
 
 
-def torque_tape(robot: Robot) -> Tape:
+def friction_torque_tape(robot: Robot) -> Tape:
     """Derive the columns of torque of every friction parameter: n rows, row-major."""
     tape = builder(robot)
     columns = [column for _, column in friction_torque_columns(robot, tape)]

@@ -10,53 +10,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symgen.errors import SymgenError
 from symgen.robot.types import Robot
 from symgen.symbolic.elimination import ExactRow
 from symgen.symbolic.energy import stacked, state_columns
-from symgen.symbolic.kinematics import base_inputs, joint_map
+from symgen.symbolic.kinematics import joint_map
 from symgen.symbolic.parameters import Parameter
+from symgen.symbolic.sampling import FUNCTIONS, random_inputs
 from symgen.symbolic.tape import Numbers, Tape
 
-#: Numpy's form of every function that a tape may hold.
-FUNCTIONS = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "abs": np.abs,
-    "sign": np.sign,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-}
 _MARGIN = 10
 #: Singular values of the kept columns, scaled, below which floats would call them dependent; far
 #: below what any useful geometry has, far above rounding.
 _DEPENDENT = 1e-13
 _ERROR = 1e-6
-
-
-def random_states(robot: Robot, count: int, seed: int = 0) -> list[NDArray[np.float64]]:
-    """Return random q, qd, qdd, (count, n), over all postures of a robot."""
-    draw = np.random.default_rng(seed)
-    span = np.array([np.pi if j.turns else 1.0 for j in robot.movable])
-    return [size * span * draw.uniform(-1, 1, (count, robot.n)) for size in (1.0, 1.0, 2.0)]
-
-
-def random_inputs(robot: Robot, count: int, seed: int) -> dict[str, list[NDArray[np.float64]]]:
-    """Return random states as inputs of a tape, with those of the base if it is an input."""
-    states = random_states(robot, count, seed)
-    inputs = {name: list(x.T) for name, x in zip(("q", "qd", "qdd"), states, strict=True)}
-    for (name, _), x in zip(base_inputs(robot), random_base(robot, count), strict=True):
-        inputs[name] = list(x.T)
-    return inputs
-
-
-def random_base(robot: Robot, count: int) -> list[NDArray[np.float64]]:
-    """Return random values of the inputs that describe the base, (count, 3) each."""
-    draw = np.random.default_rng(count)
-    return [draw.uniform(-10, 10, (3, count)).T for _ in base_inputs(robot)]
 
 
 def require_floats_agree(
@@ -83,12 +51,17 @@ def require_floats_agree(
     out = state_columns(energy, parameters, arithmetic, state, rest, positions)
     W = stacked(out, count).astype(float)
     W = W[1:] - W[0]
-    column = {p.name: W[:, i] for i, p in enumerate(parameters)}
-    size = max(1.0, float(np.abs(W).max(initial=0.0)))
-    for name, row in rows.items():
-        parts = [float(c.value.subs(values).evalf(30)) * column[n] for n, c in row.items()]
-        scale = max(size, max(float(np.abs(part).max()) for part in parts))
-        if not float(np.abs(np.sum(parts, axis=0)).max()) <= _ERROR * scale:
+    place = {p.name: i for i, p in enumerate(parameters)}
+    relations = np.zeros((len(rows), len(parameters)))
+    for k, row in enumerate(rows.values()):
+        for name, c in row.items():
+            relations[k, place[name]] = float(c.value.subs(values).evalf(30))
+    size = np.abs(W).max(axis=0, initial=0.0)
+    least = max(1.0, float(size.max(initial=0.0)))
+    scale = np.maximum(least, (np.abs(relations) * size).max(axis=1, initial=0.0))
+    held = np.abs(W @ relations.T).max(axis=0, initial=0.0) <= _ERROR * scale
+    for name, holds in zip(rows, held, strict=True):
+        if not holds:
             raise SymgenError(f"the regrouping of {name} contradicts its column in numbers")
     K = W[:, list(kept)]
     norms = np.linalg.norm(K, axis=0)

@@ -7,13 +7,8 @@ import numpy as np
 from symgen.errors import RobotError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
-from symgen.symbolic.energy import stacked
-from symgen.symbolic.guard import FUNCTIONS as FUNCTIONS
-from symgen.symbolic.guard import random_base as random_base
-from symgen.symbolic.guard import random_inputs
-from symgen.symbolic.guard import random_states as random_states
 from symgen.symbolic.regressor import torque_tape
-from symgen.symbolic.tape import Numbers
+from symgen.symbolic.sampling import random_inputs, sampled
 
 _NEW = 1e-9  # share of a column that the others do not give
 
@@ -33,9 +28,8 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     for x in (x for name in ("q", "qd", "qdd") for x in inputs[name]):
         x[0] = 0.0  # where logarithms and quotients have their poles
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
-        out = torque_tape(robot).run(Numbers(robot.values(), FUNCTIONS), inputs)
+        W = sampled(torque_tape(robot), robot.values(), inputs, count)
     total = sum(not p.load for p in base.standard)
-    W = stacked(out, count).astype(float)
     rows = W.reshape(count, robot.n, total).transpose(1, 0, 2).reshape(-1, total)
     kept = [p.index for p in base.parameters[: base.linear]]
     largest = np.abs(rows).max(axis=0)

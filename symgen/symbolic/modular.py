@@ -30,7 +30,6 @@ from symgen.symbolic.tape import Arithmetic
 
 Residues = NDArray[np.int64]
 _BITS = 31  # products of two residues fit in 64 bits
-_CHUNK = 32  # columns reduced at once: sums of as many products of 31 and 16 bits fit in 53
 _TWELFTH = 48  # k pi/24 is a power of e^(2 pi i/48)
 
 
@@ -307,44 +306,14 @@ def primes(order: int) -> Iterator[int]:
 def reduce_rows(matrix: Residues, p: int) -> tuple[list[int], Residues]:
     """Gauss-Jordan elimination modulo p, from the first column to the last.
 
-    It finds the pivots of a few columns at a time, and updates all rows by one product of matrices.
-    The reduced form does not depend on these steps.
-
     Returns:
         The pivot columns, and the reduced rows. Each column holds the coefficients by which it
         combines the pivot columns.
     """
     m = np.array(matrix, dtype=np.int64) % p
     pivots: list[int] = []
-    for at in range(0, m.shape[1], _CHUNK):
-        chunk = np.arange(at, min(at + _CHUNK, m.shape[1]))
-        done = len(pivots)
-        found, _ = _eliminated(m[done:, chunk], p)
-        if not found:
-            continue
-        columns = chunk[found]
-        rows, _ = _eliminated(m[done:, columns].T, p)
-        others = np.setdiff1d(np.arange(done, len(m)), np.add(rows, done))
-        m = m[np.concatenate([np.arange(done), np.add(rows, done), others])]
-        top = slice(done, done + len(found))
-        beside = np.hstack([m[top, columns], np.eye(len(found), dtype=np.int64)])
-        inverse = _eliminated(beside, p)[1][:, len(found) :]
-        m[top] = _product(inverse, m[top], p)
-        factors = m[:, columns]
-        factors[top] = 0
-        m = (m - _product(factors, m[top], p)) % p
-        pivots += map(int, columns)
-    return pivots, m[: len(pivots)]
-
-
-def _eliminated(matrix: Residues, p: int) -> tuple[list[int], Residues]:
-    """Return the pivot columns, from the left, and the reduced rows: one pivot at a time."""
-    m = matrix.copy()
-    pivots: list[int] = []
     for column in range(m.shape[1]):
         row = len(pivots)
-        if row == m.shape[0]:
-            break
         nonzero = np.flatnonzero(m[row:, column])
         if nonzero.size == 0:
             continue
@@ -355,13 +324,6 @@ def _eliminated(matrix: Residues, p: int) -> tuple[list[int], Residues]:
         m = (m + factors[:, None] * m[row]) % p  # below 2^62 + 2^31
         pivots.append(column)
     return pivots, m[: len(pivots)]
-
-
-def _product(a: Residues, b: Residues, p: int) -> Residues:
-    """Return a b modulo p for at most _CHUNK terms, in floats: their sums below 2^53 are exact."""
-    right = b.astype(np.float64)
-    high, low = ((part.astype(np.float64) @ right).astype(np.int64) for part in divmod(a, 2**16))
-    return ((high % p << 16) + low) % p
 
 
 def rational(residues: Sequence[int], moduli: Sequence[int]) -> sp.Rational | None:

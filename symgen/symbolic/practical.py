@@ -20,10 +20,8 @@ from symgen.robot.body import Body
 from symgen.robot.nominal import reach
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Nominal
-from symgen.symbolic.energy import stacked
-from symgen.symbolic.guard import FUNCTIONS, random_inputs
 from symgen.symbolic.regressor import torque_tape
-from symgen.symbolic.tape import Numbers
+from symgen.symbolic.sampling import random_inputs, sampled
 
 FloatArray = NDArray[np.float64]
 #: Share of a joint's torque that may be left out. On a UR10 whose origins are off by 0.7 mrad,
@@ -152,8 +150,7 @@ def _loss(
         inputs = random_inputs(plain, _STATES, draw)
         for name in ("qd", "qdd"):
             inputs[name] = [_SLOW * x for x in inputs[name]]
-        rows = stacked(tape.run(Numbers({}, FUNCTIONS), inputs), _STATES).astype(float)
-        W = rows.reshape(_STATES, robot.n, -1)
+        W = sampled(tape, {}, inputs, _STATES).reshape(_STATES, robot.n, -1)
         columns = W.shape[2]
         links = _links(robot, exact, draw)
         rest = W @ differences[:, :columns].T

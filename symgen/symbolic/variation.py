@@ -18,9 +18,9 @@ from symgen.data.raw import FloatArray
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Proof
 from symgen.symbolic.dynamics import inverse_dynamics, plant
-from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.kinematics import carriers
 from symgen.symbolic.parameters import standard_parameters
+from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape, real_symbol
 
 _LENGTHS = ("d", "r", "b")

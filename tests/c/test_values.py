@@ -24,7 +24,7 @@ from symgen.identification.estimate import (
     ROBOT_DIGEST,
     Consistency,
     Estimate,
-    Joint,
+    JointLabel,
     ParameterEstimate,
 )
 
@@ -69,7 +69,7 @@ def estimate(model: symgen.Model) -> Estimate:
     )  # fmt: skip
     return Estimate(
         robot=NAME,
-        joints=(Joint(1, "N m"),) * 4,
+        joints=(JointLabel(1, "N m"),) * 4,
         model="torque",
         method="wls",
         parameters=replace_some(parameters),

@@ -214,6 +214,10 @@ REFUSED = {
         DRAWN, "nothere.stl",
     ),
     "an axis without a direction": ('axis="1 0 0" pos', 'axis="1e300 0 0" pos', "no direction"),
+    "an infinite mass": ('mass="1.2"', 'mass="inf"', "body 'lower': Infinity is out of range"),
+    "no position": ('"0 0 0.3" euler="0 23', '"nan 0 0" euler="0 23', "body 'upper': NaN"),
+    "no armature": ('name="finger"', 'armature="nan" name="finger"', "finger', armature: NaN"),
+    "no number of gravity": ('gravity="0 0.5 -9.7"', 'gravity="0 nan 0"', "gravity: NaN"),
     "no gravity": ('gravity="0 0.5 -9.7"', 'gravity="0 0 0"', "gravity is zero"),
 }  # fmt: skip
 

@@ -148,7 +148,10 @@ FILES = {
     "d 1e999": (one("d", "1e999"), ["joint 2", "'d'"]),
     # Hangs where the number is turned into an int of 10^8 digits.
     "d 1e99999999": (one("d", "1e99999999"), ["joint 2", "'d'"]),
-    "d too long for Decimal": (one("d", "1e" + "9" * 20), []),
+    "d too long for Decimal": (one("d", "1e" + "9" * 20), ["joint 2", "'d'", "finite"]),
+    "drive side a list": (TWO + '[drive]\nside = ["motor"]\n', ["drive", "'side'"]),
+    "drive side a table": (TWO + "[drive]\nside = { a = 1 }\n", ["drive", "'side'"]),
+    "drive side unknown": (TWO + '[drive]\nside = "x"\n', ["'side'", "'motor' or 'link'"]),
     "d of 4000 digits": (one("d", "1" * 4000), ["joint 2", "'d'"]),
     "d of 100000 digits": (one("d", "0." + "1" * 100_000), ["joint 2", "'d'"]),
     "geometry boolean": (ROBOT + "[geometry]\nL1 = true\n" + JOINT, ["geometry", "'L1'"]),
@@ -213,6 +216,11 @@ def test_a_file_that_is_not_utf8_is_refused(tmp_path, content):
     (tmp_path / "a.toml").write_bytes(content)
     with pytest.raises(RobotError, match="UTF-8"):
         symgen.read_robot(tmp_path / "a.toml")
+
+
+def test_a_folder_without_a_robot_is_refused(tmp_path):
+    with pytest.raises(RobotError, match=r"a folder without a robot\.toml; accepted"):
+        symgen.read_robot(tmp_path)
 
 
 def test_a_file_of_many_megabytes_is_refused(tmp_path):

@@ -10,12 +10,14 @@ import sys
 import tempfile
 import time
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import symgen
 from symgen.cache import cache_folder
+from symgen.robot.tables import Limits
 from symgen.runtime import build
 from symgen.runtime.build import Compiler, build_module, find_compiler, forget_compilers
 from symgen.runtime.flags import kernel_flags, panel_flags
@@ -402,3 +404,13 @@ def test_a_chosen_compiler_that_does_not_exist_is_named_in_the_error(monkeypatch
     monkeypatch.setenv("SYMGEN_CC", "no-such-cc")
     with pytest.raises(symgen.BuildError, match="no-such-cc"):
         symgen.load("planar2r", backend="c")
+
+
+@needs_cc
+def test_other_limits_derive_and_compile_nothing_again(cache):
+    robot = symgen.read_robot("planar2r")
+    symgen.load(symgen.derive(robot))
+    made = set(cache.iterdir())
+    limited = replace(robot, limits=Limits(velocity=(1.0, 2.0)), log_columns="q=position")
+    symgen.load(symgen.derive(limited))
+    assert set(cache.iterdir()) == made

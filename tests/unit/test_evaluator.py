@@ -106,6 +106,15 @@ def test_a_saved_casadi_file_loads_in_casadi_and_agrees(name, tmp_path):
             agree(found, evaluator[kernel](*(a[i] for a in batch)))
 
 
+def test_a_package_for_casadi_alone_does_not_describe_c():
+    evaluator = loaded("scara", "casadi")
+    text = symgen.generate(evaluator.model, target="casadi").files["README.md"].decode()
+    assert "scara_casadi.py" in text
+    assert not [
+        word for word in ("C99", "cmake", "MISRA", "```c", "scara_panels.h") if word in text
+    ]
+
+
 # Shapes.
 
 

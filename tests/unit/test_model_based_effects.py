@@ -11,7 +11,7 @@ from oracles.random_arms import to_toml
 
 import symgen
 from symgen.hypotheses.model_based_effects import special_candidates
-from symgen.symbolic.independence import random_states
+from symgen.symbolic.sampling import random_states
 from symgen.symbolic.variation import variation
 
 

@@ -7,8 +7,8 @@ import pytest
 from oracles.transforms import LINK_PARAMETERS
 
 import symgen
-from symgen.symbolic.independence import FUNCTIONS
 from symgen.symbolic.regrouping import add_body_tape, base_parameters_tape
+from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers
 
 ROBOT = """

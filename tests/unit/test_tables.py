@@ -81,7 +81,7 @@ def test_every_table_is_written_and_read_again() -> None:
         (
             "[payload]\njoint = 4",
             "[payload]\njoint = 9",
-            "payload, key 'joint': there is no joint 9",
+            "payload, key 'joint': there is no joint 9; accepted: 1 to 4",
         ),
         ('"q1=a"', "3", "log, key 'columns': accepted: a text in quotes"),
         ("columns =", "column =", "log, key 'column': unknown key; accepted: columns"),

@@ -22,7 +22,7 @@ from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernel import Kernel, Output
 from symgen.errors import SymgenError
 from symgen.symbolic.energy import energy_tape
-from symgen.symbolic.friction import power_tape, torque_tape
+from symgen.symbolic.friction import friction_power_tape, friction_torque_tape
 from symgen.symbolic.tape import Numbers, Tape, TapeBuilder, terms
 
 CC = shutil.which("cc")
@@ -296,7 +296,7 @@ def test_operation_counts_are_those_of_printed_random_tapes():
 
 
 def tapes_of(robot: symgen.Robot) -> tuple[Tape, ...]:
-    return energy_tape(robot), power_tape(robot), torque_tape(robot)
+    return energy_tape(robot), friction_power_tape(robot), friction_torque_tape(robot)
 
 
 def test_names_never_clash():

@@ -14,7 +14,7 @@ from support import messages
 
 import symgen
 from symgen.estimation.values import Residual
-from symgen.identification.estimate import Estimate, Joint, ParameterEstimate
+from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate
 from symgen.report.store import result_files, result_page
 
 X = np.array([1.7, 0.15, 0.3, 0.02])
@@ -78,7 +78,7 @@ def folders(estimates, tmp_path_factory):
 def small(*parameters: tuple, robot: str = "arm", provenance: tuple = ()) -> Estimate:
     """An estimate of (name, expression, value, std) with nothing else in it."""
     return Estimate(
-        robot=robot, joints=(Joint(1, "N m"),), model="energy", method="wls",
+        robot=robot, joints=(JointLabel(1, "N m"),), model="energy", method="wls",
         parameters=tuple(
             ParameterEstimate(*p[:4], p[4] if len(p) > 4 else "kg m2") for p in parameters
         ),
@@ -180,7 +180,7 @@ def test_an_estimate_without_curves_or_with_the_first_keys_only_is_read(folders,
     old = symgen.read_estimate(tmp_path / "e.json")
     assert old.traces == ()
     assert (old.band, old.repairs, old.alternatives, old.uses) == (None, (), (), None)
-    assert old.joints == (Joint(1, "N m or N"), Joint(2, "N m or N"))
+    assert old.joints == (JointLabel(1, "N m or N"), JointLabel(2, "N m or N"))
     assert Page(result_page(old)).figures == []
     assert symgen.compare(old, folders[0]).verdict == "agree"
 

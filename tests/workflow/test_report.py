@@ -24,7 +24,7 @@ from symgen.faults.fault import Fault
 from symgen.identification.estimate import (
     Alternative,
     Estimate,
-    Joint,
+    JointLabel,
     ParameterEstimate,
 )
 from symgen.identification.uses import ParametersUse, PredictionUse, SimulationUse, Uses
@@ -55,7 +55,7 @@ def synthetic(robot: str = "arm2", log: str = "excite.csv", verdict: str = "doub
     correlation[0, 1] = correlation[1, 0] = -0.9731
     prior_std = {"ZZ1R": 0.3, "ZZ2R": 0.1, "FS1": 0.5, "FV1": 900.0}  # nothing of the others
     return Estimate(
-        joints=tuple(Joint(j + 1, "N m") for j in range(7)),
+        joints=tuple(JointLabel(j + 1, "N m") for j in range(7)),
         robot=robot,
         model="energy",
         method="wls",

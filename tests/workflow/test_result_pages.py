@@ -11,7 +11,7 @@ from browser import BROWSER, Page, clipped, sheets, visit
 import symgen
 from symgen.estimation.band import Band
 from symgen.estimation.values import Residual, Trace
-from symgen.identification.estimate import Joint
+from symgen.identification.estimate import JointLabel
 from symgen.identification.payload import (
     WITH,
     WITHOUT,
@@ -27,7 +27,7 @@ NAMES = (
     *("shoulder_pan_joint", "shoulder_lift_joint", "upper_arm_joint", "elbow_joint"),
     *("forearm_joint", "wrist_1_joint", "wrist_2_joint"),
 )
-JOINTS = tuple(Joint(k, "N m", name) for k, name in enumerate(NAMES, 1))
+JOINTS = tuple(JointLabel(k, "N m", name) for k, name in enumerate(NAMES, 1))
 BAND = Band(250.0, 20.0, 4.0, "measured")
 
 

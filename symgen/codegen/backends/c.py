@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,8 +13,8 @@ from symgen.codegen.backends import VERSION, Package
 from symgen.codegen.c_printer import Printer, literal
 from symgen.codegen.kernel import LINK, SCALARS, Kernel
 from symgen.codegen.model import Model
-from symgen.codegen.panels import panel, panelled
-from symgen.codegen.values import robot_digest, values_header
+from symgen.codegen.panels import panel_data, panelled
+from symgen.codegen.values import robot_digest, values_header_text
 from symgen.codegen.verification import DIGITS, TOLERANCE, checked_kernel
 from symgen.files import rendered
 from symgen.robot.expressions import six_digits
@@ -39,7 +40,7 @@ _wrapped = partial(textwrap.wrap, break_long_words=False, break_on_hyphens=False
 def files(package: Package) -> dict[str, str]:
     """Return the library, its headers of constants, the check program, and the build files."""
     name = package.name
-    out = library(package)
+    out = library_files(package)
     sources = [path for path in out if path.endswith(".c")]
     out |= _constants(package)
     private = (f"{name}_{_SINCOS}", f"{name}_{_LANES}")
@@ -75,12 +76,13 @@ def functions(
         runtime: whether to add the identifiers.
     """
     chosen = tuple(k for k in model.kernels if kernels is None or k.name in kernels)
-    package = Package(model.robot.name, model, "double", chosen)
-    written = library(package, panels=panels, runtime=runtime)
+    plain = replace(model, robot=model.robot.mechanism())  # other limits compile nothing again
+    package = Package(model.robot.name, plain, "double", chosen)
+    written = library_files(package, panels=panels, runtime=runtime)
     return {path: content.encode() for path, content in written.items()}
 
 
-def library(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
+def library_files(package: Package, *, panels: bool = True, runtime: bool = True) -> dict[str, str]:
     """Return the sources and headers of the functions, and of the runtime if wanted."""
     name, robot = package.name, package.model.robot
     kernels = [_described(package, k, panels and panelled(k)) for k in package.kernels]
@@ -159,7 +161,7 @@ def _constants(package: Package) -> dict[str, str]:
     if any(value is not None for value in limits.values()):
         out[f"{name}_limits.h"] = package.render("c/limits.h", limits=limits)
     if package.values is not None:
-        out[f"{name}_values.h"] = values_header(
+        out[f"{name}_values.h"] = values_header_text(
             name,
             robot.name,
             package.values,
@@ -207,7 +209,7 @@ def _described(package: Package, kernel: Kernel, on_panels: bool) -> dict[str, A
         "guards": len(kernel.guards),
         "outputs": kernel.outputs,
         "loop": kernel.batch and not on_panels,
-        "panel": on_panels and panel(kernel, macros, robot.values(), dtype, name),
+        "panel": on_panels and panel_data(kernel, macros, robot.values(), dtype, name),
         "parameters": kernel.listed(dtype),
         "batch_parameters": batch_parameters,
         "batch_lines": _wrapped(batch_parameters, _LINE - 4),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from symgen.estimation.band import Band
     from symgen.estimation.playback import Horizon
     from symgen.faults.fault import Fault
-    from symgen.identification.estimate import Joint
+    from symgen.identification.estimate import JointLabel
     from symgen.report.plots.figure import Figure
     from symgen.robot.types import Robot
 #: Largest number of columns that a line names; for more it gives their number.
@@ -201,7 +201,7 @@ def frames_section(robot: Robot) -> Section:
 
 
 def errors_in_units(
-    joints: Sequence[Joint], measured: FloatArray, ratios: Sequence[float]
+    joints: Sequence[JointLabel], measured: FloatArray, ratios: Sequence[float]
 ) -> list[tuple[str, str]]:
     """Return the RMS torque of each joint and the RMS of its error, with their units.
 

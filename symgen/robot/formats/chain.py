@@ -245,7 +245,7 @@ class Chain:
         """Compute the table row and the frame of a joint."""
         base = self.frame[self._antecedent(joint)]
         line = self.line[joint.name]
-        gamma, b, alpha, d = dh.reach(base, line)
+        gamma, b, alpha, d = dh.row_to_line(base, line)
         before = base @ screw(2, gamma, b) @ screw(0, alpha, d)
         theta, r = self._rest(joint, before)
         self.frame[joint.name] = before @ screw(2, theta, r)

@@ -60,7 +60,8 @@ def import_mjcf(text: str, where: str = "robot.xml") -> Imported:
         tree = MjcfTree(Path(where), text)
         chain = Chain(tree.urdf)
         found = chain.imported()
-        gravity = tuple(map(_exact, tree.model.opt.gravity))
+        with located("gravity"):
+            gravity = tuple(map(_exact, tree.model.opt.gravity))
         if not any(gravity):
             raise RobotError("gravity is zero; accepted: the gravity that the robot works in")
     robot = replace(found.robot, gravity=gravity, couplings=tree.couplings(chain))
@@ -138,8 +139,9 @@ class MjcfTree:
         self._joints: dict[str, UrdfJoint] = {}
         m = self.model
         self._body_names = [m.body(b).name or f"body{b}" for b in range(m.nbody)]
-        for b in range(m.nbody):
-            self._add(b)
+        for b, body in enumerate(self._body_names):
+            with located(f"body {shortened(body)!r}"):
+                self._add(b)
         self.tendons = self._tendons()
         if m.neq > len(self.mimics):
             count = m.neq - len(self.mimics)
@@ -229,10 +231,14 @@ class MjcfTree:
         stiffness = float(m.jnt_stiffness[k].flat[0])
         if stiffness and name not in self.mimics:
             self.springs[name] = stiffness, float(m.qpos_spring[m.jnt_qposadr[k]])
-        damping, friction = float(m.dof_damping[dof].flat[0]), float(m.dof_frictionloss[dof])
+        damping = float(m.dof_damping[dof].flat[0])
+        friction, armature = float(m.dof_frictionloss[dof]), float(m.dof_armature[dof])
+        for key, loss in (("damping", damping), ("frictionloss", friction), ("armature", armature)):
+            with located(f"joint {shortened(name)!r}, {key}"):
+                _exact(loss)
         return UrdfJoint(
             name, _SIGMA[kind], parent, child, _triple(xyz), rpy, _triple(m.jnt_axis[k]), limit,
-            damping, friction, float(m.dof_armature[dof]), self.mimics.get(name),
+            damping, friction, armature, self.mimics.get(name),
         )  # fmt: skip
 
     def _tendons(self) -> dict[tuple[str, str], _Tendon]:

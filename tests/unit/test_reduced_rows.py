@@ -1,4 +1,4 @@
-"""Elimination modulo a prime, columns by the block: the reduced form that plain integers give."""
+"""Elimination modulo a prime: the reduced form that Python's integers give."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def plain(matrix: list[list[int]]) -> tuple[list[int], list[list[int]]]:
     ("rows", "columns", "rank"),
     [(1, 1, 1), (4, 7, 2), (70, 31, 31), (70, 65, 33), (33, 97, 33), (90, 80, 5), (40, 40, 0)],
 )
-def test_blocks_of_columns_reduce_as_single_pivots_do(rows, columns, rank):
+def test_rows_reduce_as_those_of_plain_integers_do(rows, columns, rank):
     draw = np.random.default_rng(rows * columns + rank)
     left, right = draw.integers(0, P, (rows, rank)), draw.integers(0, P, (rank, columns))
     product = left.astype(object) @ right.astype(object) if rank else 0
@@ -48,7 +48,7 @@ def test_blocks_of_columns_reduce_as_single_pivots_do(rows, columns, rank):
 
 
 def test_products_of_the_largest_residues_are_exact():
-    """Every sum of products is as large as it can be: one bit more would be lost in a float."""
+    """One bit more would be lost in 64 bits."""
     matrix = np.full((64, 64), P - 1, dtype=np.int64)
     matrix[np.tril_indices(64, -1)] = P - 2
     pivots, reduced = reduce_rows(matrix, P)
