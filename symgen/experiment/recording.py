@@ -178,7 +178,7 @@ class Recording:
         disturbance: standard deviation of torques that act on the joints and that no log shows, new
             at every stamp; one number, or one for each joint, N m or N.
         rate: sampling rate of the logs, Hz. None means that of the trajectory or of the torques,
-            and 1000 Hz for the Fourier series and the motion of the paper.
+            and 1000 Hz for the Fourier series.
         clip: whether torques are clipped at [limits]; otherwise larger ones are an error.
 
     Raises:

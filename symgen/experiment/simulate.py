@@ -190,7 +190,7 @@ def simulate(
         robot: a robot, a path or library name, or a loaded evaluator.
         parameters: an estimate.json or TOML with [parameters], a mapping of their names, or X (p,).
         trajectory: motion that the controller follows: a CSV with t, q1.. and optionally qd1..,
-            qdd1..; a log; "paper"; a `Reference`; by default a seeded Fourier series within
+            qdd1..; a log; a `Reference`; by default a seeded Fourier series within
             [limits].
         torque: torques to apply instead of a controller: a log, or a CSV with t, tau1.., linear
             between its stamps.
