@@ -13,7 +13,6 @@ from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.values import FloatArray
 from symgen.faults.fault import Fault
-from symgen.faults.mended import MendedChannel
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.schemas import BESIDE, OPTIONAL, OrNan, at, from_json, read_json, result_file, to_json
@@ -148,7 +147,6 @@ class Diagnosis(Viewable):
         values: base parameters X of the declared model.
         repairs: repairs of the logs.
         digests: SHA-256 of the other files of that folder.
-        mended: the channels that repairs changed most, for plots.
         moving: gap before and after, and noise floor, without static friction at rest.
         band: filters of the logs.
     """
@@ -176,7 +174,6 @@ class Diagnosis(Viewable):
     curves: Annotated[tuple[Curves, ...], BESIDE] = ()
     declared: Annotated[Robot | None, BESIDE] = None
     values: Annotated[tuple[float, ...], BESIDE] = ()
-    mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     moving: Annotated[tuple[Gap, ...], BESIDE] = ()
     band: Annotated[Band | None, BESIDE] = None
 

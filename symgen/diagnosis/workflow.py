@@ -49,7 +49,6 @@ from symgen.estimation.torque_error import percent
 from symgen.estimation.values import Reason
 from symgen.faults.fault import Fault
 from symgen.faults.logs import join_bands, open_logs, open_samples, require_motion
-from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, held_squares, restricted
 from symgen.hypotheses.effects import Score
@@ -161,7 +160,6 @@ class _Opened:
         train, held: the repaired logs; the end of each training log is held out if none is given.
         given: whether validation logs were given.
         repairs: the repairs.
-        changed: the channels that the repairs changed.
         unmended: both groups without masks of faults and with the measured speeds, where repairs
             may be named as effects; otherwise None.
         notes: texts about a sample of long logs.
@@ -171,7 +169,6 @@ class _Opened:
     held: Sequence[Samples]
     given: bool
     repairs: tuple[Fault, ...]
-    changed: Sequence[MendedChannel] = ()
     unmended: Groups | None = None
     notes: tuple[str, ...] = ()
 
@@ -207,8 +204,7 @@ def _open(
     (train, held), repairs = open_logs(recorded, robot, uncut, lambda _: None)
     require_other_data(train, held)
     train, held, more = join_bands(train, held)
-    logs, done = [*chain(*recorded)], (*repairs, *more)
-    changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
+    done = (*repairs, *more)
     groups = (train, held) if given else hold_out(train)
     unmended = None
     if any(r.kind in _REPAIRED for r in done):
@@ -217,7 +213,7 @@ def _open(
             for group in recorded
         )
         unmended = (first, last) if given else hold_out(first)
-    return _Opened(*groups, given, done, changed, unmended)
+    return _Opened(*groups, given, done, unmended)
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
@@ -393,7 +389,6 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         declared=robot,
         values=tuple(map(float, found.declared.estimate)),
         repairs=opened.repairs,
-        mended=largest_repairs(opened.changed),
         moving=c.gaps.moving,
         band=band,
     )

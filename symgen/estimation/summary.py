@@ -27,9 +27,6 @@ from symgen.estimation.values import FloatArray
 
 #: Bartlett's weights end after so many times the rows that overlap.
 LAGS = 8
-#: Rows for each column from which a triangle is made by Cholesky's factor, and what its diagonal,
-#: of columns of unit norm, is at least for that.
-_TALL, _DEPENDENT = 4, 1e-6
 #: Blocks of time of all training logs together, and contiguous folds of them.
 BLOCKS, FOLDS = 20, 5
 _ROUNDS = 2
@@ -106,35 +103,13 @@ def merge_summaries(parts: Sequence[Summary]) -> Summary:
 
 
 def triangle(rows: FloatArray) -> FloatArray:
-    """Return the triangular factor R of rows = Q R.
-
-    Many rows by Cholesky's factor of A'A, twice (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015,
-    "Roundoff error analysis of the CholeskyQR2 algorithm"): as exact as Householder's reflections
-    up to a condition number of some 1e7, above which these are taken, and several times as fast.
-    """
+    """Return the triangular factor R of rows = Q R, by Householder's reflections."""
     moved = nonzero_columns(rows)
     if len(moved) < rows.shape[1] <= len(rows):
         R = np.zeros((rows.shape[1],) * 2)
         R[np.ix_(moved, moved)] = triangle(rows[:, moved])
         return R
-    found = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
-    return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
-
-
-def _cholesky_qr(A: FloatArray) -> FloatArray | None:
-    """Return R by two rounds of Cholesky; None where the columns are too near to dependent."""
-    products = A.T @ A
-    scale = np.sqrt(np.diag(products))
-    if not scale.all():  # columns so small that their squares are zero
-        return None
-    try:
-        first = np.linalg.cholesky(products / np.outer(scale, scale)).T
-        if np.diag(first).min(initial=1.0) < _DEPENDENT:
-            return None
-        Q = A @ (np.linalg.inv(first) / scale[:, None])
-        return np.asarray(np.linalg.cholesky(Q.T @ Q).T @ (first * scale))
-    except np.linalg.LinAlgError:
-        return None
+    return np.asarray(np.linalg.qr(rows, mode="r"))
 
 
 def nonzero_columns(rows: FloatArray) -> Places:

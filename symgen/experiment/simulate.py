@@ -51,7 +51,6 @@ class Simulation:
         tau_log: (runs, N, n) torques in the logs.
         sigma: types of the joints.
         joints: their numbers in the robot file.
-        notes: remarks as texts.
         drive: [drive] of the robot, which determines on which side (motor or joint) files are.
     """
 
@@ -65,7 +64,6 @@ class Simulation:
     tau_log: FloatArray
     sigma: tuple[int, ...]
     joints: tuple[int, ...]
-    notes: tuple[str, ...] = ()
     drive: Drive | None = None
 
     def __repr__(self) -> str:
@@ -239,9 +237,6 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    limits = source.limits.torque if source.limits else None
-    if made.clip and limits is None:
-        raise ParameterError(f"simulate: clip, and {source.name} has no torque in [limits]")
     if not 1e-9 <= width <= 1.0:
         raise ParameterError(f"simulate: width {width:g}; accepted: 1e-9 to 1")
     if len(numbers) * len(t) * source.n > _MOST:
@@ -255,7 +250,7 @@ def simulate(
     progress(f"moving {source.name} over {t[-1] - t[0]:.6g} s")
     motions = []
     for k, run in enumerate(moving):
-        acting = _clipped(law, limits) if made.clip else law
+        acting = law
         if measured:
             acting = _on_measurements(acting, made.instruments, t, run, seed, source.n)
         motions.append(
@@ -273,6 +268,7 @@ def simulate(
             )
         )
         _require_finite(motions[-1], source)
+        _require_torque(motions[-1], source)
     q, qd, tau = (np.stack([getattr(m, name) for m in motions]) for name in ("q", "qd", "tau"))
     true = Simulation(
         source.name,
@@ -285,7 +281,6 @@ def simulate(
         tau,
         source.sigma,
         tuple(j.number for j in source.movable),
-        _torque_notes(t, tau, source, limits, made.clip),
         source.drive,
     )
     return true.seen_by(made.instruments, numbers, seed)
@@ -305,11 +300,6 @@ def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, Fl
                 f"accepted: ({n},)"
             )
     return q, qd
-
-
-def _clipped(law: Law, limits: tuple[float, ...] | None) -> Law:
-    top = np.array(limits or ())
-    return lambda t, q, qd: np.clip(law(t, q, qd), -top, top)
 
 
 def _on_measurements(
@@ -362,26 +352,22 @@ def _loaded(
     return load(model), X
 
 
-def _torque_notes(
-    t: FloatArray, tau: FloatArray, robot: Robot, limits: tuple[float, ...] | None, clip: bool
-) -> tuple[str, ...]:
-    """Return notes on how often a torque was clipped.
+def _require_torque(motion: Motion, robot: Robot) -> None:
+    """Refuse a motion that needs more torque than [limits] allow.
 
     Raises:
-        ParameterError: a torque exceeds its limit, and clipping is off.
+        ParameterError: the message has joint and time.
     """
-    notes = []
+    limits = robot.limits.torque if robot.limits else None
     for j, limit in enumerate(limits or ()):
-        size, joint = np.abs(tau[:, :, j]), robot.listed([j])
-        if clip and (share := float(np.mean(size >= limit))):
-            notes.append(f"the torque of {joint} was clipped in {100 * share:.3g} % of samples")
-        if size.max() > limit * (1 + 1e-12):
-            k = int(np.argmax((size > limit).any(axis=0)))
+        size = np.abs(motion.tau[:, j])
+        beyond = size > limit * (1 + 1e-12)
+        if beyond.any():
+            k = int(np.argmax(beyond))
             raise ParameterError(
-                f"simulate: {joint} needs {size[:, k].max():.4g} at t = {t[k]:.6g} "
-                f"s, and [limits] allow {limit:g}; accepted: a slower motion, or clipping (--clip)"
+                f"simulate: {robot.listed([j])} needs {size[k]:.4g} at t = {motion.t[k]:.6g} s, "
+                f"and [limits] allow {limit:g}; accepted: a slower motion"
             )
-    return tuple(notes)
 
 
 def _stamps(t: FloatArray, rate: float) -> FloatArray:

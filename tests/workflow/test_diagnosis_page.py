@@ -25,8 +25,6 @@ from symgen.diagnosis.diagnosis import (
     Rejected,
     read_diagnosis,
 )
-from symgen.faults.logs import open_samples
-from symgen.faults.mended import MendedChannel, largest_repairs, mended_channels
 from symgen.files import write_folder
 from symgen.report.html import page as html_page
 from symgen.report.plots import diagnosis as diagnosis_plots
@@ -96,14 +94,6 @@ def html() -> str:
     return diagnosis_page(synthetic())
 
 
-def channel(log: str, number: int, size: float) -> MendedChannel:
-    """A channel with a spike at 1 s that was taken out."""
-    t = np.arange(0.5, 1.5, 0.01)
-    spike = np.where(np.abs(t - 1) < 0.005, 2.0, np.sin(t))
-    both = np.stack([t, spike]), np.stack([t, np.sin(t)])
-    return MendedChannel(log, f"q{number}", "a spike: taken out", "rad", *both, size)
-
-
 def test_the_gap_is_drawn_from_zero_and_on_a_logarithm_if_asked() -> None:
     figure = diagnosis_plots.gaps(synthetic())
     assert figure.layout.yaxis.type in (None, "linear")
@@ -111,36 +101,6 @@ def test_the_gap_is_drawn_from_zero_and_on_a_logarithm_if_asked() -> None:
     first, second = figure.layout.updatemenus[0].buttons
     assert first.args[0]["yaxis.range"][0] == 0
     assert second.args[0]["yaxis.type"] == "log"
-
-
-def spoiled_log(seed: int, **fault: bool) -> symgen.Log:
-    """The paper's arm, of which q2 wraps and tau1 jumps for single samples."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(0, 6, 0.005)
-    q = np.stack([np.sin(2 * t), 2.5 + np.cos(1.7 * t)], axis=1)
-    tau = np.stack([5 * np.cos(2 * t), 3 * np.sin(1.7 * t)], axis=1)
-    tau += 0.01 * rng.normal(size=q.shape)
-    if fault.get("spikes"):
-        tau[[300, 700], 0] += [90.0, -120.0]
-    if fault.get("turns"):
-        q[:, 1] = np.mod(q[:, 1] + np.pi, 2 * np.pi) - np.pi
-    return symgen.make_log(f"log {seed}", t, q, tau)
-
-
-def test_pictures_are_of_the_place_and_at_most_eight() -> None:
-    log = spoiled_log(1, spikes=True, turns=True)
-    robot = symgen.read_robot("planar2r")
-    samples, repairs = open_samples(log, robot)
-    found = largest_repairs(mended_channels([(log, samples)], repairs, robot.sigma))
-    assert {c.channel for c in found} == {"q2", "tau1"}
-    by = {c.channel: c for c in found}
-    t, x = by["tau1"].recorded
-    assert t[0] <= 700 * 0.005 <= t[-1] < t[0] + 1.0
-    assert np.min(x) < -80
-    assert np.abs(by["tau1"].repaired[1]).max() < 6
-    assert np.ptp(by["q2"].repaired[1]) < 3.0 < np.ptp(by["q2"].recorded[1])
-    assert len(largest_repairs([channel("a.csv", k, 1.0) for k in range(12)])) == 8
-    assert not [*mended_channels([(log, samples)], (), robot.sigma)]
 
 
 def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None:
@@ -184,11 +144,9 @@ def test_hostile_names_add_no_element() -> None:
     spoiled = replace(
         found, effects=(effect, *found.effects[1:]), advice=(HOSTILE,), notes=(f"{HOSTILE}!",),
         rejected=(Rejected(HOSTILE, (), HOSTILE),),
-        mended=(replace(channel(HOSTILE, 1, 1.0), channel=HOSTILE, says=HOSTILE, unit=HOSTILE),),
     )  # fmt: skip
     page = Page(diagnosis_page(spoiled))
-    harmless = replace(synthetic(), mended=(channel("a.csv", 1, 1.0),))
-    plain = Page(diagnosis_page(harmless))
+    plain = Page(diagnosis_page(synthetic()))
     assert [tag for tag, _ in page.tags] == [tag for tag, _ in plain.tags]
     assert not any(key.startswith("on") for _, attrs in page.tags for key in attrs)
 

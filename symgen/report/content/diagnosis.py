@@ -41,10 +41,6 @@ _EFFECTS = (
 )
 _OVER = ", over speed and position. The torque of the named effects is drawn over it."
 _AGAINST = ", over speed and position. A pattern is a torque that no effect explains."
-_MENDED = (
-    "Each repaired channel around its largest change, the largest one first. Masked samples are "
-    "missing from the line."
-)
 
 
 def diagnosis_content(diagnosis: Diagnosis) -> Content:
@@ -88,7 +84,6 @@ def _sections(d: Diagnosis) -> list[Section]:
     details = (
         Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
         repairs_section(d.repairs),
-        Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.mended, d)),
         Section(
             "Effects that these logs cannot distinguish",
             ("Other effects would explain the same torque as well.",),

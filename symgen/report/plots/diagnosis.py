@@ -100,17 +100,6 @@ def _over_time(
     return line_grid(panels, title=title, columns=1, panel_height=height) if panels else None
 
 
-def mended(diagnosis: Diagnosis) -> Figure | None:
-    """Draw the repaired channels around the repair, as recorded and as used."""
-    panels = []
-    for c in diagnosis.mended:
-        series = {"as recorded": c.recorded, "as repaired": c.repaired}
-        title = f"{c.channel} of {c.log[:60]}: {c.says[:90]}"
-        panels.append(Panel(title, c.recorded[0], series, c.unit))
-    title = "Repaired channels"
-    return line_grid(panels, title=title, columns=1, panel_height=150) if panels else None
-
-
 def portraits(diagnosis: Diagnosis) -> Figure | None:
     """Draw the residual of the model before, for every joint, over velocity and position.
 
