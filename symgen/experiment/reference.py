@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen import names
 from symgen.data.drive import joint_side
-from symgen.data.log import Log, read_log, read_only
+from symgen.data.log import MIN_SAMPLES, Log, read_log, read_only
 from symgen.data.raw import FloatArray, csv_bytes, refuse
 from symgen.data.signals import differentiate, prepare
 from symgen.data.tables import read_columns
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
+_MOST = 20_000_000  # samples: more would fill the memory
 #: Default limits of a reference without [limits]: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
 #: Part of the limits that a reference uses: the controller needs the rest.
@@ -79,7 +80,7 @@ def make_reference(
     from scipy.interpolate import BPoly
 
     shape = len(t), q.shape[-1]
-    if len(t) < 2 or not q.shape == qd.shape == qdd.shape == shape:
+    if len(t) <= 1 or not q.shape == qd.shape == qdd.shape == shape:
         refuse(f"{name}: t {t.shape}, q {q.shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
     if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
         refuse(f"{name}: a value is not a finite number", "finite numbers")
@@ -179,7 +180,7 @@ def read_reference(path: str | Path) -> Reference:
     t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
     step = float((t[-1] - t[0]) / (len(t) - 1))
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
-    if not uniform and len(found) < 3:
+    if not (uniform or {"qd", "qdd"} <= found.keys()):
         refuse(
             f"{path}: time steps vary, and derivatives are missing",
             "qd1.. and qdd1.., or equal time steps",
@@ -214,8 +215,9 @@ def fourier(
         seed: seed of the coefficients.
     """
     samples = duration * rate
-    if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):
-        refuse(f"reference: {duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
+    if not (math.isfinite(samples) and MIN_SAMPLES <= samples <= _MOST):
+        accepted = f"{MIN_SAMPLES} to {_MOST:,} samples"
+        refuse(f"reference: {duration:g} s at {rate:g} Hz", accepted)
     t = np.arange(round(samples) + 1) / rate
     series = Fourier(duration / math.ceil(duration / 10.0), _HARMONICS)
     k = np.arange(1, _HARMONICS + 1)

@@ -154,6 +154,8 @@ def _require_format(suffix: str) -> None:
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
+#: Widths of Coulomb friction that a motion can be integrated with, rad/s or m/s.
+_WIDTHS = (1e-9, 1.0)
 #: Of an integration step: a log without noise gives its parameters back to 1e-4.
 _TOLERANCE = 1e-8
 #: What the controllers call.
@@ -237,8 +239,9 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    if not 1e-9 <= width <= 1.0:
-        raise ParameterError(f"simulate: width {width:g}; accepted: 1e-9 to 1")
+    least, largest = _WIDTHS
+    if not least <= width <= largest:
+        raise ParameterError(f"simulate: width {width:g}; accepted: {least:g} to {largest:g}")
     if len(numbers) * len(t) * source.n > _MOST:
         raise ParameterError(
             f"simulate: {len(numbers)} runs of {len(t)} samples and {source.n} joints would fill "
@@ -372,7 +375,7 @@ def _require_torque(motion: Motion, robot: Robot) -> None:
 
 def _stamps(t: FloatArray, rate: float) -> FloatArray:
     count = math.floor((t[-1] - t[0]) * rate * (1 + 1e-12)) + 1
-    if count < 2:
+    if count <= 1:
         raise ParameterError(
             f"simulate: rate {rate:g} Hz over {t[-1] - t[0]:.4g} s; accepted: more"
         )

@@ -145,7 +145,6 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
             parameters,
             limits,
             criteria.own_values,
-            criteria.gains,
         ),
     )
     own_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]

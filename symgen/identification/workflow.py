@@ -24,7 +24,6 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.playback import gains_of
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
@@ -142,7 +141,7 @@ def identify(
         found = opened.solve(chosen, by)
     progress("judging")
     own_values = values_of_file(robot, opened.evaluator.model)
-    return assess(chosen, found, Criteria(own_values, gains_of(source), accept, least))
+    return assess(chosen, found, Criteria(own_values, accept, least))
 
 
 def _equation_models(
