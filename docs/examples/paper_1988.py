@@ -23,8 +23,15 @@ for k, column in enumerate(model.closed_form("energy_regressor"), 1):
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])  # ZZ1R, ZZ2, MX2, MY2
 robot = symgen.load(model)
-sampled = symgen.Recording(rate=1 / 0.0622)
-exact = symgen.simulate(robot, X, trajectory="paper", recording=sampled)
+STEP, END = 0.0622, 6.22
+t = STEP * np.arange(101)
+s = t / END
+q = np.column_stack([END / 1.5 * (3 * s**2 - 2 * s**3), 1 - np.cos(2 * t)])
+qd = np.column_stack([4 * (s - s**2), 2 * np.sin(2 * t)])
+qdd = np.column_stack([4 / END * (1 - 2 * s), 4 * np.cos(2 * t)])
+motion = symgen.make_reference("1988", t, q, qd, qdd)
+sampled = symgen.Recording(rate=1 / STEP)
+exact = symgen.simulate(robot, X, trajectory=motion, recording=sampled)
 t, q, qd, tau = exact.t, exact.q[0], exact.qd[0], exact.tau[0]
 
 # ## The noise

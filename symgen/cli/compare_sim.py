@@ -15,8 +15,6 @@ from symgen.errors import ParameterError
 @click.command("compare-sim")
 @click.argument("paths", metavar="FILE.xml|FILE.urdf... LOG...", nargs=-1, required=True, type=PATH)
 @click.option("--robot", help="Robot whose joints the logs have; default the first file.")
-@click.option("--controller", type=PATH, help="TOML with [controller] kp and kd: feedback to the "
-              "measured motion.")  # fmt: skip
 @reading_options
 @into("simulation.json")
 def compare_sim(paths: tuple[Path, ...], into: Path, **options: Any) -> int:

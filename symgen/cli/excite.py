@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, WINDOW, numbers, split_list, taken
+from symgen.cli.options import PATH, ROBOT, WINDOW, numbers, taken
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_result
 
@@ -42,14 +42,7 @@ from symgen.report.terminal import print_result
     type=click.IntRange(1, 100),
     help="Number of runs, all different.",
 )
-@click.option(
-    "--kind",
-    default="fourier",
-    help="fourier, bspline, cubic or cosine; one for all joints, or one for each.",
-)
-@click.option(
-    "--terms", type=int, help="Number of harmonics, coefficients or strokes for each joint."
-)
+@click.option("--terms", type=int, help="Number of harmonics of each joint.")
 @WINDOW
 @click.option(
     "--noise",
@@ -106,8 +99,6 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
         read = _range if key == "position" else float
         found = numbers(f"--{key}", options[key], accepted, (1, count), read)
         options[key] = found and found * (count // len(found))
-    kinds = split_list(options["kind"])
-    options["kind"] = kinds[0] if len(kinds) == 1 else kinds
     limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
         plan = symgen.excite(

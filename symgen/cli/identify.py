@@ -19,7 +19,6 @@ from symgen.cli.options import (
     WINDOW,
     again,
     into,
-    numbers,
     one_of,
     reading_options,
     share,
@@ -83,7 +82,6 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     help="Commanded motion of a log, for method iv; once for each log.",
 )
 @EXACT
-@click.option("--weights", help="Weight of the squared residuals of each log: 1,0.5,..")
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
@@ -101,7 +99,6 @@ def identify(
     prior: str | None,
     forgetting: float,
     commanded: tuple[str, ...],
-    weights: str | None,
     exact: bool,
     workers: int | None,
     scheduler: str | None,
@@ -128,7 +125,7 @@ def identify(
             validation=validation,
             model=model,
             method=method,
-            fit=symgen.Fit(prior, numbers("--weights", weights), commanded, forgetting),
+            fit=symgen.Fit(prior, commanded, forgetting),
             exact=exact,
             executor=executor,
             progress=told,

@@ -209,9 +209,6 @@ _RECORDING = (
     click.option(
         "--rate", type=float, help="Sampling rate, Hz; default from the trajectory, or 1000."
     ),
-    click.option(
-        "--clip", is_flag=True, help="Clip torques at [limits] instead of refusing the motion."
-    ),
 )
 
 

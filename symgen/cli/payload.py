@@ -31,27 +31,17 @@ from symgen.cli.progress import stages
     type=float,
     help="Uncertainty of the drive gains, % (std); included in every standard deviation.",
 )
-@click.option(
-    "--calibrate",
-    is_flag=True,
-    help="Identify the drive gains too (needs --mass and --without).",
-)
 @CUTOFF
 @reading_options
 @into("payload.json")
-def payload(robot: str, calibrate: bool, into: Path, **options: Any) -> None:
+def payload(robot: str, into: Path, **options: Any) -> None:
     """Identify mass, centre of mass and inertia of the load that ROBOT carries in LOGS.
 
     symgen needs the robot without load: --parameters, or logs --without the load. Logs of the same
-    motions are best, because their common errors cancel. With --calibrate, a load of known --mass
-    calibrates the drives: symgen writes their gains into a robot.toml beside the result.
+    motions are best, because their common errors cancel.
     """
     import symgen
-    from symgen.identification.payload import with_gains
 
     with stages({"reading": 0.05, "deriving": 0.1, "band": 0.6, "solving": 0.8}) as told:
-        found = symgen.payload(robot, calibrate=calibrate, progress=told, **options)
-    gains = {}
-    if calibrate:
-        gains["robot.toml"] = with_gains(symgen.read_robot(robot), found).encode()
-    finish(found, into, more=gains)
+        found = symgen.payload(robot, progress=told, **options)
+    finish(found, into)

@@ -4,7 +4,7 @@ With the gear ratios N, torque constants K and gains g of [drive]:
 
     q_motor = N q_joint        tau_joint = g N' tau_motor        tau_motor = K i
 
-The gains g come from a calibration with a known load (symgen payload --calibrate); the default is
+The gains g come from a calibration of the drives; the default is
 1. For g = 1, both sides have the same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano
 et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia then act at the joint: IA = N^2 times
 the inertia of the rotor. Motor positions are zero where the joint positions are zero.

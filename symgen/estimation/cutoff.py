@@ -38,7 +38,7 @@ from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.masking import require_left
 from symgen.estimation.solve import PASSES
-from symgen.estimation.summary import FOLDS, block_errors, block_summary
+from symgen.estimation.summary import block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations
 from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
@@ -105,7 +105,6 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
 #: Cutoffs that are tried, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 _FINER = 2**0.5  # about the ratio of two neighbours
-_SAMPLES = 120_000  # of all logs together, that the scan looks at
 
 
 def choose_band(
@@ -142,20 +141,19 @@ def choose_band(
         grid = [hz for hz in grid if hz < OPEN * rate]
         grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []  # no filter: the rate is low
     kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
-    seen = _sample(logs)
     if len(grid) == len(kinds) == 1:
-        return weigh_rests(evaluator, seen, start)
+        return weigh_rests(evaluator, logs, start)
 
-    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in seen]  # at any cutoff
+    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # at any cutoff
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
-        return np.stack(_errors(evaluator, seen, torques, bands))
+        return np.stack(_errors(evaluator, logs, torques, bands))
 
     alike = list(in_order(errors_at, grid, threads))
     # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
     # is the best, a lower one may be better, as long as it takes noise and no motion.
-    while cutoff is None and _best(alike)[1] == 0 and _takes_noise(seen, grid[0] / _FINER):
+    while cutoff is None and _best(alike)[1] == 0 and _takes_noise(logs, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
     errors = np.stack(alike, axis=1)
@@ -164,7 +162,7 @@ def choose_band(
     middle = [_middle(same) for same in errors]
     k = int(np.argmin([same[i].sum() for same, i in zip(errors, middle, strict=True)]))
     chosen = replace(start, cutoff_hz=grid[middle[k]], velocity=kinds[k])
-    return weigh_rests(evaluator, seen, chosen)
+    return weigh_rests(evaluator, logs, chosen)
 
 
 def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
@@ -209,21 +207,6 @@ def _middle(errors: FloatArray) -> int:
     while high < len(good) - 1 and good[high + 1]:
         high += 1
     return (low + high) // 2
-
-
-def _sample(logs: Sequence[Samples]) -> list[Samples]:
-    """Return the logs, or FOLDS stretches of each if they are long."""
-    total = sum(len(s.t) for s in logs)
-    if total <= _SAMPLES:
-        return list(logs)
-    out = []
-    for s in logs:
-        count = len(s.t)
-        length = int(count * _SAMPLES / total / FOLDS)
-        for f in range(FOLDS):
-            first = f * count // FOLDS
-            out.append(s.cut(slice(first, first + length)))
-    return out
 
 
 def _errors(

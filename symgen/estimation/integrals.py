@@ -7,7 +7,7 @@ around it. It is exact up to that degree; the trapezoid rule would bias coarse l
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from symgen.estimation.values import FloatArray
 
 #: Samples of the polynomial of an interval.
 POINTS = 6
-_TOGETHER = 16  # windows that one product integrates
-_UNITS = 256  # nodes whose weights are found at once
 
 
 def over_windows(y: FloatArray, step: float, last: Places, length: int) -> FloatArray:
@@ -26,48 +24,17 @@ def over_windows(y: FloatArray, step: float, last: Places, length: int) -> Float
     A running sum serves all windows; polynomials are evaluated at their ends only.
 
     Args:
-        y: (N, n) signal in uniform steps.
+        y: (N, ...) signal in uniform steps.
         step: sampling step in s.
         last: (K,) numbers of the samples at which windows end.
         length: length of the windows, samples.
 
     Returns:
-        (K, n).
+        (K, ...).
     """
-    until = _integral(y)
-    return step * (until(last) - until(last - length))
-
-
-def window_integrals(length: int, ends: slice, span: slice, y: FloatArray) -> FloatArray:
-    """Integrate many columns over windows of nodes, by products with a banded matrix.
-
-    The results are those of `over_windows`, and several times as fast for a whole regressor.
-
-    Args:
-        length: length of the windows, nodes.
-        ends: nodes of a log at which windows end.
-        span: nodes at which y is known: POINTS more than the windows, if the log has them.
-        y: (nodes of the span, ...).
-    """
-    last = np.arange(ends.start, ends.stop, ends.step) - span.start
-    flat = y.reshape(len(y), -1)
-    moved = np.flatnonzero(flat.any(axis=0))  # many columns are zero for every motion
-    flat, out = flat[:, moved], np.zeros((len(last), flat.shape[1]))
-    for first in range(0, len(last), _TOGETHER):
-        some = last[first : first + _TOGETHER]
-        low = max(int(some[0]) - length - POINTS, 0)
-        inside = flat[low : some[-1] + POINTS + 1]
-        weights = _window_weights(len(inside), length, int(some[0]) - low, len(some), ends.step)
-        out[first : first + len(some), moved] = weights @ inside
+    until = _integral(y.reshape(len(y), -1))
+    out = step * (until(last) - until(last - length))
     return out.reshape(len(last), *y.shape[1:])
-
-
-@lru_cache(maxsize=64)
-def _window_weights(nodes: int, length: int, first: int, count: int, hop: int) -> FloatArray:
-    """Return the weights of some nodes in windows that end every `hop` of them, (count, nodes)."""
-    last = first + hop * np.arange(count)
-    units = (np.eye(nodes, _UNITS, -k) for k in range(0, nodes, _UNITS))
-    return np.hstack([over_windows(unit, 1.0, last, length) for unit in units])[:, :nodes]
 
 
 def _integral(y: FloatArray) -> Callable[[Places], FloatArray]:

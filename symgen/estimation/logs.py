@@ -181,7 +181,7 @@ def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> Non
     """Raise LogError where a log is given twice: it would judge nothing, or count double."""
     known: dict[str, str] = {}
     for kind, logs, accepted in (
-        ("training", train, "each log once, with --weights where it is to count more"),
+        ("training", train, "each log once"),
         ("validation", held, "another log, or none (the last fifth is held out then)"),
     ):
         for samples in logs:

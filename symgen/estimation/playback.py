@@ -11,20 +11,16 @@ The position is compared with the measured one after 0.2, 0.5 and 1 s.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
 from symgen.codegen.model import Model
 from symgen.data.mask import STILL, spans
 from symgen.data.signals import can_filter, interpolated, lowpass
-from symgen.errors import ParameterError, RobotError
+from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.values import FloatArray
-from symgen.files import load_toml
-from symgen.robot.schema import TableReader
-from symgen.robot.tables import Servo
 from symgen.robot.types import Robot
 from symgen.runtime.simulate import Law, require_friction, simulate_motion
 
@@ -106,26 +102,6 @@ def gains_of(robot: Robot) -> Gains | None:
     """Return the feedback gains kp and kd of a robot, (n,) each; None if it has none."""
     servo = robot.controller
     return None if servo is None else (np.array(servo.kp), np.array(servo.kd))
-
-
-def with_controller(robot: Robot, path: str | Path | None) -> Robot:
-    """Return a robot with the controller of a TOML file; without a file, with its own.
-
-    Raises:
-        ParameterError: the file has no [controller] with kp and kd, or they are not the robot's.
-    """
-    if path is None:
-        return robot
-    accepted = f"accepted: [controller] with kp and kd, {robot.n} numbers of 0 or more each"
-    try:
-        table = load_toml(Path(path).read_text("utf-8-sig"))["controller"]
-    except (OSError, ValueError, KeyError) as error:
-        raise ParameterError(f"{path}: it holds no gains; {accepted}") from error
-    try:
-        servo = TableReader(len(robot.joints), robot.numbers).table(Servo, table, "controller")
-    except RobotError as error:
-        raise ParameterError(f"{path}: {error}; {accepted}") from error
-    return replace(robot, controller=servo)
 
 
 def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:

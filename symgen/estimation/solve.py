@@ -34,7 +34,7 @@ class Solution:
         noise: covariance of X from noise, (p, p), robust to residuals that are correlated in time.
         misfit: covariance of X from what the model misses, (p, p); 0 where nothing tells it.
         condition_number: of the regressor with its columns scaled to unit norm.
-        weights: one a log, of its residuals (1/sigma, times the root of one given).
+        weights: one a log, of its residuals (1/sigma).
         notes: what was done, in words.
         endogeneity: tests of whether least squares is biased.
         comparison: the same parameters by other methods.
@@ -112,7 +112,7 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
 def log_weights(
     parts: Sequence[Summary], names: tuple[str, ...], passes: int = PASSES
 ) -> tuple[FloatArray, Merged]:
-    """Weigh each log by the standard deviation of its own residual, iterated; and as it is given.
+    """Weigh each log by the standard deviation of its own residual, iterated.
 
     Args:
         parts: the summaries of the logs; gone through once a pass.
@@ -120,14 +120,12 @@ def log_weights(
         passes: how often the weights are taken anew; 0 for equal weights.
 
     Returns:
-        The weights (1/sigma, one a log, times the root of the one it was given), and what `merged`
-        gives with them.
+        The weights (1/sigma, one a log), and what `merged` gives with them.
     """
-    given = np.sqrt([s.weight for s in parts])
-    weights = given
+    weights = np.ones(len(parts))
     solved = merged((s.factor for s in parts), weights, names)
     for _ in range(passes if len(parts) > 1 else 0):
-        weights = given * residual_weights(parts, solved[0])
+        weights = residual_weights(parts, solved[0])
         solved = merged((s.factor for s in parts), weights, names)
     return weights, solved
 

@@ -41,11 +41,9 @@ class Summary:
     """The equations of one joint of a log, or of some segments of it.
 
     Attributes:
-        factor: triangular R of [W y] = Q R, (k, p + 1) with k at most p + 1; without the log's
-            weight.
+        factor: triangular R of [W y] = Q R, (k, p + 1) with k at most p + 1.
         rows: number of equations.
         correlation: rows that share samples.
-        weight: of the log's squared residuals beside those of others.
         joint: position of the joint, None for energy.
         features: F'[W F y] of random functions F of the state, (m, p + m + 1); None without any.
     """
@@ -53,7 +51,6 @@ class Summary:
     factor: FloatArray
     rows: int
     correlation: int = 1
-    weight: float = 1.0
     joint: int | None = None
     features: FloatArray | None = None
 
@@ -92,7 +89,7 @@ def summarise(e: Equations) -> Summary:
     F = e.features
     features = None if F is None else F.T @ np.column_stack([e.W, F, e.y])
     factor = triangle(np.column_stack([e.W, e.y]))
-    return Summary(factor, len(e.y), e.correlation, e.weight, e.joint, features)
+    return Summary(factor, len(e.y), e.correlation, e.joint, features)
 
 
 def summaries(system: LinearSystem) -> list[Summary]:
@@ -249,7 +246,7 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
             whole = np.column_stack([e.W, e.y])
             for b in np.unique(last):
                 inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
-                grams[b, j] += e.weight * (inside.T @ inside)
+                grams[b, j] += inside.T @ inside
                 count[b, j] += len(inside)
         before += end - start
     return Blocks(grams, count)

@@ -42,8 +42,8 @@ class Equations:
     no series at all, as still poses are. `joint` is the
     position of the joint whose equations these are, None for energy. y is in J, N m s or N m.
     `Z` are instruments, (K, p): the same rows along a motion that is free of the noise in W.
-    `weight` is that of the log's squared residuals beside those of others. `rest` (K,) tells which
-    rows the joint's rests concern, and `rest_weight` what their W and y were multiplied by.
+    `rest` (K,) tells which rows the joint's rests concern, and `rest_weight` what their W and y
+    were multiplied by.
     `features` are random functions of the state along the same rows, (K, m), see `features.py`;
     None where nothing asks for what the model misses.
     """
@@ -54,7 +54,6 @@ class Equations:
     t: FloatArray
     correlation: int
     joint: int | None = None
-    weight: float = 1.0
     Z: FloatArray | None = None
     rest: Bools | None = None
     rest_weight: float = 1.0

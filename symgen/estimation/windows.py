@@ -11,7 +11,7 @@ from symgen.data.raw import Places
 from symgen.errors import IdentificationError
 from symgen.estimation.decimation import BLOCK
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.integrals import POINTS, window_integrals
+from symgen.estimation.integrals import POINTS, over_windows
 from symgen.estimation.values import FloatArray
 
 #: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
@@ -86,20 +86,19 @@ def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: f
         step: of the log, s.
     """
     parts = []
-    for ends, span in chunks(len(q), w.steps, w.hop):
-        at = np.arange(ends.start, ends.stop, ends.step) - span.start
+    for ends in _chunks(len(q), w.steps, w.hop):
+        low = max(int(ends[0]) - w.steps - POINTS, 0)
+        span, at = slice(low, int(ends[-1]) + 1 + POINTS), ends - low
         state, rates = terms(q[span], qd[span])
-        rows = w.stride * step * window_integrals(w.steps, ends, span, rates)
+        rows = over_windows(rates, w.stride * step, at, w.steps)
         rows[:, :, : state.shape[2]] += state[at] - state[at - w.steps]
         parts.append(rows)
     return np.ascontiguousarray(np.concatenate(parts).transpose(1, 0, 2))
 
 
-def chunks(nodes: int, steps: int, hop: int) -> Iterator[tuple[slice, slice]]:
-    """Yield the ends of windows (numbers of nodes), and the nodes that they need."""
-    last = range(steps, nodes, hop)
-    a_chunk = max(1, max(BLOCK, 2 * steps) // hop)
-    for first in range(0, len(last), a_chunk):
-        ends = last[first : first + a_chunk]
-        low = max(ends[0] - steps - POINTS, 0)
-        yield slice(ends[0], ends[-1] + 1, hop), slice(low, min(ends[-1] + 1 + POINTS, nodes))
+def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:
+    """Yield the ends of some windows, numbers of nodes."""
+    last = np.arange(steps, nodes, hop)
+    together = max(1, max(BLOCK, 2 * steps) // hop)
+    for first in range(0, len(last), together):
+        yield last[first : first + together]

@@ -17,7 +17,7 @@ import numpy as np
 
 from symgen.data.raw import FloatArray, Places
 from symgen.errors import ParameterError
-from symgen.experiment.trajectory import Basis, Trajectory, fine
+from symgen.experiment.trajectory import Fourier, Trajectory
 from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
@@ -186,63 +186,48 @@ class Cell:
             yield LimitUse(limit, numbers[moves[k]], 1 - float(least[k]), float(least[k]), 0.0)
 
 
-#: Coefficients of each joint, (m,).
-Coefficients = tuple[FloatArray, ...]
-#: B P and its derivatives for each joint, (4, N, m), with positions relative to the start.
-Sampled = tuple[FloatArray, ...]
-
-
 @dataclass(frozen=True, eq=False)
 class Space:
-    """The motions of one run from rest to rest, with coefficients z of each joint.
+    """The motions of one run from rest to rest, with coefficients z (n, m).
 
-    Joint j moves as q(t) = q(0) + (B(t) - B(0)) P z. P is a basis of the coefficients with ends at
-    rest, without the constant function. Its columns have like speeds.
+    Joint j moves as q(t) = q(0) + (B(t) - B(0)) P z_j. P is a basis of the coefficients with ends
+    at rest, without the constant function. Its columns have like speeds.
 
     Attributes:
-        bases: basis of each joint.
-        P: for each joint, see above.
+        series: B, the functions of time.
+        P: (2 terms + 1, m), see above.
         limits: limits of position, speed, acceleration and jerk.
         start: start position, (n,); None if free: the middle of a motion is then that of the
             limits.
     """
 
-    bases: tuple[Basis, ...]
-    P: tuple[FloatArray, ...]
+    series: Fourier
+    P: FloatArray
     limits: Bounds
     start: FloatArray | None = None
 
-    def draw(self, draw: np.random.Generator) -> Coefficients:
+    def draw(self, draw: np.random.Generator) -> FloatArray:
         """Return random coefficients."""
-        return tuple(draw.normal(size=(P.shape[1],)) for P in self.P)
+        return draw.normal(size=(len(self.limits.low), self.P.shape[1]))
 
-    def times(self, samples: int) -> FloatArray:
-        """Return so many times in s, or more where joints have jumps."""
-        step = self.bases[0].duration / samples
-        return np.unique(np.concatenate([fine(b, step) for b in dict.fromkeys(self.bases)]))
-
-    def sampled(self, t: FloatArray) -> Sampled:
-        """Return B P and its first three derivatives at times t, for each joint (4, N, m)."""
-        every = {}
-        for basis, P in zip(self.bases, self.P, strict=True):
-            if basis not in every:
-                every[basis] = np.stack([basis.matrix(t, order) @ P for order in range(4)])
-                every[basis][0] -= basis.matrix(np.zeros(1)) @ P
-        return tuple(every[basis] for basis in self.bases)
-
-    def motion(self, z: Coefficients, sampled: Sampled) -> FloatArray:
-        """Return q, qd, qdd and jerk, (4, N, n)."""
-        out = _combined(z, sampled)
-        out[0] += self._begins(out[0])
+    def sampled(self, t: FloatArray) -> FloatArray:
+        """Return (B - B(0)) P and its first three derivatives at times t, (4, N, m)."""
+        out = np.stack([self.series.matrix(t, order) @ self.P for order in range(4)])
+        out[0] -= self.series.matrix(np.zeros(1)) @ self.P
         return out
 
-    def trajectory(self, z: Coefficients, sampled: Sampled) -> Trajectory:
+    def motion(self, z: FloatArray, sampled: FloatArray) -> FloatArray:
+        """Return q, qd, qdd and jerk, (4, N, n)."""
+        out = sampled @ z.T
+        out[0] += self._begins(out[0])
+        return np.asarray(out)
+
+    def trajectory(self, z: FloatArray, sampled: FloatArray) -> Trajectory:
         """Return the run of z."""
-        begins, coefficients = self._begins(_combined(z, sampled)[0]), []
-        for basis, P, part, q in zip(self.bases, self.P, z, begins, strict=True):
-            c = P @ part
-            coefficients.append(c + (q - basis.matrix(np.zeros(1)) @ c) * basis.constant)
-        return Trajectory(self.bases, tuple(coefficients))
+        begins, coefficients = self._begins(sampled[0] @ z.T), z @ self.P.T
+        moved = self.series.matrix(np.zeros(1)) @ coefficients.T
+        coefficients[:, 0] += begins - moved[0]
+        return Trajectory(self.series, coefficients)
 
     def _begins(self, x: FloatArray) -> FloatArray:
         """Return q(0), (n,), of positions relative to it, (N, n)."""
@@ -250,7 +235,7 @@ class Space:
             return self.start
         return np.asarray(self.limits.centre - (x.max(axis=0) + x.min(axis=0)) / 2)
 
-    def fitted(self, z: Coefficients, sampled: Sampled, grow: bool = False) -> Coefficients:
+    def fitted(self, z: FloatArray, sampled: FloatArray, grow: bool = False) -> FloatArray:
         """Return z with every joint scaled into its limits, which hold at the sampled times.
 
         Args:
@@ -258,7 +243,7 @@ class Space:
             sampled: see `sampled`.
             grow: also enlarge joints that do not reach their limits.
         """
-        x, bounds = _combined(z, sampled), self.limits
+        x, bounds = sampled @ z.T, self.limits
         begins = self._begins(x[0])
         low, high = bounds.low - begins, bounds.high - begins
         if self.start is None:  # the middle stays where it is
@@ -268,28 +253,20 @@ class Space:
         shares = [x[0].max(axis=0) / high, x[0].min(axis=0) / low, *rates]
         used = np.max(shares, axis=0) / _INSIDE
         used = used if grow else np.maximum(used, 1.0)
-        return tuple(np.divide(part, share) for part, share in zip(z, used, strict=True))
+        return np.asarray(z / used[:, None])
 
 
-def _combined(z: Coefficients, sampled: Sampled) -> FloatArray:
-    """Return position from the start, speed, acceleration and jerk, (4, N, n)."""
-    return np.stack([x @ part for x, part in zip(sampled, z, strict=True)], axis=2)
-
-
-def space(bases: tuple[Basis, ...], limits: Bounds, start: FloatArray | None = None) -> Space:
-    """Return the motions of a run.
+def space(series: Fourier, limits: Bounds, start: FloatArray | None = None) -> Space:
+    """Return the motions of a run: speed and acceleration are zero at both ends.
 
     Args:
-        bases: basis of each joint.
+        series: functions of time.
         limits: limits of the joints.
         start: start position, (n,); None if free.
     """
-    every = []
-    for basis in bases:
-        t = np.linspace(0, basis.duration, 200)
-        speed = np.sqrt(np.mean(basis.matrix(t, 1) ** 2, axis=0))
-        size = 1 / np.where(speed > 0, speed, speed.max())  # of coefficients for a speed of 1
-        conditions = np.concatenate([basis.rest() * size, (basis.constant / size)[None]])
-        null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]
-        every.append(size[:, None] * null)
-    return Space(bases, tuple(every), limits, start)
+    speed = np.sqrt(np.mean(series.matrix(np.linspace(0, series.duration, 200), 1) ** 2, axis=0))
+    size = 1 / np.where(speed > 0, speed, speed.max())  # of coefficients for a speed of 1
+    at_rest = [series.matrix(np.zeros(1), order) * size for order in (1, 2)]
+    conditions = np.concatenate([*at_rest, np.eye(1, len(size))])
+    null = np.linalg.qr(conditions.T, mode="complete")[0][:, len(conditions) :]
+    return Space(series, size[:, None] * null, limits, start)

@@ -37,7 +37,7 @@ from symgen.experiment.bounds import (
 )
 from symgen.experiment.plan import Plan, binding_text, geometric_mean
 from symgen.experiment.search import SHRUNK, Clock, MotionCandidate, Objective, grid, largest_share
-from symgen.experiment.trajectory import SMOOTH, Trajectory, basis
+from symgen.experiment.trajectory import Trajectory, fourier_series
 from symgen.identification.assessment import WINDOWS
 from symgen.identification.estimate import joints_of
 from symgen.identification.parameters import read_parameters
@@ -60,16 +60,13 @@ _APPROACH = 18.75
 
 @dataclass(frozen=True)
 class Motion:
-    """Number, duration and kind of the runs of an excitation.
+    """Number, duration and start of the runs of an excitation, Fourier series of every joint.
 
     Attributes:
         duration: duration in s, one value for all runs or one for each. None means at least 10 s,
             and long enough for `identify` to trust the result.
         runs: number of runs, each with its own coefficients.
-        kind: "fourier", "bspline", or "cubic" and "cosine" of the paper; one for all joints or one
-            for each.
-        terms: number of harmonics, coefficients (bspline) or strokes (cubic) of a joint; None
-            chooses it from the duration.
+        terms: number of harmonics of a joint; None chooses it from the duration.
         start: start position of every run, (n,), rad or m; None if free.
         rate: sampling rate of the references, Hz.
 
@@ -79,7 +76,6 @@ class Motion:
 
     duration: float | Sequence[float] | None = None
     runs: int = 1
-    kind: str | Sequence[str] = "fourier"
     terms: int | None = None
     start: Sequence[float] | None = None
     rate: float = 200.0
@@ -237,7 +233,6 @@ def excite(
     given = limits or Limits()
     source = replace(source, limits=given.over(source.limits))
     allowed = bounds(source)
-    kinds = _kinds(motion.kind, source, allowed)
     notes = _require_prior(parameters, allowed, asked=given.torque is not None)
     progress("deriving and compiling the model")
     fence = source.limits if source.limits is not None and source.limits.cell else None
@@ -252,10 +247,7 @@ def excite(
     if motion.start is not None:
         where = "one position inside the limits"
         begin = _one_each("start", motion.start, allowed.low, allowed.high, where)
-    spaces = []
-    for length in lengths:
-        joints = tuple(basis(kind, length, motion.terms) for kind in kinds)
-        spaces.append(space(joints, allowed, begin))
+    spaces = [space(fourier_series(x, motion.terms), allowed, begin) for x in lengths]
     count = len(derived.base.parameters)
     enough = _ROWS * count / (1 if model == "energy" else source.n) / len(spaces)
     objective = Objective(
@@ -377,20 +369,6 @@ def _text(candidate: MotionCandidate, scale: FloatArray) -> str:
     return f"a standard deviation of {100 * geometric_mean(candidate.std / scale):.3g} %"
 
 
-def _kinds(kind: str | Sequence[str], robot: Robot, limits: Bounds) -> tuple[str, ...]:
-    n = robot.n
-    kinds = (kind,) * n if isinstance(kind, str) else tuple(kind)
-    if len(kinds) != n:
-        raise ParameterError(f"{len(kinds)} kinds; accepted: one, or one for each of {n} joints")
-    for j, name in enumerate(kinds):
-        if name not in SMOOTH and np.isfinite(limits.rates[2, j]):
-            raise ParameterError(
-                f"{robot.listed([j])}: accelerations of kind {name} jump, and its jerk is limited; "
-                f"accepted: {', '.join(SMOOTH)}"
-            )
-    return kinds
-
-
 def _durations(motion: Motion, derived: Model, model: str, window: float) -> tuple[float, ...]:
     """Return the duration of each run in s: as requested, or long enough for identify."""
     runs, shortest = motion.runs, 10 / motion.rate  # of ten samples
@@ -434,7 +412,7 @@ def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
 def _singular(
     robot: Robot, model: str, lengths: Sequence[float], best: Checked, condition: float
 ) -> IdentificationError:
-    binding = binding_text(tuple(u for u in best.uses if u.share >= 0.9)) or "no limit binds"
+    binding = binding_text(tuple(u for u in best.uses if u.binds)) or "no limit binds"
     total = " + ".join(f"{x:g}" for x in lengths)
     return IdentificationError(
         f"{robot.name}: no motion of {total} s that was tried determines the parameters of the "

@@ -31,7 +31,6 @@ from symgen.estimation.playback import (
     play,
     position_errors,
     windows_of,
-    with_controller,
 )
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
@@ -120,7 +119,6 @@ def compare_simulations(
     logs: Sequence[str | Path | Log],
     *,
     robot: Robot | str | Path | None = None,
-    controller: str | Path | None = None,
     reading: Reading | None = None,
     progress: Say = silent,
 ) -> SimulationComparison:
@@ -129,22 +127,21 @@ def compare_simulations(
     Args:
         files: URDF or MJCF files of one robot, with the same names of joints.
         logs: of that robot.
-        robot: which joints the logs have; by default the movable joints of the first file. Other
-            joints of the files are held where they are at q = 0.
-        controller: TOML with [controller] kp and kd, (n,) each: feedback to the measured motion.
+        robot: which joints the logs have, and the gains of the feedback to the measured motion, if
+            it has a controller; by default the movable joints of the first file. Other joints of
+            the files are held where they are at q = 0.
         reading: how the logs are read.
         progress: is told what is being done.
 
     Raises:
         RobotError: MuJoCo is not installed or refuses a file, or a file has not the joints.
         LogError: a log cannot be read or belongs to another robot.
-        ParameterError: no log has a window of 0.2 s, or the gains are not those of the robot.
+        ParameterError: no log has a window of 0.2 s.
     """
     if not files or not logs:
         raise ParameterError("compare-sim: nothing to compare; accepted: files and logs")
     source = read_imported(files[0]).robot if robot is None else read_robot(robot)
     names = [joint.name for joint in source.movable]
-    source = with_controller(source, controller)
     gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
     seen, notes = [], [*_without_rotors(files)]

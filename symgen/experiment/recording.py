@@ -178,8 +178,7 @@ class Recording:
         disturbance: standard deviation of torques that act on the joints and that no log shows, new
             at every stamp; one number, or one for each joint, N m or N.
         rate: sampling rate of the logs, Hz. None means that of the trajectory or of the torques,
-            and 1000 Hz for the Fourier series and the motion of the paper.
-        clip: whether torques are clipped at [limits]; otherwise larger ones are an error.
+            and 1000 Hz for the Fourier series.
 
     Raises:
         ParameterError: a number is not valid.
@@ -189,7 +188,6 @@ class Recording:
     controller: Controller = field(default_factory=Controller)
     disturbance: float | tuple[float, ...] = 0.0
     rate: float | None = None
-    clip: bool = False
 
     def __post_init__(self) -> None:
         if self.rate is not None and not 0 < self.rate < math.inf:

@@ -1,4 +1,4 @@
-"""Reference motions: from a file or a log, the paper's, or a Fourier series within limits."""
+"""Reference motions: from a file or a log, or a Fourier series within limits."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 
 from symgen import names
 from symgen.data.drive import joint_side
-from symgen.data.log import Log, read_log, read_only
+from symgen.data.log import MIN_SAMPLES, Log, read_log, read_only
 from symgen.data.raw import FloatArray, csv_bytes, refuse
 from symgen.data.signals import differentiate, prepare
 from symgen.data.tables import read_columns
 from symgen.errors import LogError
-from symgen.experiment.trajectory import Cosine, Cubic, Fourier, Trajectory
+from symgen.experiment.trajectory import Fourier
 from symgen.robot.tables import Limits
 from symgen.robot.types import Robot
 
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
-#: Samples of the paper's motion, and their step in s.
-SAMPLES, STEP = 100, 0.0622
+_MOST = 20_000_000  # samples: more would fill the memory
 #: Default limits of a reference without [limits]: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
 #: Part of the limits that a reference uses: the controller needs the rest.
@@ -81,7 +80,7 @@ def make_reference(
     from scipy.interpolate import BPoly
 
     shape = len(t), q.shape[-1]
-    if len(t) < 2 or not q.shape == qd.shape == qdd.shape == shape:
+    if len(t) <= 1 or not q.shape == qd.shape == qdd.shape == shape:
         refuse(f"{name}: t {t.shape}, q {q.shape}, qd {qd.shape}, qdd {qdd.shape}", "(N,), (N, n)")
     if not all(np.isfinite(x).all() for x in (t, q, qd, qdd)):
         refuse(f"{name}: a value is not a finite number", "finite numbers")
@@ -104,10 +103,9 @@ def reference_of(
 
     Args:
         source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV;
-            "paper" for the motion of Gautier and Khalil (1988) with two revolute joints; None for a
-            Fourier series.
+            None for a Fourier series.
         robot: the robot that moves.
-        options: duration, rate and seed of the Fourier series; duration and rate for "paper".
+        options: duration, rate and seed of the Fourier series.
 
     Raises:
         LogError: the file cannot be read, or has another number of joints than the robot.
@@ -120,8 +118,6 @@ def reference_of(
         found = source
     elif isinstance(source, Log):
         found = from_log(source)
-    elif str(source) == "paper":
-        found = _paper(robot, options["rate"])
     else:
         found = read_reference(source)
     if found.q.shape[1] != robot.n:
@@ -184,7 +180,7 @@ def read_reference(path: str | Path) -> Reference:
     t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
     step = float((t[-1] - t[0]) / (len(t) - 1))
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
-    if not uniform and len(found) < 3:
+    if not (uniform or {"qd", "qdd"} <= found.keys()):
         refuse(
             f"{path}: time steps vary, and derivatives are missing",
             "qd1.. and qdd1.., or equal time steps",
@@ -219,8 +215,9 @@ def fourier(
         seed: seed of the coefficients.
     """
     samples = duration * rate
-    if not (math.isfinite(samples) and 10 <= samples <= 20_000_000):
-        refuse(f"reference: {duration:g} s at {rate:g} Hz", "10 to 20,000,000 samples")
+    if not (math.isfinite(samples) and MIN_SAMPLES <= samples <= _MOST):
+        accepted = f"{MIN_SAMPLES} to {_MOST:,} samples"
+        refuse(f"reference: {duration:g} s at {rate:g} Hz", accepted)
     t = np.arange(round(samples) + 1) / rate
     series = Fourier(duration / math.ceil(duration / 10.0), _HARMONICS)
     k = np.arange(1, _HARMONICS + 1)
@@ -242,14 +239,3 @@ def fourier(
     motion *= _PART * (top / np.abs(motion).max(axis=1)).min(axis=0)
     motion[0] += (low + high) / 2
     return make_reference("Fourier series", t, *motion)
-
-
-def _paper(robot: Robot, rate: float) -> Reference:
-    """Return the motion of Gautier and Khalil (1988)."""
-    if robot.n != 2 or any(robot.sigma):
-        refuse(f"trajectory paper: {robot.name} has other joints", "two revolute joints")
-    duration = SAMPLES * STEP
-    bases = Cubic(duration, 1), Cosine(math.pi, 1)
-    run = Trajectory(bases, (np.array([0.0, duration / 1.5]), np.array([0.0, 1.0])))
-    t = np.arange(round(duration * rate) + 1) / rate
-    return make_reference("paper", t, *(run.at(t, order) for order in range(3)))

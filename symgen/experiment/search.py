@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.experiment.bounds import CELL, Bounds, Cell, Coefficients, LimitUse, Sampled, Space
+from symgen.experiment.bounds import CELL, Bounds, Cell, LimitUse, Space
 from symgen.runtime.evaluator import Evaluator
 
 _DRAWS = 10  # random motions of which a search begins with the best
@@ -82,7 +82,7 @@ class CandidateRun:
     `information` is (p, p), and zero if the share is above 1.
     """
 
-    z: Coefficients
+    z: FloatArray
     excess: float
     information: FloatArray
 
@@ -127,7 +127,7 @@ class Fitted(NamedTuple):
     `excess` is the largest used share of torque limits and cell.
     """
 
-    z: Coefficients
+    z: FloatArray
     motion: FloatArray
     excess: float
 
@@ -156,13 +156,12 @@ class Objective:
     prior: FloatArray | None
     cell: Cell | None
     spaces: tuple[Space, ...]
-    sampled: tuple[Sampled, ...]
+    sampled: tuple[FloatArray, ...]
 
     def at_steps(self, step: float) -> Objective:
         """Return the same on a grid of steps in s."""
-        times = [s.times(math.ceil(s.bases[0].duration / step)) for s in self.spaces]
-        pairs = zip(self.spaces, times, strict=True)
-        return replace(self, sampled=tuple(s.sampled(t) for s, t in pairs))
+        sampled = tuple(s.sampled(s.series.times(step)) for s in self.spaces)
+        return replace(self, sampled=sampled)
 
     def uses(self, motion: FloatArray) -> Iterator[LimitUse]:
         """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
@@ -189,7 +188,7 @@ class Objective:
             rows = (W / self.noise[:, None]).reshape(-1, W.shape[2])
         return np.asarray(rows.T @ rows * (self.rate * duration / len(W)))
 
-    def fitted(self, k: int, z: Coefficients, grow: bool = False, allowed: float = 1.0) -> Fitted:
+    def fitted(self, k: int, z: FloatArray, grow: bool = False, allowed: float = 1.0) -> Fitted:
         """Return run k with coefficients z, scaled into its limits and shrunk into the others.
 
         Args:
@@ -204,21 +203,21 @@ class Objective:
             if found.excess <= allowed:
                 break
             factor = max(0.5, _MARGIN * allowed / found.excess)
-            found = self._moved(k, tuple(factor * part for part in found.z))
+            found = self._moved(k, factor * found.z)
         return found
 
-    def _moved(self, k: int, z: Coefficients) -> Fitted:
+    def _moved(self, k: int, z: FloatArray) -> Fitted:
         """Return run k with coefficients z."""
         motion = self.spaces[k].motion(z, self.sampled[k])
         return Fitted(z, motion, largest_share(self.uses(motion)))
 
-    def run(self, k: int, z: Coefficients, grow: bool = False) -> CandidateRun:
+    def run(self, k: int, z: FloatArray, grow: bool = False) -> CandidateRun:
         """Return run k with coefficients z, within its limits where it can be."""
         found = self.fitted(k, z, grow, _MARGIN)
         p = len(self.evaluator.model.base.parameters)
         information = np.zeros((p, p))
         if found.excess <= _MARGIN:
-            duration = self.spaces[k].bases[0].duration
+            duration = self.spaces[k].series.duration
             information = self.information(found.motion, duration)
         return CandidateRun(found.z, found.excess / _MARGIN, information)
 
@@ -250,11 +249,11 @@ class Objective:
             if clock.left <= 0 or step < _SMALLEST:
                 break
             k, runs = int(draw.integers(len(self.spaces))), list(best.runs)
-            z = list(runs[k].z)
+            z = runs[k].z.copy()
             j = int(draw.integers(len(z)))
             size = step * np.sqrt(np.mean(z[j] ** 2))
-            z[j] = z[j] + size * draw.normal(size=len(z[j]))
-            runs[k] = self.run(k, tuple(z))
+            z[j] += size * draw.normal(size=len(z[j]))
+            runs[k] = self.run(k, z)
             tried = candidate(runs)
             if tried.rank < best.rank:
                 best, step = tried, _GROW * step
@@ -268,12 +267,13 @@ def largest_share(uses: Iterable[LimitUse]) -> float:
     return max((u.share for u in uses if u.limit in SHRUNK), default=0.0)
 
 
-def grid(space: Space, enough: float) -> Sampled:
+def grid(space: Space, enough: float) -> FloatArray:
     """Return `Space.sampled` at the times of the search.
 
     Args:
         space: the motions of a run.
         enough: fewest samples.
     """
-    fastest = max(b.periods for b in space.bases)
-    return space.sampled(space.times(max(_PER_PERIOD * fastest, math.ceil(enough))))
+    series = space.series
+    samples = max(_PER_PERIOD * series.terms, math.ceil(enough))
+    return space.sampled(series.times(series.duration / samples))

@@ -50,7 +50,6 @@ class Simulation:
         tau_log: (runs, N, n) torques in the logs.
         sigma: types of the joints.
         joints: their numbers in the robot file.
-        notes: remarks as texts.
         drive: [drive] of the robot, which determines on which side (motor or joint) files are.
     """
 
@@ -64,7 +63,6 @@ class Simulation:
     tau_log: FloatArray
     sigma: tuple[int, ...]
     joints: tuple[int, ...]
-    notes: tuple[str, ...] = ()
     drive: Drive | None = None
 
     def __repr__(self) -> str:
@@ -155,6 +153,8 @@ def _require_format(suffix: str) -> None:
 Parameters = str | Path | Mapping[str, float] | ArrayLike
 #: Numbers in one array of all runs, above which memory is likely to be short.
 _MOST = 60_000_000
+#: Widths of Coulomb friction that a motion can be integrated with, rad/s or m/s.
+_WIDTHS = (1e-9, 1.0)
 #: Of an integration step: a log without noise gives its parameters back to 1e-4.
 _TOLERANCE = 1e-8
 #: What the controllers call.
@@ -189,7 +189,7 @@ def simulate(
         robot: a robot, a path or library name, or a loaded evaluator.
         parameters: an estimate.json or TOML with [parameters], a mapping of their names, or X (p,).
         trajectory: motion that the controller follows: a CSV with t, q1.. and optionally qd1..,
-            qdd1..; a log; "paper"; a `Reference`; by default a seeded Fourier series within
+            qdd1..; a log; a `Reference`; by default a seeded Fourier series within
             [limits].
         torque: torques to apply instead of a controller: a log, or a CSV with t, tau1.., linear
             between its stamps.
@@ -238,11 +238,9 @@ def simulate(
         t = aim.t if made.rate is None else _stamps(aim.t, made.rate)
         start = aim.q[0], aim.qd[0]
         law = tracking(made.controller, aim, evaluator, without_dry(evaluator.model, X))
-    limits = source.limits.torque if source.limits else None
-    if made.clip and limits is None:
-        raise ParameterError(f"simulate: clip, and {source.name} has no torque in [limits]")
-    if not 1e-9 <= width <= 1.0:
-        raise ParameterError(f"simulate: width {width:g}; accepted: 1e-9 to 1")
+    least, largest = _WIDTHS
+    if not least <= width <= largest:
+        raise ParameterError(f"simulate: width {width:g}; accepted: {least:g} to {largest:g}")
     if len(numbers) * len(t) * source.n > _MOST:
         raise ParameterError(
             f"simulate: {len(numbers)} runs of {len(t)} samples and {source.n} joints would fill "
@@ -254,7 +252,7 @@ def simulate(
     progress(f"moving {source.name} over {t[-1] - t[0]:.6g} s")
     motions = []
     for k, run in enumerate(moving):
-        acting = _clipped(law, limits) if made.clip else law
+        acting = law
         if measured:
             acting = _on_measurements(acting, made.instruments, t, run, seed, source.n)
         motions.append(
@@ -272,6 +270,7 @@ def simulate(
             )
         )
         _require_finite(motions[-1], source)
+        _require_torque(motions[-1], source)
     q, qd, tau = (np.stack([getattr(m, name) for m in motions]) for name in ("q", "qd", "tau"))
     true = Simulation(
         source.name,
@@ -284,7 +283,6 @@ def simulate(
         tau,
         source.sigma,
         tuple(j.number for j in source.movable),
-        _torque_notes(t, tau, source, limits, made.clip),
         source.drive,
     )
     return true.seen_by(made.instruments, numbers, seed)
@@ -304,11 +302,6 @@ def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, Fl
                 f"accepted: ({n},)"
             )
     return q, qd
-
-
-def _clipped(law: Law, limits: tuple[float, ...] | None) -> Law:
-    top = np.array(limits or ())
-    return lambda t, q, qd: np.clip(law(t, q, qd), -top, top)
 
 
 def _on_measurements(
@@ -361,31 +354,27 @@ def _loaded(
     return load(model), X
 
 
-def _torque_notes(
-    t: FloatArray, tau: FloatArray, robot: Robot, limits: tuple[float, ...] | None, clip: bool
-) -> tuple[str, ...]:
-    """Return notes on how often a torque was clipped.
+def _require_torque(motion: SimulatedMotion, robot: Robot) -> None:
+    """Refuse a motion that needs more torque than [limits] allow.
 
     Raises:
-        ParameterError: a torque exceeds its limit, and clipping is off.
+        ParameterError: the message has joint and time.
     """
-    notes = []
+    limits = robot.limits.torque if robot.limits else None
     for j, limit in enumerate(limits or ()):
-        size, joint = np.abs(tau[:, :, j]), robot.listed([j])
-        if clip and (share := float(np.mean(size >= limit))):
-            notes.append(f"the torque of {joint} was clipped in {100 * share:.3g} % of samples")
-        if size.max() > limit * (1 + 1e-12):
-            k = int(np.argmax((size > limit).any(axis=0)))
+        size = np.abs(motion.tau[:, j])
+        beyond = size > limit * (1 + 1e-12)
+        if beyond.any():
+            k = int(np.argmax(beyond))
             raise ParameterError(
-                f"simulate: {joint} needs {size[:, k].max():.4g} at t = {t[k]:.6g} "
-                f"s, and [limits] allow {limit:g}; accepted: a slower motion, or clipping (--clip)"
+                f"simulate: {robot.listed([j])} needs {size[k]:.4g} at t = {motion.t[k]:.6g} s, "
+                f"and [limits] allow {limit:g}; accepted: a slower motion"
             )
-    return tuple(notes)
 
 
 def _stamps(t: FloatArray, rate: float) -> FloatArray:
     count = math.floor((t[-1] - t[0]) * rate * (1 + 1e-12)) + 1
-    if count < 2:
+    if count <= 1:
         raise ParameterError(
             f"simulate: rate {rate:g} Hz over {t[-1] - t[0]:.4g} s; accepted: more"
         )

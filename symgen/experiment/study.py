@@ -35,7 +35,7 @@ from symgen.faults.logs import join_bands, open_logs
 from symgen.identification.instruments import instrumented
 from symgen.identification.model_choice import OpenLogs, filter_in_band
 from symgen.identification.possible import nearest_possible
-from symgen.identification.solving import Method, equate, settle_load, solve_equations
+from symgen.identification.solving import EquatedLog, Method, settle_load, solve_equations
 from symgen.parallel import Meter, Say, silent
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot, require_gravity
@@ -297,7 +297,7 @@ def _solved(
     """Return X and its standard deviations, (p,) each; None if the logs do not determine them."""
     if evaluator.model.robot.loaded:
         model = settle_load(evaluator, logs, model)
-    parts = [equate(evaluator, log, model) for log in logs]
+    parts = [EquatedLog("train", log, model.equations(evaluator, log)) for log in logs]
     if method.name == "iv":
         parts = [instrumented(evaluator, part, model, None) for part in parts]
     with suppress(IdentificationError, np.linalg.LinAlgError):

@@ -145,7 +145,6 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
             parameters,
             limits,
             criteria.own_values,
-            criteria.gains,
         ),
     )
     own_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
@@ -257,10 +256,6 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
         out.append(
             f"equations are weighted by log and joint; largest over smallest weight: {ratio:.3g}"
         )
-    shares = [p.equations[0].weight for p in chosen.best.train]
-    if any(w != 1.0 for w in shares):
-        listed = ", ".join(f"{w:g}" for w in shares)
-        out.append(f"squared residuals of the logs are weighted by {listed}")
     out.append(implausible(run.evaluator, run.train, solution.X))
     return tuple(filter(None, out))
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.errors import ParameterError, SymgenError
+from symgen.errors import ParameterError
 from symgen.estimation.band import Band
 from symgen.estimation.values import (
     Endogeneity,
@@ -37,9 +37,6 @@ from symgen.schemas import (
     to_json,
 )
 from symgen.views import Viewable
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 SCHEMA = "symgen.estimate/2"
 MARKER = "estimate.json"
@@ -250,22 +247,6 @@ class Estimate(Viewable):
         """Covariance of X, shape (p, p)."""
         std = np.array([p.std for p in self.parameters])
         return self.correlation * np.outer(std, std)
-
-    def to_dataframe(self) -> DataFrame:
-        """Return the parameters as a table of pandas, a row each.
-
-        Returns:
-            Columns name, expression, value, std, relative_std_percent, unit.
-
-        Raises:
-            SymgenError: pandas is not installed.
-        """
-        try:
-            from pandas import DataFrame
-        except ImportError as error:
-            raise SymgenError("pandas is missing: pip install pandas") from error
-        columns = ("name", "expression", "value", "std", "relative_std_percent", "unit")
-        return DataFrame({key: [getattr(p, key) for p in self.parameters] for key in columns})
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of estimate.json (schema symgen.estimate/2)."""

@@ -20,7 +20,6 @@ from symgen.data.mask import moving_joints
 from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.motion_error import in_motion
-from symgen.estimation.playback import Gains
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
@@ -47,13 +46,11 @@ class Criteria:
 
     Attributes:
         own_values: parameters (p,) of the robot's own file, None where it has none.
-        gains: of a controller that holds the robot to the measured motion, None without one.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
 
     own_values: FloatArray | None = None
-    gains: Gains | None = None
     accept: float = ACCEPT
     least: float = LEAST
 

@@ -5,18 +5,12 @@ do, X = G s. With Y the torque regressor, torques are linear in s:
 
     tau = Y X + (Y G) s
 
-A load of known mass also tells the gains of drives, what a log makes of a torque, joint by joint:
+All joints share X and s. A solution is a step of weighted least squares from parameters X0, s0,
 
-    tau_j = k_j (Y_j X + c Y_j G s),    c = 1 in logs with the load, 0 in those without
-
-All joints share X and s, which sets the k_j against each other, and the mass sets their scale
-(Gautier and Briot, Global identification of joint drive gains and dynamic parameters of robots,
-2014; there by total least squares). Each step of Gauss and Newton is weighted least squares of
-
-    tau_j - k0_j m0_j = k0_j Y_j dX + k0_j c Y_j G ds + m0_j dk_j
+    tau - m0 = Y dX + c Y G ds,    c = 1 in logs with the load, 0 in those without
 
 with m0 the torque of the model before. Effects that depend on the torque of the model have their
-columns at the parameters before, so the steps settle these as well.
+columns at the parameters before, so several steps settle them.
 """
 
 from __future__ import annotations
@@ -45,21 +39,19 @@ from symgen.runtime.evaluator import Evaluator
 
 @dataclass(frozen=True, eq=False)
 class LoadFit:
-    """A solution for robot, load and gains.
+    """A solution for robot and load.
 
     Attributes:
         X: (p,) the robot's parameters.
         a: (r,) the load, along the directions that torques show.
-        k: (n,) of a joint's torque, what the log makes of it.
     """
 
     X: FloatArray
     a: FloatArray
-    k: FloatArray
 
 
 class Solved(NamedTuple):
-    """A fit, with the last step to it: r changes of the load, then of X, then of the gains.
+    """A fit, with the last step to it: r changes of the load, then of X.
 
     Attributes:
         problem: with the columns of that step.
@@ -113,37 +105,27 @@ class LoadProblem:
         G, V = _directions(self.evaluator, self.carried, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
 
-    def solve(self, start: LoadFit, gains: bool = False) -> Solved:
-        """Solve for the load, the free parameters, and the gains if requested.
+    def solve(self, start: LoadFit) -> Solved:
+        """Solve for the load and the free parameters.
 
         Raises:
-            IdentificationError: the steps do not converge, or a gain is not positive.
+            IdentificationError: the steps do not converge.
         """
-        robot, found = self.evaluator.model.robot, self.step(start, gains)
-        if not (gains or robot.loaded):
+        found = self.step(start)
+        if not self.evaluator.model.robot.loaded:
             return found
         for _ in range(ROUNDS):
-            found = self.around(found.fit).step(found.fit, gains)
+            found = self.around(found.fit).step(found.fit)
             change = np.abs(found.solution.X)
             if (change <= SETTLED * found.solution.std + 1e-12).all():
-                break
-        else:
-            raise IdentificationError(
-                "load, friction and torque gains do not converge; accepted: logs with and without "
-                "the load, of motions that turn it against gravity at every joint"
-            )
-        j = int(np.argmin(found.fit.k))
-        if found.fit.k[j] <= 0:
-            raise IdentificationError(
-                f"the torque gain of {robot.listed([j])} is {1 / found.fit.k[j]:.3g}; accepted: "
-                "logs in which the load acts on every joint, and torques of the right sign"
-            )
-        return found
+                return found
+        raise IdentificationError(
+            "load and friction do not converge; accepted: logs with and without the load, of "
+            "motions that turn it against gravity"
+        )
 
     def around(self, fit: LoadFit) -> LoadProblem:
         """Return the problem with the effects that depend on the model's torque at a fit."""
-        if not self.evaluator.model.robot.loaded:
-            return self
         carried, alone = self.logs
         whole = fit.X + self.in_X(fit)
         return replace(
@@ -152,28 +134,24 @@ class LoadProblem:
             alone=_rows(self.evaluator, self.model, alone, fit.X),
         )
 
-    def step(self, at: LoadFit, gains: bool = False) -> Solved:
-        """Solve for changes of the load, of the free parameters, and of the gains if requested."""
+    def step(self, at: LoadFit) -> Solved:
+        """Solve for changes of the load and of the free parameters."""
         columns, load = self.G * UNITS @ self.V, self.in_X(at)
-        units = np.eye(len(at.k)) if gains else np.zeros((len(at.k), 0))
         rows = []
         logs = [(e, at.X + load, columns) for e in self.carried]
         logs += [(e, at.X, 0 * columns) for e in self.alone]
         for e, X, shown in logs:
-            k, unit, torque = at.k[e.joint], units[e.joint], e.W @ X
-            W = np.hstack([k * (e.W @ shown), k * e.W[:, self.free], torque[:, None] * unit])
-            rows.append(replace(e, W=W, y=e.y - k * torque))
+            W = np.hstack([e.W @ shown, e.W[:, self.free]])
+            rows.append(replace(e, W=W, y=e.y - e.W @ X))
         names = self.evaluator.model.base.names
         labels = [f"load {k + 1}" for k in range(len(at.a))]
         labels += [names[k] for k in self.free]
-        labels += [f"gain {j + 1}" for j in range(units.shape[1])]
         system = LinearSystem(tuple(labels), tuple(rows))
         solution = Wls().solve(system)
-        a, X, k = np.split(solution.X, [len(at.a), len(at.a) + len(self.free)])
+        a, X = np.split(solution.X, [len(at.a)])
         whole = at.X.copy()
         whole[self.free] += X
-        fit = LoadFit(whole, at.a + a, at.k + k if gains else at.k)
-        return Solved(self, fit, solution, system)
+        return Solved(self, LoadFit(whole, at.a + a), solution, system)
 
     def in_X(self, fit: LoadFit) -> FloatArray:
         """Return what the load adds to X, (p,)."""

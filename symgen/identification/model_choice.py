@@ -50,7 +50,6 @@ from symgen.identification.instruments import instrumented
 from symgen.identification.solving import (
     EquatedLog,
     Method,
-    equate,
     noise_columns,
     settle_load,
     solve_equations,
@@ -273,7 +272,6 @@ def choose_model(
     run: Run,
     models: Sequence[EquationModel],
     method: Method,
-    shares: Sequence[float],
     motions: Sequence[Source],
     progress: Say,
 ) -> ChosenModel:
@@ -283,7 +281,6 @@ def choose_model(
         run: the logs in the band.
         models: whose equations are tried.
         method: that solves them then.
-        shares: weights of the squared residuals of each training log, or none.
         motions: the commanded motion of each training log, or none.
         progress: is told what is being done.
 
@@ -300,21 +297,24 @@ def choose_model(
     if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
-        train = _equations(run, model, shares)
+        train = _equations(run, model)
         torques = block_summary([p.equations for p in train], model.gap)
         best = ModelCandidate(model, train, (torques, torques))
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         reduce = bool(together) and method.prior is None  # a prior tells what the motion does not
         with blame_motion(fault):
-            best, found = _best_model(run, models, shares, reduce)
+            best, found = _best_model(run, models, reduce)
     train = []
     for k, part in enumerate(best.train):
         if method.name == "iv" or method.is_tested(part.log):
             part = instrumented(evaluator, part, best.model, motions[k] if motions else None)
         train.append(part)
     try:
-        held = [equate(evaluator, log, best.model, kind="validation") for log in run.held]
+        held = []
+        for log in run.held:
+            equations = best.model.equations(evaluator, log)
+            held.append(EquatedLog("validation", log, equations))
     except IdentificationError as error:
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
@@ -322,10 +322,9 @@ def choose_model(
     return ChosenModel(run, replace(best, train=train), held, found, fault, together)
 
 
-def _equations(run: Run, model: EquationModel, shares: Sequence[float]) -> list[EquatedLog]:
-    """Return the training logs with equations, weighed as it was asked for."""
-    pairs = zip(run.train, shares or [1.0] * len(run.train), strict=True)
-    logs = [equate(run.evaluator, log, model, weight) for log, weight in pairs]
+def _equations(run: Run, model: EquationModel) -> list[EquatedLog]:
+    """Return the training logs with equations."""
+    logs = [EquatedLog("train", log, model.equations(run.evaluator, log)) for log in run.train]
     _require_equations(logs, run.evaluator.model.robot)
     return logs
 
@@ -337,27 +336,26 @@ def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
 
 
 def _best_model(
-    run: Run, models: Sequence[EquationModel], shares: Sequence[float], reduce: bool
+    run: Run, models: Sequence[EquationModel], reduce: bool
 ) -> tuple[ModelCandidate, tuple[Alternative, ...]]:
     """Fit every model and compare them; validation logs report, and do not choose.
 
     Args:
         run: the logs in the band.
         models: whose equations are tried.
-        shares: weights of the squared residuals of each training log, or none.
         reduce: whether to solve for what the equations determine alone.
 
     Returns:
         The model that predicts best, and the results of all, that one first.
     """
-    compared = _equations(run, replace(_COMPARED, features=models[0].features), shares)
+    compared = _equations(run, replace(_COMPARED, features=models[0].features))
     torques = block_summary([p.equations for p in compared], _COMPARED.gap)
     candidates, errors = list[ModelCandidate](), dict[str, IdentificationError]()
     for model in models:
         try:
             train = compared
             if model.name != _COMPARED.name:
-                train = _equations(run, model, shares)
+                train = _equations(run, model)
         except IdentificationError as error:
             errors[model.name] = error
             continue

@@ -7,10 +7,11 @@ the model, where both motions are alike, cancel (Khalil, Gautier, Lemoine 2007).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -36,9 +37,8 @@ from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
 from symgen.policy import BEYOND, SHOWN
 from symgen.robot.expressions import shortened
-from symgen.robot.tables import Drive, Frame
+from symgen.robot.tables import Frame
 from symgen.robot.toml_io import read_robot
-from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.schemas import BESIDE, read_result, result_file, to_json
@@ -92,13 +92,13 @@ class Payload(Viewable):
         band: the filters of the run.
         repairs: repairs of the logs.
         notes: texts about the run.
-        gains: of the drives, joint by joint, where the load calibrated them: torque over what the
-            log makes of it.
         joints: number, unit and name of each movable joint.
         joint: number of the joint whose link carries the load.
         traces: measured torque of the logs with the load, and that of the model, log by log: of
             the quantities WITHOUT and WITH the load.
     """
+
+    GONE: ClassVar = ("gains",)
 
     robot: str
     frame: int | str
@@ -112,7 +112,6 @@ class Payload(Viewable):
     band: Band
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...]
-    gains: tuple[Quantity, ...] = ()
     joints: tuple[JointLabel, ...]
     joint: int
     traces: Annotated[tuple[Trace, ...], BESIDE] = ()
@@ -141,8 +140,7 @@ class Payload(Viewable):
         out = [("mass", self.mass, "kg")]
         out += [(name, q, "m") for name, q in zip(COM, self.com, strict=True)]
         out += [(name, q, "kg m2") for name, q in zip(names.INERTIA, self.inertia, strict=True)]
-        pairs = zip(self.joints, self.gains, strict=False)
-        return [*out, *((f"gain of {joint.label}", q, "") for joint, q in pairs)]
+        return out
 
 
 def read_payload(path: str | Path) -> Payload:
@@ -168,7 +166,6 @@ def payload(
     frame: str = "",
     mass: float | None = None,
     gain: float | None = None,
-    calibrate: bool = False,
     cutoff: float | None = None,
     reading: Reading | None = None,
     progress: Say = silent,
@@ -186,8 +183,6 @@ def payload(
         mass: of the load, kg, where it was weighed.
         gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
             by default that of [drive], where it states one.
-        calibrate: whether the load, whose mass is known, tells the gains of the drives, from logs
-            with it and without.
         cutoff: of the filter of positions and speeds, Hz; by default that of the parameters' file,
             or else the one that suits the logs best.
         reading: how logs are read, and what of them is left out.
@@ -206,15 +201,13 @@ def payload(
             "the parameters of the robot without the load are unknown; accepted: --parameters with "
             "the folder that symgen identify wrote, or --without with logs of the robot alone"
         )
-    if calibrate and (mass is None or not bare):
-        raise IdentificationError("--calibrate: accepted: with --mass and --without")
     for name, value in (("--mass", mass), ("--gain", gain)):
-        if value is not None and not 0 < value < 1e6:
+        if value is not None and not 0 < value < math.inf:
             raise ParameterError(f"{name} {value:g}; accepted: a number above 0")
     source = read_robot(robot)
     link = source.payload or source.movable[-1].number
     in_frame = _frame_on(source, frame, link)
-    if gain is None and source.drive is not None and not calibrate:
+    if gain is None and source.drive is not None:
         gain = source.drive.gain_uncertainty_percent
     progress("deriving and compiling the model")
     model = derive(source, JUDGING)
@@ -231,7 +224,7 @@ def payload(
     known = None if bare else given  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
-    start = LoadFit(X, np.zeros(problem.V.shape[1]), np.ones(source.n))
+    start = LoadFit(X, np.zeros(problem.V.shape[1]))
     found = problem.solve(start)
     covariance, notes = found.solution.covariance, opened.notes
     how = "logs with and without the load, solved together"
@@ -242,22 +235,14 @@ def payload(
         if spread is not None:
             shift = found.by_given()[:, : model.inertial]
             covariance = covariance + shift @ spread[: model.inertial, : model.inertial] @ shift.T
-    gains: tuple[Quantity, ...] = ()
-    if calibrate:
-        how = "logs with and without the load, and the torque gains, solved together"
-        found = problem.solve(found.fit, gains=True)
-        covariance, k = found.solution.covariance, found.fit.k
-        std = found.solution.std[-source.n :] / k**2
-        gains = tuple(Quantity(*pair) for pair in np.column_stack([1 / k, std]).tolist())
     unloaded = found.fit.X if known is None else X
     whole = found.fit.X + problem.in_X(found.fit)
-    left, traces = _left(evaluator, _with_gains(groups[0], found.fit.k), unloaded, whole)
+    left, traces = _left(evaluator, groups[0], unloaded, whole)
     r = len(found.fit.a)
     carried = problem.load(found.fit, covariance[:r, :r])
     if in_frame is not None:
         carried = carried.in_frame(in_frame)
-    if not calibrate:
-        _require_link(found.problem, start, link, left.after)
+    _require_link(found.problem, start, link, left.after)
     if mass is None:
         _require_mass(carried, source.label(link))
     quantities, more = _quantities(carried, mass, (gain or 0.0) / 100)
@@ -275,7 +260,6 @@ def payload(
         band=opened.band,
         repairs=opened.repairs,
         notes=notes + more,
-        gains=gains,
         joints=joints_of(source),
         joint=link,
         traces=traces,
@@ -287,11 +271,6 @@ def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArr
     if not evaluator.model.robot.loaded:
         return np.zeros(len(evaluator.model.base.parameters))
     return np.array(settle_load(evaluator, logs, EquationModel("torque", 0.0)).at)
-
-
-def _with_gains(logs: Sequence[FilteredLog], k: FloatArray) -> list[FilteredLog]:
-    """Return logs whose torques are corrected by the gains of the drives."""
-    return [replace(x, samples=replace(x.samples, tau=x.samples.tau / k)) for x in logs]
 
 
 def _left(
@@ -421,17 +400,3 @@ def _quantities(
     for name, value, deviation in zip(LABELS, values.tolist(), std.tolist(), strict=True):
         out.append(Quantity(value, deviation) if name in known else Quantity(None, None))
     return out, tuple(notes)
-
-
-def with_gains(robot: Robot, found: Payload) -> str:
-    """Return the robot.toml of a robot whose [drive] holds the gains that a load calibrated.
-
-    They multiply those that [drive] had before, with which the logs were read.
-    """
-    one = tuple(tuple(float(i == j) for j in range(robot.n)) for i in range(robot.n))
-    drive = robot.drive or Drive(one)
-    before = drive.gain or (1.0,) * robot.n
-    pairs = [(b, q.value or 1.0, q.std or 0.0) for b, q in zip(before, found.gains, strict=True)]
-    gain = tuple(b * value for b, value, _ in pairs)
-    std = tuple(abs(b) * s for b, _, s in pairs)
-    return robot_toml(replace(robot, drive=replace(drive, gain=gain, gain_std=std)))

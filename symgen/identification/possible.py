@@ -272,7 +272,8 @@ class Constraints:
                 formula = f" ({six_digits(p.expression)})" if p.terms else ""
                 wrong.append(f"{p.name} is {self.X[k]:.4g} and cannot be negative{formula}")
         if wrong:
-            return "; ".join(wrong[:3]) + (f"; {len(wrong) - 3} more" if len(wrong) > 3 else "")
+            more = wrong[3:]
+            return "; ".join(wrong[:3]) + (f"; {len(more)} more" if more else "")
         value, _, blame = self.margin()
         if value > CERTAIN:
             return ""

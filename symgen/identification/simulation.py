@@ -10,7 +10,6 @@ from symgen.errors import ParameterError
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.playback import (
     HORIZONS,
-    Gains,
     Horizon,
     Window,
     model_mover,
@@ -40,7 +39,6 @@ def simulation_use(
     parameters: Sequence[ParameterEstimate],
     restrictions: Sequence[Reason],
     own_values: FloatArray | None,
-    gains: Gains | None,
 ) -> SimulationUse:
     """Judge whether the model can be simulated over the range of the motion.
 
@@ -55,7 +53,6 @@ def simulation_use(
         parameters: the same with their standard deviations.
         restrictions: motion to which the model is restricted: a simulated robot does not keep it.
         own_values: parameters (p,) of the robot's own file, None where it has none.
-        gains: of a controller that holds the robot to the measured motion, None without one.
     """
     if restrictions:
         return SimulationUse(tuple(restrictions))
@@ -67,9 +64,6 @@ def simulation_use(
     windows = _windows(held)
     horizons, diverged = _play(evaluator, windows, X)
     before, _ = _play(evaluator, windows, own_values)
-    with_feedback: tuple[Horizon, ...] = ()
-    if gains is not None:
-        with_feedback, _ = _play(evaluator, windows, X, gains)
     if horizons:
         reasons += _position_reasons(horizons)
     elif not reasons:
@@ -78,7 +72,6 @@ def simulation_use(
         tuple(reasons),
         horizons=horizons,
         before=before,
-        with_feedback=with_feedback,
         windows=len(windows) if horizons else 0,
         diverged=diverged,
     )
@@ -160,7 +153,6 @@ def _play(
     evaluator: Evaluator,
     windows: Sequence[Window],
     X: FloatArray | None,
-    gains: Gains | None = None,
 ) -> tuple[tuple[Horizon, ...], int]:
     """Return the position errors over windows, and how many diverged; none without a motion."""
     if X is None or not windows:
@@ -170,4 +162,4 @@ def _play(
         mover = model_mover(evaluator.model, X)
     except ParameterError:  # negative friction: the reasons name it
         return (), 0
-    return position_errors(windows, t, play(mover, windows, t, gains))
+    return position_errors(windows, t, play(mover, windows, t))

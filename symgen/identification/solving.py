@@ -30,9 +30,6 @@ from symgen.estimation.system import Equations, LinearSystem
 from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-#: Methods for which logs can be given weights.
-WEIGHED = ("auto", "wls", "ols")
-
 
 @dataclass(frozen=True)
 class Fit:
@@ -41,8 +38,6 @@ class Fit:
     Attributes:
         prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from.
             Methods auto, wls and consistent are pulled towards its values (see `read_prior`).
-        weights: weight of the squared residuals of each log, for auto, wls and ols; None for equal
-            ones.
         commanded: commanded motion of each log, as instruments of method iv. By default, the
             instruments come from the encoders, if speeds were measured too.
         forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. About
@@ -50,29 +45,8 @@ class Fit:
     """
 
     prior: str | Path | None = None
-    weights: Sequence[float] | None = None
     commanded: Sequence[Source] | Source = ()
     forgetting: float = 1.0
-
-    def shares(self, logs: int, method: str) -> Sequence[float]:
-        """Return one weight for each log, or none.
-
-        Raises:
-            IdentificationError: the method accepts no weights, or these are not valid.
-        """
-        weights = self.weights
-        if weights is None:
-            return ()
-        if method not in WEIGHED:
-            raise IdentificationError(
-                f"weights with method {method}; accepted: {', '.join(WEIGHED)}"
-            )
-        if len(weights) != logs or not all(0 < w < math.inf for w in weights):
-            shown = ", ".join(f"{w:g}" for w in weights)
-            raise IdentificationError(
-                f"weights {shown}; accepted: a number above 0 for each of {logs} logs"
-            )
-        return weights
 
     def motions(self, logs: int, method: str) -> list[Source]:
         """Return one commanded motion for each log, or none.
@@ -113,22 +87,6 @@ class EquatedLog:
     kind: str
     log: FilteredLog
     equations: tuple[Equations, ...]
-
-
-def equate(
-    evaluator: Evaluator,
-    log: FilteredLog,
-    model: EquationModel,
-    weight: float = 1.0,
-    kind: str = "train",
-) -> EquatedLog:
-    """Return a log with the equations of a model and the weight of its squared residuals.
-
-    Raises:
-        IdentificationError: the window does not fit the log.
-    """
-    equations = model.equations(evaluator, log)
-    return EquatedLog(kind, log, tuple(replace(e, weight=weight) for e in equations))
 
 
 @dataclass(frozen=True, eq=False)

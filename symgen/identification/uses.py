@@ -91,8 +91,6 @@ class SimulationUse(Use):
     Attributes:
         horizons: position errors on held-out motion after some times.
         before: the same with the values of the robot's own file; empty if it has none.
-        with_feedback: the same of the estimate, with the gains of a controller that holds it to the
-            measured motion; empty without gains.
         windows: number of windows of held-out motion that were simulated.
         diverged: in how many of them the simulated robot ran away.
     """
@@ -101,7 +99,6 @@ class SimulationUse(Use):
 
     horizons: tuple[Horizon, ...] = ()
     before: tuple[Horizon, ...] = ()
-    with_feedback: tuple[Horizon, ...] = ()
     windows: int = 0
     diverged: int = 0
 

@@ -24,7 +24,6 @@ from symgen.estimation.logs import (
     require_logs,
     require_other_data,
 )
-from symgen.estimation.playback import gains_of
 from symgen.faults.logs import open_logs, require_motion
 from symgen.identification.assessment import (
     Outcome,
@@ -94,7 +93,7 @@ def identify(
             the smallest torque error on held-out folds of the training logs.
         accept: largest torque error on held-out motion of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the joint's torque.
-        fit: prior, weights of logs, commanded motions, forgetting.
+        fit: prior, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
         exact: whether parameters that only the exact geometry separates stay apart.
         executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
@@ -115,7 +114,7 @@ def identify(
     asked = fit or Fit()
     by = Method.of(method, asked.forgetting)
     sources, given = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    shares, motions = asked.shares(len(sources), by.name), asked.motions(len(sources), by.name)
+    motions = asked.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
@@ -137,12 +136,12 @@ def identify(
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
     run = ask_search(opened, run, cutoff, least)
-    chosen = choose_model(run, models, by, shares, motions, progress)
+    chosen = choose_model(run, models, by, motions, progress)
     with blame_motion(chosen.fault):
         found = opened.solve(chosen, by)
     progress("judging")
     own_values = values_of_file(robot, opened.evaluator.model)
-    return assess(chosen, found, Criteria(own_values, gains_of(source), accept, least))
+    return assess(chosen, found, Criteria(own_values, accept, least))
 
 
 def _equation_models(
@@ -160,7 +159,6 @@ def _equation_models(
 def _whole(robot: Robot, method: Method, asked: Fit) -> str:
     """Return the option that needs all samples in memory, or ''."""
     needed = {
-        "weights": asked.weights,
         "prior": asked.prior,
         "commanded": listed_logs(asked.commanded),
         "effects that hold the torque of links": robot.loaded,

@@ -160,8 +160,6 @@ def print_simulation(done: Simulation, robot: Robot) -> None:
         for j, number in enumerate(done.joints)
     ]
     table(("joint", "position", "top speed", "top torque", "at rest"), rows)
-    for note in done.notes:
-        click.echo(f"note: {note}")
 
 
 def print_result(result: Value) -> bool:

@@ -18,7 +18,6 @@ _NEEDED = ("sympy", "numpy", "scipy", "casadi", "cffi", "jinja2", "pydantic", "p
 _OPTIONAL = (
     ("rosbags", "MCAP files and ROS 2 bags", "symgen[ros]"),
     ("mujoco", "MJCF files", "symgen[mjcf]"),
-    ("pandas", "Estimate.to_dataframe", "pandas"),
 )
 _DECLARED = "int probe(void);"
 _PROBE = {

@@ -21,7 +21,6 @@ DOORS = {
     "fsspec": ("data/urls",),
     "rosbags": ("data/bags",),
     "mujoco": ("robot/formats/mjcf", "experiment/mujoco_robot"),
-    "pandas": ("identification/estimate",),
     "clarabel": ("identification/possible",),
     "pydantic": ("schemas",),
     "click": ("cli", "report/terminal"),

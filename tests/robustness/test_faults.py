@@ -55,11 +55,6 @@ COMMANDS: dict[str, tuple[list[str], str, Callable[[Path], object]]] = {
     "predict": (["planar2r", "log.csv", "--parameters", "p.toml"], "out", load_result),
     "diagnose": (["planar2r", "log.csv"], "out", load_result),
     "payload": (["planar2r", "loaded.csv", "--parameters", "p.toml"], "out", load_result),
-    "payload --calibrate": (
-        ["planar2r", "loaded.csv", "--without", "log.csv", "--mass", "2", "--calibrate"],
-        "out",
-        lambda p: (load_result(p), symgen.read_robot(p / "robot.toml")),
-    ),
     "export": (["arm-est", "--from", "arm.urdf"], "out.urdf", symgen.read_robot),
     "report": (["est"], "out.html", lambda p: _whole(p)),
     "report of two": (["est", "est"], "out.html", lambda p: _whole(p)),
@@ -116,11 +111,9 @@ def finished(job: subprocess.Popen[str]) -> tuple[int, str, list[str]]:
     return job.returncode, out, messages(err)
 
 
-_LOADED = [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")]
 #: What some commands read beside that, and how it is made.
 BEFORE = {
-    "payload": _LOADED,
-    "payload --calibrate": _LOADED,
+    "payload": [("simulate", "planar2r --parameters loaded.toml --duration 4 --into loaded.csv")],
     "export": [
         ("import", "arm.urdf --into arm.toml"),
         ("simulate", "arm.toml --parameters arm_parameters.toml --duration 4 --into arm.csv"),

@@ -19,11 +19,11 @@ NAMES = ("A", "B", "C")
 TRUE = np.array([2.0, -1.0, 0.5])
 
 
-def _log(seed: int, rows: int, noise: float, correlation: int = 1, weight: float = 1.0):
+def _log(seed: int, rows: int, noise: float, correlation: int = 1):
     draw = np.random.default_rng(seed)
     W = draw.normal(size=(rows, 3)) * np.array([1.0, 10.0, 0.1])
     y = W @ TRUE + noise * draw.normal(size=rows)
-    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0, weight)
+    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0)
 
 
 def _system(*logs: Equations) -> LinearSystem:

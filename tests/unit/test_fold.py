@@ -46,15 +46,15 @@ def test_nearly_dependent_columns_are_as_exact_as_by_reflections() -> None:
         assert np.abs(Q.T @ Q - np.eye(3)).max() < 1e-15 / apart
 
 
-def _equations(seed: int, rows: int, correlation: int = 1, weight: float = 1.0) -> Equations:
+def _equations(seed: int, rows: int, correlation: int = 1) -> Equations:
     W, y = _draw(seed, rows, 3), _draw(seed + 100, rows)
-    return Equations("a", W, y, np.arange(rows) * 0.01, correlation, 0, weight)
+    return Equations("a", W, y, np.arange(rows) * 0.01, correlation, 0)
 
 
 def test_a_summary_knows_the_residual_of_any_parameters_and_what_it_is_of() -> None:
-    first, second = _equations(4, 50, 3, 0.5), _equations(5, 31, 7, 2.0)
+    first, second = _equations(4, 50, 3), _equations(5, 31, 7)
     found = summaries(LinearSystem(("A", "B", "C"), (first, second)))
-    assert [(s.rows, s.correlation, s.weight) for s in found] == [(50, 3, 0.5), (31, 7, 2.0)]
+    assert [(s.rows, s.correlation) for s in found] == [(50, 3), (31, 7)]
     for s, e in zip(found, (first, second), strict=True):
         X = np.array([0.3, -2.0, 5.0])
         assert s.rss(X) == pytest.approx(float(np.sum((e.y - e.W @ X) ** 2)), rel=1e-12)
@@ -62,18 +62,18 @@ def test_a_summary_knows_the_residual_of_any_parameters_and_what_it_is_of() -> N
 
 
 def test_summaries_of_chunks_merge_to_that_of_the_whole() -> None:
-    whole = _equations(6, 200, 5, 3.0)
+    whole = _equations(6, 200, 5)
     X = np.array([1.0, 2.0, -1.0])
     edges = [0, 30, 90, 91, 150, 200]
     parts = []
     for a, b in pairwise(edges):
-        chunk = Equations("a", whole.W[a:b], whole.y[a:b], whole.t[a:b], 5, 0, 3.0)
+        chunk = Equations("a", whole.W[a:b], whole.y[a:b], whole.t[a:b], 5, 0)
         parts += summaries(LinearSystem(("A", "B", "C"), (chunk,)))
     (one,) = summaries(LinearSystem(("A", "B", "C"), (whole,)))
     for count in range(1, len(parts) + 1):
         found = merge_summaries(parts[:count])
         rows = edges[count]
-        assert (found.rows, found.correlation, found.weight) == (rows, 5, 3.0)
+        assert (found.rows, found.correlation) == (rows, 5)
         error = whole.y[:rows] - whole.W[:rows] @ X
         assert found.rss(X) == pytest.approx(float(error @ error), rel=1e-12)
     np.testing.assert_allclose(

@@ -73,11 +73,6 @@ def test_logs_are_weighed_by_their_own_residual_in_three_passes() -> None:
     assert found.condition_number == pytest.approx(np.linalg.cond(unit[0].T @ unit[1]), rel=1e-8)
 
 
-def test_one_log_has_the_weight_of_least_squares() -> None:
-    e = replace(_log(4), weight=4.0)
-    assert InstrumentalVariables().solve(_system(e)).weights == (2.0,)
-
-
 def test_instruments_that_depend_or_see_nothing_do_not_determine() -> None:
     e = _log(7)
     assert e.Z is not None

@@ -22,11 +22,11 @@ NAMES = ("A", "B", "C")
 TRUE = np.array([2.0, -1.0, 0.5])
 
 
-def _log(seed: int, rows: int, noise: float, correlation: int = 1, weight: float = 1.0):
+def _log(seed: int, rows: int, noise: float, correlation: int = 1):
     draw = np.random.default_rng(seed)
     W = draw.normal(size=(rows, 3)) * np.array([1.0, 10.0, 0.1])
     y = W @ TRUE + noise * draw.normal(size=rows)
-    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0, weight)
+    return Equations(f"log {seed}", W, y, 0.01 * np.arange(rows), correlation, 0)
 
 
 def _system(*logs: Equations) -> LinearSystem:
@@ -66,15 +66,14 @@ def test_rows_are_weighed_one_by_one() -> None:
 
 @pytest.mark.parametrize("passes", [0, 1, 2, 3])
 def test_each_pass_weighs_logs_by_the_residual_of_the_one_before(passes: int) -> None:
-    logs = [_log(4, 30, 0.1, weight=4.0), _log(5, 50, 2.0), _log(6, 20, 0.5, weight=0.25)]
+    logs = [_log(4, 30, 0.1), _log(5, 50, 2.0), _log(6, 20, 0.5)]
     weights, (X, *_) = log_weights(summaries(_system(*logs)), NAMES, passes)
-    own = np.array([2.0, 1.0, 0.5])
-    expected = own.copy()
+    expected = np.ones(3)
     W, y = _stacked(logs, expected)
     best = np.linalg.lstsq(W, y, rcond=None)[0]
     for _ in range(passes):
         sigma = [np.sqrt(np.mean((e.y - e.W @ best) ** 2)) for e in logs]
-        expected = own / np.array(sigma)
+        expected = 1 / np.array(sigma)
         W, y = _stacked(logs, expected)
         best = np.linalg.lstsq(W, y, rcond=None)[0]
     np.testing.assert_allclose(weights, expected, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Trajectories: against sums written by hand, and the closed form of the paper."""
+"""Trajectories: against sums written by hand."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import pytest
 
 import symgen
 from symgen.experiment.bounds import Bounds, Space, space
-from symgen.experiment.reference import SAMPLES, STEP
-from symgen.experiment.trajectory import KINDS, SMOOTH, Trajectory, basis
+from symgen.experiment.trajectory import Trajectory, fourier_series
 
 T = 3.7
 t = np.linspace(0, T, 301)
@@ -26,44 +25,13 @@ def test_a_fourier_series_is_the_sum_that_it_claims_to_be() -> None:
         qddd += v**3 * (a * np.sin(v * t) - b * np.cos(v * t))
     for order, expected in enumerate((q, qd, qdd, qddd)):
         np.testing.assert_allclose(
-            basis("fourier", T, 4).matrix(t, order) @ c, expected, rtol=1e-9, atol=1e-9
+            fourier_series(T, 4).matrix(t, order) @ c, expected, rtol=1e-9, atol=1e-9
         )
 
 
-def test_one_stroke_is_the_papers_first_generator() -> None:
-    # q = D (3 s^2 - 2 s^3), s = t/T.
-    seconds = SAMPLES * STEP
-    D, at = seconds / 1.5, np.linspace(0, seconds, 50)
-    s, run = at / seconds, basis("cubic", seconds, 1)
-    motion = (
-        D * (3 * s**2 - 2 * s**3),
-        6 * D / seconds * (s - s**2),
-        6 * D / seconds**2 * (1 - 2 * s),
-    )
-    for order, expected in enumerate(motion):
-        np.testing.assert_allclose(run.matrix(at, order) @ np.array([0.0, D]), expected, atol=1e-12)
-
-
-def test_several_strokes_rest_at_their_stops() -> None:
-    run, stops = basis("cubic", T, 4), np.linspace(0, T, 5)
-    c = np.array([0.3, -1.0, 2.0, 0.5, 0.0])
-    np.testing.assert_allclose(run.matrix(stops) @ c, c, atol=1e-12)
-    np.testing.assert_allclose(run.matrix(stops, 1) @ c, 0, atol=1e-12)
-
-
-def test_a_cosine_is_the_papers_second_generator() -> None:
-    # q = 1 - cos(w t); w = 2 rad/s fits twice into 2 pi s.
-    at = np.linspace(0, 2 * np.pi, 50)
-    run = basis("cosine", 2 * np.pi, 2)
-    for order, expected in enumerate((1 - np.cos(2 * at), 2 * np.sin(2 * at), 4 * np.cos(2 * at))):
-        found = run.matrix(at, order) @ np.array([0.0, 0.0, 1.0])
-        np.testing.assert_allclose(found, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_derivatives_are_those_of_the_functions(kind: str, order: int) -> None:
-    own, e = basis(kind, T), 1e-5
+def test_derivatives_are_those_of_the_functions(order: int) -> None:
+    own, e = fourier_series(T), 1e-5
     at = np.linspace(0.0137, T - 0.0141, 97)
     slope = (own.matrix(at + e, order) - own.matrix(at - e, order)) / (2 * e)
     np.testing.assert_allclose(own.matrix(at, order + 1), slope, atol=1e-7 * np.abs(slope).max())
@@ -77,19 +45,16 @@ def _limits(n: int) -> Bounds:
 
 
 def random_motion(choices: Space, seed: int) -> Trajectory:
-    sampled = choices.sampled(choices.times(4000))
+    sampled = choices.sampled(choices.series.times(T / 4000))
     z = choices.fitted(choices.draw(np.random.default_rng(seed)), sampled, True)
     return choices.trajectory(z, sampled)
 
 
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("start", [None, [1.7, 0.6]])
-def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, start) -> None:
+def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(start) -> None:
     limits = _limits(2)
-    if kind not in SMOOTH:
-        limits.rates[2] = np.inf
     begin = None if start is None else np.array(start)
-    choices = space((basis(kind, T), basis(kind, T)), limits, begin)
+    choices = space(fourier_series(T), limits, begin)
     dense = np.linspace(0, T, 20_011)
     for seed in (5, 6):
         run = random_motion(choices, seed)
@@ -101,15 +66,14 @@ def test_every_drawn_motion_keeps_its_limits_and_rests_at_both_ends(kind: str, s
             assert (peaks <= limits.rates[order - 1]).all()
         ends = np.array([0.0, T])
         assert np.abs(run.at(ends, 1)).max() < 1e-12
-        if kind in SMOOTH:
-            assert np.abs(run.at(ends, 2)).max() < 1e-10
+        assert np.abs(run.at(ends, 2)).max() < 1e-10
         if start is not None:
             np.testing.assert_allclose(run.at(np.zeros(1))[0], start, atol=1e-12)
 
 
 def test_a_drawn_motion_reaches_at_least_one_limit_of_every_joint() -> None:
     limits = _limits(2)
-    choices = space((basis("fourier", T), basis("bspline", T)), limits)
+    choices = space(fourier_series(T), limits)
     run = random_motion(choices, 6)
     dense = np.linspace(0, T, 5000)
     middle, half = (limits.low + limits.high) / 2, (limits.high - limits.low) / 2
@@ -118,15 +82,6 @@ def test_a_drawn_motion_reaches_at_least_one_limit_of_every_joint() -> None:
     assert (np.max(shares, axis=0) > 0.99).all()
 
 
-@pytest.mark.parametrize(
-    ("kind", "terms", "word"),
-    [
-        ("chirp", None, "fourier"),
-        ("fourier", 2, "3 or more"),
-        ("bspline", 7, "8 or more"),
-        ("cubic", 0, "1 or more"),
-    ],
-)
-def test_an_unknown_family_or_too_few_terms_are_refused(kind, terms, word) -> None:
-    with pytest.raises(symgen.ParameterError, match=word):
-        basis(kind, T, terms)
+def test_too_few_terms_are_refused() -> None:
+    with pytest.raises(symgen.ParameterError, match="3 or more"):
+        fourier_series(T, 2)

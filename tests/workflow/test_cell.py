@@ -17,7 +17,7 @@ from oracles.transforms import Arm, world_transforms
 import symgen
 from symgen.experiment.bounds import Cell
 from symgen.experiment.plan import Plan, exported
-from symgen.experiment.trajectory import Trajectory, basis
+from symgen.experiment.trajectory import Trajectory, fourier_series
 from symgen.robot.tables import Limits
 
 #: Two links that swing in the vertical plane x, z.
@@ -45,10 +45,11 @@ def points(q: np.ndarray) -> np.ndarray:
 
 def run(n: int, seed: int = 3) -> Trajectory:
     """A Fourier series from rest to rest."""
-    own = basis("fourier", 10.0, 4)
+    own, ends = fourier_series(10.0, 4), np.zeros(1)
     rng = np.random.default_rng(seed)
-    null = np.linalg.svd(own.rest())[2][len(own.rest()) :]
-    return Trajectory((own,) * n, tuple(null.T @ (null @ rng.normal(0, 0.3, 9)) for _ in range(n)))
+    rest = np.concatenate([own.matrix(ends, order) for order in (1, 2)])
+    null = np.linalg.svd(rest)[2][len(rest) :]
+    return Trajectory(own, rng.normal(0, 0.3, (n, 9)) @ null.T @ null)
 
 
 def plan(n: int) -> Plan:

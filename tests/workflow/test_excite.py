@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from oracles import planar2r
 from oracles.transforms import Arm
-from scipy.interpolate import BSpline
 from support import excited, heeds_ctrl_c
 
 import symgen
@@ -36,17 +35,13 @@ MODELS = ("energy", "momentum", "torque")
 
 
 def motion(run: dict, t: np.ndarray, order: int) -> np.ndarray:
-    """A run at times t from its coefficients in JSON, by sums and SciPy."""
+    """A run at times t from its coefficients in JSON, by sums."""
     T, columns = run["duration"], []
     for joint in run["joints"]:
         c = np.array(joint["coefficients"])
-        if joint["kind"] == "bspline":
-            inner = np.linspace(0, T, len(c) - 4)
-            columns.append(BSpline(np.r_[[0] * 5, inner, [T] * 5], c, 5)(t, nu=order))
-        else:
-            w = 2j * np.pi / T * np.arange(1, joint["terms"] + 1)
-            waves = ((c[1::2] - 1j * c[2::2]) * w**order * np.exp(np.outer(t, w))).sum(axis=1).real
-            columns.append(waves + (c[0] if order == 0 else 0))
+        w = 2j * np.pi / T * np.arange(1, joint["terms"] + 1)
+        waves = ((c[1::2] - 1j * c[2::2]) * w**order * np.exp(np.outer(t, w))).sum(axis=1).real
+        columns.append(waves + (c[0] if order == 0 else 0))
     return np.stack(columns, axis=1)
 
 
@@ -74,10 +69,8 @@ def usual() -> tuple[Plan, dict]:
     return plan_of()
 
 
-@pytest.mark.parametrize("kind", ["fourier", "bspline", ("bspline", "fourier")])
-def test_the_runs_keep_every_limit_and_rest_at_both_ends(kind) -> None:
-    terms = None if isinstance(kind, tuple) else {"fourier": 5, "bspline": 12}[kind]
-    _, content = plan_of(kind=kind, runs=2, jerk=[60.0, 90.0], terms=terms, iterations=25)
+def test_the_runs_keep_every_limit_and_rest_at_both_ends() -> None:
+    _, content = plan_of(runs=2, jerk=[60.0, 90.0], terms=5, iterations=25)
     assert len(content["runs"]) == 2
     for run in content["runs"]:
         t = np.linspace(0, run["duration"], 17_001)
@@ -284,13 +277,6 @@ def test_the_start_is_where_every_run_begins() -> None:
         np.testing.assert_allclose(motion(run, np.zeros(1), 0)[0], [0.4, -0.5], atol=1e-9)
 
 
-def test_the_papers_generators_can_be_asked_for_joint_by_joint() -> None:
-    plan, content = plan_of(kind=("cubic", "cosine"), terms=3, iterations=25)
-    assert [j["kind"] for j in content["runs"][0]["joints"]] == ["cubic", "cosine"]
-    assert all(u.share <= 1 for u in plan.uses)
-    assert plan.condition < 50
-
-
 def test_runs_that_are_good_for_torque_and_poor_for_energy_are_said_to_be() -> None:
     plan, _ = usual()
     poor = Plan(
@@ -319,9 +305,6 @@ def test_runs_that_are_good_for_torque_and_poor_for_energy_are_said_to_be() -> N
         ({"model": "power"}, ["energy, momentum, torque"]),
         ({"noise": [1.0]}, ["noise 1", "each of 2"]),
         ({"noise": [1.0, 0.0]}, ["noise 1, 0", "above 0"]),
-        ({"kind": "chirp"}, ["fourier", "bspline"]),
-        ({"kind": ("fourier",) * 3}, ["3 kinds"]),
-        ({"kind": "cubic", "jerk": [9.0, 9.0]}, ["jerk", "bspline"]),
         ({"start": [9.0, 0.0]}, ["inside the limits"]),
         ({"window": 0.0}, ["window 0"]),
         ({"budget": -1.0}, ["budget -1"]),
@@ -377,7 +360,7 @@ def test_the_command_writes_a_csv_for_each_run_and_what_is_known(
     tmp_path, monkeypatch, capsys
 ) -> None:
     into = tmp_path / "run.csv"
-    options = [*SHORT, "--runs", "2", "--kind", "fourier,bspline", "--into", into]
+    options = [*SHORT, "--runs", "2", "--into", into]
     code, out, errors = run_cli(monkeypatch, capsys, "excite", "planar2r", *options)
     assert (code, errors) == (0, [])
     files = ["run.html", "run.json", "run_1.csv", "run_2.csv"]

@@ -389,11 +389,11 @@ def test_a_file_from_a_log_of_mujoco_moves_as_the_log(tmp_path, command) -> None
     assert all(b < 0.2 * a for a, b in zip(old, new, strict=True)), printed
     assert "identified.xml" in (into / "report.html").read_text()
     assert max(new) < 0.1
-    gains = tmp_path / "gains.toml"
-    gains.write_text("[controller]\nkp = [400, 250, 60]\nkd = [40, 25, 5]\n")
-    code, _, err = command(
-        "compare-sim", to, test, "--controller", gains, "--into", tmp_path / "held"
-    )
+    held = tmp_path / "held.toml"
+    command("import", to, "--into", held)
+    gains = "[controller]\nkp = [400, 250, 60]\nkd = [40, 25, 5]\n"
+    held.write_text(held.read_text() + gains)
+    code, _, err = command("compare-sim", to, test, "--robot", held, "--into", tmp_path / "held")
     assert code == 0, err
     held = json.loads((tmp_path / "held" / "simulation.json").read_text())
     assert held["files"][0]["horizons"][-1]["position_error"] < 0.5 * new[-1]
@@ -454,7 +454,6 @@ def test_a_urdf_in_mujoco_lacks_its_rotor_inertia(tmp_path, command, rotor: floa
     [
         (["arm.xml"], "one or more .xml or .urdf files, then one or more logs"),
         (["none.xml", "log.csv"], "no such file"),
-        (["arm.xml", "log.csv", "--controller", "gains.toml"], "kp and kd, 3 numbers"),
         (["arm.xml", "other.xml", "log.csv"], "there is no joint"),
         (
             ["arm.xml", "short.csv"],

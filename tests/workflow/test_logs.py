@@ -196,29 +196,6 @@ def noisy(seed, sigma):
     return symgen.make_log(f"noisy{seed}", t, q, tau + noise, qd)
 
 
-@pytest.mark.slow
-def test_a_log_of_weight_two_counts_as_if_it_were_given_twice(robot):
-    a, b, c = (noisy(seed, 0.5) for seed in (4, 5, 6))
-    options = {"validation": c, "method": "ols", "model": "momentum"}
-    later = replace(a, t=a.t + 100.0)  # the same log again is refused
-    twice = symgen.identify(robot, [a, later, b], **options)
-    weighed = symgen.identify(robot, [a, b], fit=symgen.Fit(weights=[2, 1]), **options)
-    plain = symgen.identify(robot, [a, b], **options)
-    np.testing.assert_allclose(weighed.X, twice.X, rtol=1e-9)
-    assert "squared residuals of the logs are weighted by 2, 1" in weighed.notes
-    assert np.max(np.abs(plain.X - twice.X) / np.abs(twice.X)) > 1e-6
-
-
-@pytest.mark.parametrize(
-    ("weights", "method", "word"),
-    [([1], "wls", "each of 2 logs"), ([1, 0], "wls", "above 0"), ([1, np.nan], "ols", "above 0"),
-     ([1, 1], "recursive", "accepted: auto, wls, ols")],
-)  # fmt: skip
-def test_weights_that_weigh_nothing_are_refused(robot, resting, weights, method, word):
-    with pytest.raises(symgen.IdentificationError, match=word):
-        symgen.identify(robot, list(resting), fit=symgen.Fit(weights=weights), method=method)
-
-
 def test_a_span_of_time_is_cut_before_anything_is_done(robot, cut_off):
     samples, _ = open_samples(cut_off[0], robot, symgen.Reading(start=5.0, until=12.0))
     inside = (cut_off[0].t >= 5) & (cut_off[0].t <= 12)

@@ -20,7 +20,7 @@ from symgen.estimation.system import Equations, LinearSystem, window_equations
 from symgen.estimation.values import Reason
 from symgen.identification.estimate import Consistency
 from symgen.identification.instruments import instrumented
-from symgen.identification.solving import ALL_METHODS, equate
+from symgen.identification.solving import ALL_METHODS, EquatedLog
 
 X = np.array([1.702, 0.05644, 0.15, 0.075])
 L1 = 0.5
@@ -70,7 +70,7 @@ def _with_instruments(evaluator: symgen.Evaluator, log: symgen.Log, model: str) 
     """The equations of tachometers, with encoders as instruments."""
     equation_model = EquationModel(model, 0.1)
     motion = filter_log(symgen.prepare(log), MEASURED)
-    part = equate(evaluator, motion, equation_model)
+    part = EquatedLog("train", motion, equation_model.equations(evaluator, motion))
     part = instrumented(evaluator, part, equation_model, None)
     return LinearSystem(evaluator.model.base.names, part.equations)
 

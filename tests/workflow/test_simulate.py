@@ -385,14 +385,11 @@ def test_a_motion_that_explodes_is_refused_with_joint_and_time() -> None:
         symgen.simulate(robot, {"M1": 1.0, "FV1": -30.0}, torque=_played(t, 0 * t[:, None] + 1))
 
 
-def test_torque_beyond_the_limits_is_refused_and_clipped_on_request(elbow) -> None:
+def test_torque_beyond_the_limits_is_refused(elbow) -> None:
     evaluator, X = elbow
     heavy = 20 * X
     with pytest.raises(symgen.ParameterError, match=r"joint \d needs .* allow 60.*accepted"):
         symgen.simulate(evaluator, heavy, duration=1, recording=Recording(rate=200))
-    done = symgen.simulate(evaluator, heavy, duration=0.2, recording=Recording(rate=200, clip=True))
-    assert np.abs(done.tau).max() == 60.0
-    assert any("clipped in" in note for note in done.notes)
 
 
 PARAMETERS = "[parameters]\nM1 = 2.0\nFS1 = 1.5\n"
@@ -436,7 +433,6 @@ def test_the_command_writes_logs_that_symgen_reads(files, tmp_path: Path, monkey
         (["--into", "x.csv", "--encoder", "-1"], "0 or more"),
         (["--into", "x.csv", "--runs", "0"], "1 run or more"),
         (["--into", "x.csv", "--duration", "nan"], "samples"),
-        (["--into", "x.csv", "--clip"], "[limits]"),
         (["--into", "x.csv", "--torque", "tau.csv", "--trajectory", "q.csv"], "one of the two"),
     ],
 )

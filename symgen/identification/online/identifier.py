@@ -188,10 +188,3 @@ class Identifier:
         if status & _OUTLIER:
             return "outlier"
         return "not excited" if status & _NOT_EXCITED else "taken"
-
-    @property
-    def R(self) -> FloatArray:
-        """Square root of the information matrix, (p, p) upper triangle: R'R = W'W."""
-        out = np.zeros((self._p, self._p))
-        out[np.triu_indices(self._p)] = list(self._call("_state", self._state).R)
-        return out

@@ -124,8 +124,7 @@ def _simulation_sections(e: Estimate) -> list[Section]:
         return []
     use = e.uses.simulation
     own = (("values of the robot file", use.before),) if use.before else ()
-    led = (("identified, with feedback", use.with_feedback),) if use.with_feedback else ()
-    models = (*own, ("identified", use.horizons), *led)
+    models = (*own, ("identified", use.horizons))
     table = horizon_table("model", models)
     units = ["m" if joint.unit == "N" else "rad" for joint in e.joints]
     last = use.horizons[-1]
