@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from pathlib import Path
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from symgen.report.plots.figure import Figure
+
+class Figure(Protocol):
+    """A figure of a page, which a notebook shows."""
+
+    def save(self, path: str | Path) -> None:
+        """Write it as a file."""
 
 
 class Views(Protocol):
