@@ -50,7 +50,8 @@ class Span:
     Attributes:
         log: name of the log.
         start, end: s, on the clock of the log; half of the low-pass's response lies outside.
-        first, last: samples without which the equations do not contain it.
+        first, last: samples that may contain it, on both sides more than it lasts: equations in
+            another band reach other rows.
         joints: their positions.
         rows: (K, n) rows of all logs that it reaches.
         price: nats, for the spans and sets of joints that are tried.
@@ -197,8 +198,8 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     log, begin = logs[k], kept_spans(logs)[k].start
     first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
     half = log.t[[first + log.reach // 2, last - log.reach // 2]]
-    times = float(half[0]), float(half[1]), first + log.reach, last - log.reach
-    return Span(log.name, *times, tuple(map(int, joints)), contained, price)
+    times = float(half[0]), float(half[1])
+    return Span(log.name, *times, first, last, tuple(map(int, joints)), contained, price)
 
 
 def _lengths(log: FilteredLog) -> Iterator[int]:

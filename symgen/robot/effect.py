@@ -43,7 +43,7 @@ _SCALES = ("speed", "range", "duration", "turn", "gear", "play", "place")
 #: Unit words of effects.toml by the type of the joint: each unit with its exponent.
 _POSITION = {names.REVOLUTE: {"rad": 1}, names.PRISMATIC: {"m": 1}}
 _TORQUE = {names.REVOLUTE: {"N": 1, "m": 1}, names.PRISMATIC: {"N": 1}}
-_QUANTITIES = ("torque", "position", "speed", "acceleration", "rad", "m", "s")
+_QUANTITIES = ("torque", "position", "speed", "acceleration", "rad", "m", "s", "1")
 _QUANTITY = re.compile(rf"({'|'.join(_QUANTITIES)})([2-9]?)")
 
 
@@ -321,6 +321,8 @@ def _units(quantity: str, sigma: int) -> Mapping[str, int]:
     if quantity == "torque":
         return _TORQUE[sigma]
     orders = {"position": 0, "speed": 1, "acceleration": 2}
+    if quantity == "1":
+        return {}
     if quantity not in orders:
         return {quantity: 1}
     order = orders[quantity]
