@@ -173,7 +173,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         window_s=None if model.name == "torque" else model.window,
         verdict="trusted" if uses.prediction.ok else "doubtful",
         reasons=uses.prediction.reasons,
-        suspected=(*run.suspected, *suspicions(run, solution, criteria.accept)),
+        suspected=(*run.suspected, *suspicions(run, solution, found.seen, criteria.accept)),
         headline=BETWEEN_USES.join((_headline(found.seen, floor), *uses.sentences)),
         uses=uses,
         band=run.band,

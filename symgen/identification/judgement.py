@@ -21,14 +21,14 @@ from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.motion_error import in_motion
 from symgen.estimation.solve import Solution
-from symgen.estimation.torque_error import TorqueFit, percent, relative_error
+from symgen.estimation.torque_error import TorqueFit, fit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
 from symgen.identification.estimate import ParameterEstimate
 from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, VARIES
+from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, MISFIT, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -139,10 +139,12 @@ def parameters_use(
     return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
-def suspicions(run: Run, solution: Solution, accept: float) -> list[Reason]:
+def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> list[Reason]:
     """Return what may be wrong with the logs, or with motions that they do not contain."""
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
+    if in_motion(seen).residual.relative < MISFIT:
+        reasons += _without_friction(run, solution.X)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
         text = (
@@ -233,6 +235,29 @@ def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason
         )
         reasons.append(Reason("in_proportion", _numbers(robot, group), text=text))
     return reasons
+
+
+def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
+    """Return a reason if the torques have none of the friction that the robot file declares.
+
+    A controller's feed-forward fits a rigid-body model perfectly; a motor never moves without
+    friction.
+    """
+    if not any(joint.friction for joint in run.evaluator.model.robot.movable):
+        return []
+    friction = np.where(np.arange(len(X)) < run.evaluator.model.inertial, 0.0, X)
+    traces = fit(run.evaluator, run.train, friction).traces
+    lost, measured = (
+        np.sum([np.sum(x**2, axis=0) for x in pairs], axis=0)
+        for pairs in ([t.predicted for t in traces], [t.measured for t in traces])
+    )
+    if not (lost < MISFIT**2 * measured).all():
+        return []
+    text = (
+        "the torques contain no friction, which the robot file declares: they look computed, as a "
+        "controller's feed-forward; log the measured torque or the motor current"
+    )
+    return [Reason("computed_torque", text=text)]
 
 
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:

@@ -205,3 +205,12 @@ def test_what_matters_less_than_asked_for_is_not_suspected(least: float, kinds: 
     train, test = made("train", case.train), made("test", case.test)
     found = symgen.identify(case.robot, train, validation=test, model="torque", least=least)
     assert [reason.kind for reason in found.suspected] == kinds
+
+
+@pytest.mark.parametrize("viscous", [0.0, 0.1])
+def test_torques_without_the_friction_of_the_file_look_computed(viscous) -> None:
+    logs = [log(seed, viscous, noise=0.0, name=f"log {seed}") for seed in (3, 4)]
+    found = symgen.identify(symgen.parse_robot(ROBOT), logs[0], validation=logs[1])
+    assert found.verdict == "trusted"
+    kinds = {reason.kind for reason in found.suspected}
+    assert ("computed_torque" in kinds) == (viscous == 0)
