@@ -84,7 +84,7 @@ def percent(ratio: float) -> str:
     if ratio > MANY:
         return "over 1000 %"
     value = 100 * ratio + 0.0
-    return f"{value:.0f} %" if value >= _WHOLE else f"{value:#.3g} %"
+    return f"{value:.0f} %" if abs(value) >= _WHOLE else f"{value:#.3g} %"
 
 
 def largest(

@@ -187,7 +187,7 @@ class TestBias:
     def test_it_is_said_with_the_parameter_that_moves_most_of_its_std(self, monkeypatch) -> None:
         said = self._said(monkeypatch, [1.0, 1.6, -4.5], [0.01, 0.01, 0.01])
         assert said == (
-            "plain least squares is biased by noise in the speeds: FV1 by 5 std, 11 %; "
+            "plain least squares is biased by noise in the speeds: FV1 by 5 std, 11.1 %; "
             "compare method iv"
         )
 

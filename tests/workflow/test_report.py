@@ -13,6 +13,7 @@ from browser import BROWSER, HOSTILE, Page, below_first_screen, clipped, sheets,
 
 import symgen
 from symgen.estimation.band import Band
+from symgen.estimation.torque_error import percent
 from symgen.estimation.values import (
     OtherEstimate,
     OtherValue,
@@ -256,6 +257,15 @@ def test_frames_stand_where_an_independent_table_puts_them() -> None:
     kernel = symgen.load(model)["frames"](np.zeros(robot.n))
     at_zero = dict.fromkeys((joint.number for joint in robot.movable), 0.0)
     assert np.allclose(dh.frames(robot.with_values(), at_zero)[1:], kernel, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "text"),
+    [(0.0097, "0.970 %"), (0.9994, "99.9 %"), (0.9996, "100 %"), (1.4, "140 %"), (-1.4, "-140 %"),
+     (9.999, "1000 %"), (10.1, "over 1000 %"), (0.0, "0.00 %"), (math.nan, "unknown")],
+)  # fmt: skip
+def test_percentages_have_no_exponent(ratio: float, text: str) -> None:
+    assert percent(ratio) == text
 
 
 def test_the_page_of_long_logs_of_seven_joints_is_small() -> None:
