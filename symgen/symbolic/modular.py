@@ -45,7 +45,7 @@ class _Constant(int):
 
 @dataclass(frozen=True, eq=False)
 class JointAngle:
-    """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them.
+    """Random values of a revolute joint variable: numbers, and the units e^(iq).
 
     `root` is e^(iq/parts). Fractions of the angle are powers of it; other multiples have a number
     only.
