@@ -107,7 +107,7 @@ class KernelDefinition:
         tape: derives the program. Its outputs after those of the arrays are guards, the last n of
             them the pivots of the mass matrix; guards before them are about effects of the load.
         exists: whether a robot has it.
-        needs: what a robot must declare to have it.
+        lacks: what a robot without it has, for the message.
         batch: whether there is a version for N samples.
         standard: whether it is about standard parameters, and written only on request.
         fixed_base: whether it exists only for a base that does not move.
@@ -120,7 +120,7 @@ class KernelDefinition:
     outputs: tuple[Array, ...]
     tape: Derivation
     exists: Callable[[Subject], bool] | None = None
-    needs: str = "friction or effects"
+    lacks: str = "no friction and no effects"
     batch: bool = True
     standard: bool = False
     fixed_base: bool = False
@@ -140,7 +140,7 @@ class KernelDefinition:
     def absent(self, s: Subject) -> str:
         """Return why a robot has no such kernel; "" if it has it."""
         if self.exists is not None and not self.exists(s):
-            return f"it needs {self.needs}, which {s.robot.name} does not declare"
+            return f"{s.robot.name} has {self.lacks}"
         if self.fixed_base and s.robot.imu:
             return f"it {FIXED_BASE.format(s.robot.name)}"
         return ""

@@ -261,7 +261,7 @@ DEFINITIONS = (
         (_TAU,),
         of_plant(dynamics.effect_torques),
         exists=lambda s: bool(s.robot.effects),
-        needs="effects",
+        lacks="no effects",
     ),
     KernelDefinition(
         "derivatives",
