@@ -1,8 +1,8 @@
-"""The private folder of what was derived and compiled before, each by the digest of its sources.
+"""The private cache folder of derived and compiled models; the digest of its sources names a file.
 
-Modules from it are run. So the folder is private (0700), and nothing is taken from one that
-somebody else owns or may write. A file is written under another name and renamed: it is whole. Two
-processes that make the same file at once each make it, and one replaces the other.
+symgen runs modules from this folder. So the folder is private (0700), and symgen refuses one that
+another user owns or may write. A file gets its name after it is complete. If two processes make the
+same file at once, the second replaces the first.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def cache_folder() -> Path:
 
 
 def _spare() -> Path:
-    """Return this user's folder where there is no other."""
+    """Return a folder in the temporary folder for this user."""
     user = os.environ.get("USER") or os.environ.get("USERNAME") or "user"
     return Path(tempfile.gettempdir()) / f"symgen-{user}"
 
@@ -92,7 +92,7 @@ def _make_private(folder: Path) -> None:
 
 
 def _foreign(status: os.stat_result) -> str:
-    """Return why a folder is not this user's alone, "" where it is."""
+    """Return why other users can change a folder; "" if they cannot."""
     if not hasattr(os, "getuid"):  # Windows keeps others out of a user's folders by itself
         return ""
     if status.st_uid != os.getuid():

@@ -49,7 +49,7 @@ def told_by(error: Exception) -> str:
 class SymgenError(Exception):
     """Root of every error that symgen raises on purpose.
 
-    The message says in one line what is wrong, where, and what is accepted.
+    The message has one line: what is wrong, where, and what is accepted.
     """
 
     def __init__(self, text: str = "") -> None:

@@ -1,12 +1,12 @@
-"""Folders and files written whole or not at all, and the place of the templates.
+"""Writing of folders and files completely or not at all, JSON and TOML texts, and templates.
 
-A folder is written in a temporary folder beside its place, and then exchanged with the one that is
-there in one step of the system. A kill leaves either the old folder or the new one in place, whole.
-A system that cannot exchange folders takes two steps; a kill between the two leaves the old folder
-beside its place, as `.NAME-old`, where no run removes it.
+symgen writes a folder under a temporary name in the same parent folder. One system call then
+exchanges it with the old folder. A killed process leaves the complete old folder or the complete
+new one. A system without this call needs two steps; a process that is killed between them leaves
+the old folder as `.NAME-old`, which no run removes.
 
-The record of a folder, `.symgen.sha256`, has the names and the SHA-256 of its files. A folder that
-holds anything else, or a file that somebody changed, is not replaced.
+The record of a folder, `.symgen.sha256`, has the names and the SHA-256 of its files. symgen does
+not replace a folder with other files, or with a file that somebody changed.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def write_folder(folder: Path, files: Mapping[str, bytes], marker: str) -> None:
 
 
 def _move_in(fresh: Path, folder: Path) -> None:
-    """Move a new folder to its place; the old one goes to where the new one was."""
+    """Move a new folder to its place; the old one takes the temporary name."""
     if not folder.exists() or not any(folder.iterdir()):
         fresh.rename(folder)
     elif not _exchanged(fresh, folder):
@@ -104,7 +104,7 @@ def _exchanged(one: Path, other: Path) -> bool:
 
 @contextmanager
 def _temporary_folder(parent: Path) -> Iterator[Path]:
-    """Yield a temporary folder in `parent`, and remove it and those that killed runs left."""
+    """Yield a temporary folder in `parent`; remove it afterwards, and old ones of killed runs."""
     for leftover in parent.glob(f"{_PART}*"):
         with suppress(OSError):
             if time.time() - leftover.lstat().st_mtime > _STALE:
@@ -226,7 +226,7 @@ def _plain(content: Any) -> Any:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in one step, with a first line by which symgen knows it again.
+    """Write a text file in one step. Its first line has a digest of the rest.
 
     Raises:
         PackageError: the path holds something else, or a file that was changed since, or cannot
@@ -250,7 +250,7 @@ def replace_file(path: Path, content: bytes) -> None:
 
 
 def replace_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
-    """Write a file under another name beside its place, and rename it.
+    """Write a file under a temporary name in the same folder, and rename it.
 
     Args:
         path: of the file.
@@ -271,7 +271,8 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
     """Write new files, all of them or none.
 
     Args:
-        files: path and content of each; a content is asked for when the one before is on the disk.
+        files: path and content of each. The iterator makes a content after the previous file is
+            on the disk.
 
     Raises:
         PackageError: a path is taken, or cannot be written.
@@ -372,7 +373,7 @@ def rendered(template: str, **data: Any) -> str:
 
 @cache
 def _environment(folder: str) -> jinja2.Environment:
-    """Return what reads the templates of a folder, and keeps them."""
+    """Return the cached Jinja environment of a folder of templates."""
     import jinja2
 
     return jinja2.Environment(
@@ -391,7 +392,7 @@ def html_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]
 
 
 def templates() -> Path:
-    """Return the folder of the templates: inside an installed package, beside it in a checkout."""
+    """Return the folder of the templates: in an installed package, or next to it in a checkout."""
     here = Path(__file__).resolve().parent
     for folder in (here / "templates", here.parent / "templates"):
         if folder.is_dir():

@@ -1,4 +1,4 @@
-"""Work on items side by side, in threads or by any executor, and whom to tell of progress."""
+"""Parallel work in threads or in any executor, and callbacks for progress."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from symgen.errors import SymgenError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-#: Who is told what is being done, and which part is done, from 0 to 1.
+#: Callbacks for the current step in words, and for the finished share, from 0 to 1.
 Say = Callable[[str], None]
 Meter = Callable[[float], None]
 _MOST = 4  # threads of this process: each holds what it works on
 
 
 def silent(_: object) -> None:
-    """Tell nobody."""
+    """Report no progress."""
 
 
 def own_threads() -> int:
@@ -39,15 +39,15 @@ def in_order(
     threads: int,
     executor: Executor | None = None,
 ) -> Iterator[Result]:
-    """Yield the results of some items in their order; while one is awaited, others are worked on.
+    """Yield the results of some items in their order, and work on later items meanwhile.
 
-    What fails is raised in its turn, and what is not begun by then is left.
+    An error is raised when the result of its item is due. Items that have not begun are cancelled.
 
     Args:
-        function: from an item to its result, at home in any thread.
-        items: what is worked on.
-        threads: items that are worked on at once; each is taken when there is room.
-        executor: that works instead of threads; it is given all items, and stays open.
+        function: computes the result of an item; it must be thread-safe.
+        items: the items; the iterator is read as threads become free.
+        threads: number of items at once.
+        executor: replaces the threads. It gets all items at once, and stays open.
     """
     if executor is None and threads == 1:
         yield from map(function, items)
@@ -69,11 +69,11 @@ def in_order(
 
 @contextmanager
 def executor_of(workers: int | None, scheduler: str | None) -> Iterator[Executor | None]:
-    """Give the executor of --workers or --scheduler, and end what was started for it.
+    """Yield the executor of --workers or --scheduler, and stop the processes that it started.
 
     Args:
         workers: number of processes; 1 for one thread of this process.
-        scheduler: address of a Dask scheduler, which is used and left running.
+        scheduler: address of a Dask scheduler, which keeps running.
 
     Raises:
         SymgenError: both are given, Dask is not installed, or no scheduler answers there.

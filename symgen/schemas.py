@@ -1,8 +1,8 @@
 """Results as JSON and back: a frozen dataclass is the schema of its file.
 
-The file has a key for every field, in their order, and "schema"; numbers that JSON has no word for
-are null. `at`, `Form`, OPTIONAL and BESIDE say of a field that it stands there in another way.
-Reading is strict: another type, a missing key or an unknown one is an error that names the key.
+The file has "schema" and a key for every field, in their order. NaN and infinity become null. `at`,
+`Form`, OPTIONAL and BESIDE mark fields with another form in the file. Reading is strict: a wrong
+type, a missing key or an unknown key is an error that names the key.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from symgen.errors import ParameterError, told_by
 from symgen.files import load_json
 
 Result = TypeVar("Result")
-#: Numbers that stand in a file as null where they are NaN, or infinite.
+#: Numbers that are null in a file if they are NaN, or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
 _adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
-#: Of a field that does not stand in the file.
+#: Mark of a field that is not in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
-#: Of a field that has no key there where it is None.
+#: Mark of a field without a key if it is None.
 OPTIONAL = "optional"
 
 
 @dataclass(frozen=True)
 class Form:
-    """Says of a field how it stands in the file: as another type, made of it, and made back."""
+    """Marks a field that has another type in the file: how to write it, and how to read it."""
 
     kind: Any
     write: Callable[[Any], Any]
@@ -64,7 +64,7 @@ MATRIX = Form(tuple[tuple[OrNan, ...], ...], np.ndarray.tolist, lambda rows: np.
 
 
 def at(key: str) -> Any:
-    """Say of a field what its key is.
+    """Return the mark of a field with another key.
 
     Args:
         key: "residual.train" is the key train of the object residual, which is null where all of
@@ -129,10 +129,10 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
     """Return the result that a JSON file holds.
 
     Args:
-        kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are left out.
+        kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are ignored.
         content: of the file, its schema known.
         file: for messages.
-        beside: fields that do not stand in the file.
+        beside: values of the fields that are not in the file.
 
     Raises:
         ParameterError: the content is another.
@@ -157,7 +157,7 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
 
 
 def _unknown(given: Any, written: Any) -> str:
-    """Return the first key of what is given that would not be written, "" where there is none."""
+    """Return the first key of a file that writing the result would not write; "" if none."""
     pairs: list[tuple[str, Any, Any]] = []
     if isinstance(given, dict) and isinstance(written, dict):
         for key, value in given.items():

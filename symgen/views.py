@@ -1,4 +1,4 @@
-"""How results show themselves in Python: `symgen` itself loads the report layer above them."""
+"""Views of results in Python: plots and notebook panels, which the report layer makes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Figure(Protocol):
 
 
 class Views(Protocol):
-    """What the report layer provides."""
+    """The functions of the report layer."""
 
     def figure(self, result: Any, name: str | None) -> Figure:
         """Return a figure of the page of a result."""

@@ -107,6 +107,7 @@ class KernelDefinition:
         tape: derives the program. Its outputs after those of the arrays are guards, the last n of
             them the pivots of the mass matrix; guards before them are about effects of the load.
         exists: whether a robot has it.
+        lacks: what a robot without it has, for the message.
         batch: whether there is a version for N samples.
         standard: whether it is about standard parameters, and written only on request.
         fixed_base: whether it exists only for a base that does not move.
@@ -119,6 +120,7 @@ class KernelDefinition:
     outputs: tuple[Array, ...]
     tape: Derivation
     exists: Callable[[Subject], bool] | None = None
+    lacks: str = "no friction and no effects"
     batch: bool = True
     standard: bool = False
     fixed_base: bool = False
@@ -135,11 +137,17 @@ class KernelDefinition:
         written = ", ".join(a.text for a in self.outputs)
         return f"{text[0].upper()}{text[1:]}.\n\nInputs: {read}.\nOutputs: {written}."
 
+    def absent(self, s: Subject) -> str:
+        """Return why a robot has no such kernel; "" if it has it."""
+        if self.exists is not None and not self.exists(s):
+            return f"{s.robot.name} has {self.lacks}"
+        if self.fixed_base and s.robot.imu:
+            return f"it {FIXED_BASE.format(s.robot.name)}"
+        return ""
+
     def derive(self, s: Subject) -> Kernel | None:
         """Return the kernel of a robot; None if the robot has none."""
-        if self.exists is not None and not self.exists(s):
-            return None
-        if self.fixed_base and s.robot.imu:
+        if self.absent(s):
             return None
         outputs = tuple(array.output(s) for array in self.outputs)
         tape = self.tape(s, self.inputs)

@@ -8,7 +8,7 @@ import textwrap
 from symgen.codegen.backends import Package
 from symgen.codegen.verification import SEED, physical_parameters
 
-#: Kernels that the controller calls, beside the identifier, and those of the optimal control.
+#: Kernels that the controller calls in addition to the identifier; those of the optimal control.
 _CONTROLLER = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
 _OPTIMAL_CONTROL = ("inverse_dynamics", "inverse_dynamics_derivatives", "mass_matrix")
 #: Error of every mass, inertia and friction that the controller assumes, percent.

@@ -261,6 +261,7 @@ DEFINITIONS = (
         (_TAU,),
         of_plant(dynamics.effect_torques),
         exists=lambda s: bool(s.robot.effects),
+        lacks="no effects",
     ),
     KernelDefinition(
         "derivatives",

@@ -13,9 +13,9 @@ from typing import Any
 
 from symgen.codegen.backends import Backend, Package, c, casadi, mex
 from symgen.codegen.c_printer import DTYPES
-from symgen.codegen.definition import FIXED_BASE
+from symgen.codegen.definition import Subject
 from symgen.codegen.kernel import Kernel
-from symgen.codegen.kernels import KERNELS
+from symgen.codegen.kernels import ALL, KERNELS
 from symgen.codegen.latex import latex_document
 from symgen.codegen.model import Model, uncollected
 from symgen.codegen.readme import readme
@@ -93,19 +93,13 @@ def generate(
 def _chosen(model: Model, names: Sequence[str] | None) -> tuple[Kernel, ...]:
     """Return the kernels to write."""
     known = [k.name for k in model.kernels]
-    for name in known if names is None else names:
-        some = name in KERNELS and KERNELS[name].exists is not None
-        if some and name not in known and model.base.linear == model.base.inertial:
-            others = ", ".join(other for other, d in KERNELS.items() if d.exists is None)
-            raise PackageError(
-                f"kernel {name!r}: {model.robot.name} has no friction and no effects; "
-                f"accepted: all, or some of {others}"
-            )
-        if name in KERNELS and KERNELS[name].fixed_base and model.robot.imu:
-            reason = FIXED_BASE.format(model.robot.name)
-            raise PackageError(f"kernel {name!r}: it {reason}; accepted: {', '.join(known)}")
+    subject = Subject(model.robot, model.base)
+    for name in () if names is None else names:
         if name not in known:
-            raise PackageError(f"kernel {name!r}; accepted: {', '.join(known)}")
+            reason = KERNELS[name].absent(subject) if name in KERNELS else ""
+            place = f"kernel {name!r}: {reason}" if reason else f"kernel {name!r}"
+            others = [k for k in ALL if not KERNELS[k].absent(subject)] if reason else known
+            raise PackageError(f"{place}; accepted: all, or some of {', '.join(others)}")
     chosen = tuple(k for k in model.kernels if names is None or k.name in names)
     if not chosen:
         accepted = ", ".join(known) or "a model with at least one kernel"

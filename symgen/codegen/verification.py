@@ -7,12 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from symgen import names
 from symgen.codegen.kernel import LINK, Kernel
 from symgen.codegen.model import Model, regrouping
 from symgen.codegen.panels import LARGEST
+from symgen.robot.body import Body
 from symgen.robot.types import Robot
-from symgen.symbolic.spatial import UPPER
 from symgen.symbolic.tape import Numbers
 
 DIGITS = 50
@@ -128,8 +130,9 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
             standard[parameter.name] = draw.uniform(0.1, 1.0)
         elif parameter.prefix == names.INERTIA[0]:
             suffix = parameter.name.removeprefix(parameter.prefix)
-            body = _solid(draw)
-            standard |= {f"{prefix}{suffix}": body[prefix] for prefix in names.LINK}
+            keys = (f"{prefix}{suffix}" for prefix in names.LINK)
+            body = _solid(parameter.joint, draw)
+            standard |= dict(zip(keys, body.standard, strict=True))
     values = [
         standard[p.name] * (1 + error if p.joint % 2 else 1 - error) for p in model.base.standard
     ]
@@ -137,13 +140,11 @@ def physical_parameters(model: Model, draw: random.Random, error: float = 0.0) -
     return X
 
 
-def _solid(draw: random.Random) -> dict[str, float]:
+def _solid(number: int, draw: random.Random) -> Body:
     """Return a point-symmetric body whose centre is not at the origin."""
     mass = draw.uniform(1.0, 3.0)
-    c = [draw.uniform(-0.2, 0.2) for _ in range(3)]
-    own = draw.uniform(0.05, 0.2) + mass * sum(x * x for x in c)
-    inertia = ((own if i == k else 0.0) - mass * c[i] * c[k] for i, k in UPPER)
-    return dict(zip(names.LINK, (*inertia, *(mass * x for x in c), mass), strict=True))
+    centre = np.array([draw.uniform(-0.2, 0.2) for _ in range(3)])
+    return Body(number, mass, centre, draw.uniform(0.05, 0.2) * np.eye(3))
 
 
 def evaluate(

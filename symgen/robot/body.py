@@ -98,7 +98,7 @@ def merge_bodies(bodies: Sequence[Body]) -> Body:
 
 @dataclass(frozen=True)
 class JointDynamics:
-    """Torque of the motor of one joint, beside that of the links.
+    """Motor torque of one joint, without that of the links.
 
         tau = armature qdd + frictionloss sign(qd) + damping qd + stiffness (q - springref)
 

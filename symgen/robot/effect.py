@@ -38,8 +38,17 @@ _PATTERNS = (
     "velocity-sign", "velocity", "low-speed", "reversal", "position", "spectrum", "load",
     "acceleration", "kinematic", "other-joint", "time", "all",
 )  # fmt: skip
-#: What a constant is a part of where a search tries its values.
-_SCALES = ("speed", "range", "duration", "turn", "gear", "play", "place")
+#: What a constant is a part of where a search tries its values, and its unit in effects.toml.
+_SCALES = {
+    "speed": "speed",
+    "range": "position",
+    "play": "position",
+    "place": "position",
+    "duration": "s",
+    "turn": "",
+    "gear": "",
+}
+_PERIODS = ("turn", "gear")  # per turn of a revolute joint, per meter of a prismatic one
 #: Unit words of effects.toml by the type of the joint: each unit with its exponent.
 _POSITION = {names.REVOLUTE: {"rad": 1}, names.PRISMATIC: {"m": 1}}
 _TORQUE = {names.REVOLUTE: {"N": 1, "m": 1}, names.PRISMATIC: {"N": 1}}
@@ -89,11 +98,9 @@ class Definition:
     def unit_of(self, constant: str, sigma: int) -> str:
         """Return the unit of a constant, which follows from the scale of its search."""
         scale = self.nonlinear[constant].scale if constant in self.nonlinear else ""
-        per_length = "" if sigma == names.REVOLUTE else "1/m"
-        units = {"speed": effect_unit("speed", sigma), "duration": "s"}
-        units |= dict.fromkeys(("play", "range", "place"), effect_unit("position", sigma))
-        units |= dict.fromkeys(("turn", "gear"), per_length)
-        return units.get(scale, "")
+        if scale in _PERIODS and sigma == names.PRISMATIC:
+            return "1/m"
+        return effect_unit(_SCALES.get(scale, ""), sigma)
 
     def named(self, name: str, joint: int | str) -> str:
         """Return the full name of a coefficient or constant on a joint."""
@@ -227,7 +234,7 @@ def definition(name: str, table: Mapping[str, Any]) -> Definition:
     searches = {}
     for key, (low, high, count) in grids.items():
         scale = scales.get(key, "")
-        by_ratio = low > 0 and scale not in ("turn", "gear")
+        by_ratio = low > 0 and scale not in _PERIODS
         searches[key] = SearchRange(low, high, count, scale, by_ratio)
     found = reader.table(Definition, kept, f"[{name}]", name=name, nonlinear=searches)
     for key, unit in found.linear.items():

@@ -27,8 +27,8 @@ _KEYWORDS = frozenset(
 _RESERVED = re.compile(
     r"X_\w*|(q|qd|qdd|tau|i)\d*|(XX|XY|XZ|YY|YZ|ZZ|MX|MY|MZ|M|IA|IAM|FS|FV|OF|FSM|FVM)(\d+|L)R?"
 )
-# A coefficient becomes NAME_coefficient, beside the package's own words: these are of small letters
-# and underscores, but for a few.
+# A coefficient becomes NAME_coefficient. The other names of a package have small letters and
+# underscores, except for these.
 _COEFFICIENT = re.compile(r"[A-Z][A-Za-z0-9]*", re.ASCII)
 _API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STANDARD WIDTH".split())
 

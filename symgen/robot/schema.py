@@ -1,6 +1,6 @@
 """Read the tables of a robot file as the frozen dataclasses of `tables` and `types`.
 
-A message names the table and the key, and says what is accepted.
+A message names the table, the key, and what is accepted.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class TableReader:
             kind: the dataclass.
             table: the content in the file.
             place: words for the table in messages, such as "joint 2".
-            beside: fields that are no keys.
+            beside: values of the fields that are no keys.
 
         Raises:
             RobotError: a key is unknown or missing, or its value is not accepted.

@@ -16,12 +16,7 @@ import sympy as sp
 
 from symgen import names
 from symgen.robot.body import pose, turn
-from symgen.robot.identifiers import (
-    MAX_NAME,
-    is_coefficient_name,
-    is_geometry_name,
-    is_robot_name,
-)
+from symgen.robot.identifiers import is_coefficient_name, is_geometry_name
 
 #: For the author of another Denavit-Hartenberg table.
 NOTATION = (
@@ -122,13 +117,7 @@ Unit = Annotated[
 class Head:
     """[robot]: gravity in frame 0, m/s2; `exact` for base parameters of the exact geometry."""
 
-    name: Annotated[
-        str,
-        Check(
-            f"a C identifier of at most {MAX_NAME} characters that is no word and no header of C",
-            is_robot_name,
-        ),
-    ]
+    name: str
     gravity: tuple[sp.Expr, sp.Expr, sp.Expr]
     base: Annotated[str, word_check(*names.BASES)] = names.BASES[0]
     convention: Annotated[str, Check(f"'{CONVENTION}'{NOTATION}", CONVENTION.__eq__)] = CONVENTION

@@ -22,6 +22,7 @@ from symgen.robot.declared_effects import from_table
 from symgen.robot.effect import MAX_RANGES, Effect, Sought
 from symgen.robot.exact_numbers import written_fraction
 from symgen.robot.expressions import shortened
+from symgen.robot.identifiers import MAX_NAME, is_robot_name
 from symgen.robot.imported import FORMATS, Imported, read_text
 from symgen.robot.loop_check import require_closed
 from symgen.robot.schema import TableReader, keys, require_keys
@@ -198,6 +199,11 @@ def _head(table: Any, reader: TableReader) -> Head:
     require_keys(table, keys(Head), "robot")
     numbers = {"gravity": _GRAVITY} if table.get("gravity", "input") == "input" else {}
     head = reader.table(Head, table | numbers, "robot")
+    if not is_robot_name(head.name):
+        raise RobotError(
+            f"robot, key 'name': {shortened(head.name)!r} is not accepted; accepted: a C "
+            f"identifier of at most {MAX_NAME} characters that is no word and no header of C"
+        )
     if table.get("gravity") != "input":
         return head
     if head.base != names.BASES[0]:

@@ -282,8 +282,17 @@ class Robot:
         return replace(self, base=names.BASES[0])
 
     def mechanism(self) -> Robot:
-        """Return the robot without what no derivation reads."""
-        return replace(self, limits=None, drive=None, frames=(), controller=None, log_columns="")
+        """Return the robot without what no derivation reads, such as limits and names of joints."""
+        joints = tuple(replace(joint, name="", actuated=True) for joint in self.joints)
+        return replace(
+            self,
+            joints=joints,
+            limits=None,
+            drive=None,
+            frames=(),
+            controller=None,
+            log_columns="",
+        )
 
     @property
     def loaded(self) -> bool:

@@ -50,13 +50,13 @@ class Compiler:
     version: str
 
 
-def find_compiler(wanted: str | None = None) -> Compiler | None:
+def find_compiler() -> Compiler | None:
     """Return the C compiler to use, or None.
 
-    It is the first one that works, in this order: `wanted` or else the variable SYMGEN_CC ("none"
-    means no compiler), the variable CC, cc, gcc, clang, the ziglang wheel (`symgen[cc]`).
+    It is the first one that works, in this order: the variable SYMGEN_CC ("none" means no
+    compiler), the variable CC, cc, gcc, clang, the ziglang wheel (`symgen[cc]`).
     """
-    chosen = (wanted or os.environ.get("SYMGEN_CC") or "").strip()
+    chosen = os.environ.get("SYMGEN_CC", "").strip()
     return _found(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 

@@ -1,4 +1,4 @@
-"""The kernels as methods. The stub beside this file declares them; `tests/forms.py` writes it."""
+"""The kernels as methods. The stub of this module declares them; `tests/forms.py` writes it."""
 
 from __future__ import annotations
 

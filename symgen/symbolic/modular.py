@@ -45,7 +45,7 @@ class _Constant(int):
 
 @dataclass(frozen=True, eq=False)
 class JointAngle:
-    """Random values of a revolute joint variable: numbers, and the units e^(iq) beside them.
+    """Random values of a revolute joint variable: numbers, and the units e^(iq).
 
     `root` is e^(iq/parts). Fractions of the angle are powers of it; other multiples have a number
     only.
@@ -134,7 +134,7 @@ class PrimeField(Arithmetic):
             return c if name == "cos" else s
         raise SymgenError(f"{name} has no exact value modulo a prime")
 
-    def joint_angle(self, count: int, parts: int = 1) -> JointAngle:
+    def joint_angle(self, count: int, parts: int) -> JointAngle:
         """Draw `count` random values of a revolute joint variable, with its 1/parts."""
         number, root = self.numbers(count), self.numbers(count)
         return JointAngle(number, self._power(root, parts), root, parts)

@@ -1,7 +1,7 @@
 """Base parameters of a calibrated robot: those of its nominal geometry.
 
 The exact geometry separates parameters that the nominal one joins. Where their torque is small,
-a log cannot tell them apart: the exact set is right, and its equations are nearly singular. The
+a log cannot separate them: the exact set is right, and its equations are nearly singular. The
 practical set regroups them as the nominal geometry does, and every other one as the exact
 geometry does. Its columns are those of the exact geometry.
 """

@@ -94,11 +94,10 @@ class Variation:
         state: Sequence[FloatArray],
         links: FloatArray,
         gravity: FloatArray | None = None,
-        changes: Mapping[tuple[int, str], float] | None = None,
     ) -> FloatArray:
         """Return the torque (N, n, m) of m sets of link parameters (m, links, 10), see `torque`."""
         across = [x[:, None, :] for x in state]
-        return self.torque(across, links, gravity, changes).transpose(0, 2, 1)
+        return self.torque(across, links, gravity).transpose(0, 2, 1)
 
     @cached_property
     def _values(self) -> dict[sp.Symbol, sp.Expr]:

@@ -93,7 +93,7 @@ def test_an_imported_mjcf_has_the_torques_of_mujoco(arm) -> None:
 
 def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray) -> None:
     """Write the result of an identification that found X."""
-    from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
+    from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate, Residual
 
     parameters = tuple(
         ParameterEstimate(p.name, p.expression, float(x), 0.01, p.unit)
@@ -101,7 +101,7 @@ def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray) -> None:
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot=model.robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="torque",
+        robot=model.robot.name, joints=(JointLabel(1, "N m"), JointLabel(2, "N m")), model="torque",
         method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
         cutoff_hz=8.0, window_s=None, verdict="trusted", reasons=(),
         correlation=np.eye(len(X)),

@@ -407,10 +407,11 @@ def test_a_chosen_compiler_that_does_not_exist_is_named_in_the_error(monkeypatch
 
 
 @needs_cc
-def test_other_limits_derive_and_compile_nothing_again(cache):
+def test_other_limits_and_names_derive_and_compile_nothing_again(cache):
     robot = symgen.read_robot("planar2r")
     symgen.load(symgen.derive(robot))
     made = set(cache.iterdir())
-    limited = replace(robot, limits=Limits(velocity=(1.0, 2.0)), log_columns="q=position")
+    joints = tuple(replace(joint, name=f"arm_{joint.number}") for joint in robot.joints)
+    limited = replace(robot, joints=joints, limits=Limits(velocity=(1.0, 2.0)), log_columns="q=a")
     symgen.load(symgen.derive(limited))
     assert set(cache.iterdir()) == made

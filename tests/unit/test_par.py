@@ -101,7 +101,7 @@ def test_prismatic_joints_and_trees():
         ({"ant": "{0,1,2,4,4,5}"}, "joint 4"),
         ({"d": "{0,0}"}, "d has 2 entries"),
         ({"sigma": "{2,2,2,2,2,2}"}, "theta"),
-        ({"sigma": "{0,0,0,0,0,3}"}, "theta"),
+        ({"sigma": "{0,0,0,0,0,3}"}, "sigma, entry 6: '3'; accepted: 0, 1 or 2"),
         ({"theta": "{th1,th2,0,th4,th5,th6}"}, "theta, entry 3"),
         ({"theta": "{th1,2*th2,th3,th4,th5,th6}"}, "theta, entry 2"),
         ({"theta": "{th1,th2 - th1,th3,th4,th5,th6}"}, "th1"),

@@ -66,7 +66,7 @@ def weights(pin, text: str, q: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def identified(tmp_path_factory):
     """A folder with the robot, its URDF and an estimate that is 20 % heavier than the URDF."""
-    from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
+    from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate, Residual
     from symgen.identification.parameters import read_parameters
     from symgen.robot.fixed import with_fixed
     from symgen.robot.formats.urdf import import_urdf
@@ -86,7 +86,7 @@ def identified(tmp_path_factory):
     )
     fit = Residual(0.02)
     estimate = Estimate(
-        robot=robot.name, joints=(Joint(1, "N m"), Joint(2, "N m")), model="momentum",
+        robot=robot.name, joints=(JointLabel(1, "N m"), JointLabel(2, "N m")), model="momentum",
         method="wls", parameters=parameters, condition_number=3.0, train=fit, validation=fit,
         cutoff_hz=8.0, window_s=0.2, verdict="trusted", reasons=(),
         correlation=np.eye(len(X)),

@@ -68,7 +68,7 @@ VALUES = {
 
 def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray, std: float = 0.01) -> Path:
     """Write robot.toml and the estimate.json that `identify` would write."""
-    from symgen.identification.estimate import Estimate, Joint, ParameterEstimate, Residual
+    from symgen.identification.estimate import Estimate, JointLabel, ParameterEstimate, Residual
 
     folder.mkdir()
     (folder / "robot.toml").write_text(symgen.robot_toml(model.robot))
@@ -77,7 +77,7 @@ def write_estimate(folder: Path, model: symgen.Model, X: np.ndarray, std: float 
         for p, x in zip(model.base.parameters, X, strict=True)
     )
     fit = Residual(0.02)
-    joints = tuple(Joint(j.number, "N m") for j in model.robot.movable)
+    joints = tuple(JointLabel(j.number, "N m") for j in model.robot.movable)
     estimate = Estimate(
         robot=model.robot.name, joints=joints, model="momentum", method="wls",
         parameters=parameters, condition_number=3.0, train=fit, validation=fit, cutoff_hz=8.0,

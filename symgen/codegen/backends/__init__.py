@@ -82,7 +82,7 @@ class Backend(Protocol):
     """Interface of a module that writes a target.
 
     Attributes:
-        BUILDS_ON: the targets whose files it needs beside its own.
+        BUILDS_ON: the other targets whose files it needs.
     """
 
     BUILDS_ON: tuple[str, ...]

@@ -277,7 +277,7 @@ class MjcfTree:
             yield f"FSM{number}", tendon.frictionloss
 
     def require_weight_on_motors(self) -> None:
-        """Refuse bodies whose weight MuJoCo carries beside the actuators.
+        """Refuse bodies whose weight MuJoCo compensates outside of the actuators.
 
         Raises:
             ParameterError: there is one.
@@ -313,7 +313,7 @@ def _compiled(path: Path, notes: list[str]) -> Any:
 
     Args:
         path: of the file.
-        notes: receives what is left out.
+        notes: receives a line if meshes are ignored.
 
     Raises:
         RobotError: MuJoCo is not installed, or refuses the file.

@@ -74,6 +74,8 @@ def _joint(entries: dict[str, list[str]], number: int) -> dict[str, str]:
         if len(items) < number:
             raise RobotError(f"{key} has {len(items)} entries; accepted: one for each joint")
         joint[name] = shortened(items[number - 1])
+    if joint["sigma"] not in (*_VARIABLE, "2"):
+        raise RobotError(f"sigma, entry {number}: {joint['sigma']!r}; accepted: 0, 1 or 2")
     if joint["sigma"] in _VARIABLE:
         key, letters = _VARIABLE[joint["sigma"]]
         variable = rf"(?:^|\+)\s*{letters}{number}(?=\s*(?:[+-]|$))"
