@@ -34,7 +34,9 @@ from symgen.report.terminal import print_result
 )
 @click.option("--start", help="Start position of every run, rad or m; default free.")
 @click.option(
-    "--duration", help="Duration of each run, s; default long enough for identify, at least 10."
+    "--duration",
+    type=float,
+    help="Duration of each run, s; default long enough for identify, at least 10.",
 )
 @click.option(
     "--runs",
@@ -91,14 +93,13 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     page = into.with_suffix(".html")
     for path in (*files, page):
         check_new(path)
-    keys = ("position", "velocity", "acceleration", "jerk", "torque", "noise", "start", "duration")
+    keys = ("position", "velocity", "acceleration", "jerk", "torque", "noise", "start")
     for key in keys:
-        count = options["runs"] if key == "duration" else source.n
         such = "ranges, such as 2.5 or -2:1.5,0:3" if key == "position" else "numbers, such as 3"
-        accepted = f"{such}; one, or one for each of {count}"
+        accepted = f"{such}; one, or one for each of {source.n}"
         read = _range if key == "position" else float
-        found = numbers(f"--{key}", options[key], accepted, (1, count), read)
-        options[key] = found and found * (count // len(found))
+        found = numbers(f"--{key}", options[key], accepted, (1, source.n), read)
+        options[key] = found and found * (source.n // len(found))
     limits, motion, search = (taken(kind, options) for kind in (Limits, Motion, Search))
     with meter("searching") as advance:
         plan = symgen.excite(

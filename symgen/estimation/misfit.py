@@ -60,12 +60,13 @@ class Products:
         own = s.factor.T @ s.factor
         p = len(own) - 1
         F = np.zeros((0, p + 1)) if s.features is None else s.features
-        m = len(F)
-        gram = np.zeros((p + m + 1, p + m + 1))
-        others = np.append(np.arange(p), p + m)
-        gram[np.ix_(others, others)] = own
-        gram[p : p + m] = F
-        gram[:, p : p + m] = F.T
+        WF, FF, Fy = np.split(F, [p, p + len(F)], axis=1)
+        rows = [
+            [own[:p, :p], WF.T, own[:p, p:]],
+            [WF, FF, Fy],
+            [own[p:, :p], Fy.T, own[p:, p:]],
+        ]
+        gram = np.block(rows)
         cross = gram[:p, :-1] if cross is None else cross
         return cls(s.joint, s.rows, s.independent, weight**2 * gram, weight**2 * cross)
 

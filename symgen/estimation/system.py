@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -85,17 +86,15 @@ class Equations:
         if self.rest is None or weight == self.rest_weight:
             return self
         change = np.where(self.rest, weight / self.rest_weight, 1.0)
-        features = None if self.features is None else self.features * change[:, None]
-        W, y = self.W * change[:, None], self.y * change
-        return replace(self, W=W, y=y, features=features, rest_weight=weight)
+        return replace(self.weighed(change), rest_weight=weight)
 
     def where(self, chosen: Bools | slice) -> Equations:
         """Return some of the equations."""
-        Z = None if self.Z is None else self.Z[chosen]
-        rest = None if self.rest is None else self.rest[chosen]
-        features = None if self.features is None else self.features[chosen]
-        W, y, t = self.W[chosen], self.y[chosen], self.t[chosen]
-        return replace(self, W=W, y=y, t=t, Z=Z, rest=rest, features=features)
+        some: dict[str, Any] = {}
+        for key in ("W", "y", "t", "Z", "rest", "features"):
+            rows = getattr(self, key)
+            some[key] = None if rows is None else rows[chosen]
+        return replace(self, **some)
 
     def weighed(self, weight: FloatArray) -> Equations:
         """Return the equations with their rows multiplied by (K,) weights."""

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from symgen.codegen.model import Model, derive
-from symgen.data.log import read_only
+from symgen.data.log import MIN_SAMPLES, read_only
 from symgen.data.raw import FloatArray
 from symgen.data.signals import Samples
 from symgen.errors import IdentificationError, LogError, ParameterError
@@ -63,8 +63,8 @@ class Motion:
     """Number, duration and start of the runs of an excitation, Fourier series of every joint.
 
     Attributes:
-        duration: duration in s, one value for all runs or one for each. None means at least 10 s,
-            and long enough for `identify` to trust the result.
+        duration: duration of each run in s. None means at least 10 s, and long enough for
+            `identify` to trust the result.
         runs: number of runs, each with its own coefficients.
         terms: number of harmonics of a joint; None chooses it from the duration.
         start: start position of every run, (n,), rad or m; None if free.
@@ -74,7 +74,7 @@ class Motion:
         ParameterError: a number is not valid.
     """
 
-    duration: float | Sequence[float] | None = None
+    duration: float | None = None
     runs: int = 1
     terms: int | None = None
     start: Sequence[float] | None = None
@@ -161,9 +161,9 @@ def _checked(objective: Objective, best: MotionCandidate) -> Checked:
     fine = objective.at_steps(FINE)
     runs: list[Trajectory] = []
     uses: list[LimitUse] = []
-    for k, run in enumerate(best.runs):
-        found = fine.fitted(k, run.z)
-        runs.append(fine.spaces[k].trajectory(found.z, fine.sampled[k]))
+    for run in best.runs:
+        found = fine.fitted(run.z)
+        runs.append(fine.space.trajectory(found.z, fine.sampled))
         uses += [*fine.limits.uses(found.motion), *fine.uses(found.motion)]
     return Checked(tuple(runs), worst(uses))
 
@@ -242,17 +242,17 @@ def excite(
     prior = None if parameters is None else read_parameters(parameters, derived)
     evaluator = load(derived)
     cell = Cell(evaluator, fence) if fence else None
-    lengths = _durations(motion, derived, model, window)
+    length = _duration(motion, derived, model, window)
     begin = None
     if motion.start is not None:
         where = "one position inside the limits"
         begin = _one_each("start", motion.start, allowed.low, allowed.high, where)
-    spaces = [space(fourier_series(x, motion.terms), allowed, begin) for x in lengths]
+    choices = space(fourier_series(length, motion.terms), allowed, begin)
     count = len(derived.base.parameters)
-    enough = _ROWS * count / (1 if model == "energy" else source.n) / len(spaces)
+    enough = _ROWS * count / (1 if model == "energy" else source.n) / motion.runs
     objective = Objective(
         evaluator, model, _noise(noise, allowed), motion.rate, allowed, prior, cell,
-        tuple(spaces), tuple(grid(choices, enough) for choices in spaces),
+        choices, grid(choices, enough), motion.runs,
     )  # fmt: skip
     clock = Clock(search.budget)
     reached: list[tuple[MotionCandidate, MotionCandidate]] = []  # where searches begin and end
@@ -284,7 +284,7 @@ def excite(
             equations = _equations(evaluator, other, checked.runs, motion.rate)
             conditions[other.name] = condition_number(np.concatenate([e.W for e in equations]))
     if not conditions[model] <= SINGULAR:
-        raise _singular(source, model, lengths, checked, conditions[model])
+        raise _singular(source, model, checked, conditions[model])
     stopped = "done" if ended == search.searches else "budget"
     way = (allowed.high - allowed.low) / allowed.rates[0]
     names = derived.base.names
@@ -369,27 +369,22 @@ def _text(candidate: MotionCandidate, scale: FloatArray) -> str:
     return f"a standard deviation of {100 * geometric_mean(candidate.std / scale):.3g} %"
 
 
-def _durations(motion: Motion, derived: Model, model: str, window: float) -> tuple[float, ...]:
+def _duration(motion: Motion, derived: Model, model: str, window: float) -> float:
     """Return the duration of each run in s: as requested, or long enough for identify."""
-    runs, shortest = motion.runs, 10 / motion.rate  # of ten samples
     if motion.duration is None:
         parameters = len(derived.base.parameters)
         per_window = 1 if model == "energy" else derived.robot.n
         needed = WINDOWS * parameters * window / per_window / (1 - HELD_OUT)
-        usual = _USUAL if model == "torque" else max(_USUAL, needed / runs + window)
-        return (float(math.ceil(usual)),) * runs
-    given = np.atleast_1d(np.asarray(motion.duration, dtype=float))
-    lengths = tuple(given.tolist()) * (runs if len(given) == 1 else 1)
-    if len(lengths) != runs:
-        raise ParameterError(f"{len(lengths)} durations; accepted: one, or one for each run")
+        usual = _USUAL if model == "torque" else max(_USUAL, needed / motion.runs + window)
+        return float(math.ceil(usual))
+    shortest = MIN_SAMPLES / motion.rate
     least = shortest if model == "torque" else window + shortest
-    for length in lengths:
-        if not least < length < math.inf:
-            raise ParameterError(
-                f"a run of {length:g} s; accepted: more than {least:.4g} s (the window and ten "
-                "samples)"
-            )
-    return lengths
+    if not least < motion.duration < math.inf:
+        raise ParameterError(
+            f"a run of {motion.duration:g} s; accepted: more than {least:.4g} s (the window and "
+            f"{MIN_SAMPLES} samples)"
+        )
+    return float(motion.duration)
 
 
 def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
@@ -409,11 +404,9 @@ def _too_much_torque(robot: Robot, closest: Checked) -> IdentificationError:
     )
 
 
-def _singular(
-    robot: Robot, model: str, lengths: Sequence[float], best: Checked, condition: float
-) -> IdentificationError:
+def _singular(robot: Robot, model: str, best: Checked, condition: float) -> IdentificationError:
     binding = binding_text(tuple(u for u in best.uses if u.binds)) or "no limit binds"
-    total = " + ".join(f"{x:g}" for x in lengths)
+    total = " + ".join(f"{run.duration:g}" for run in best.runs)
     return IdentificationError(
         f"{robot.name}: no motion of {total} s that was tried determines the parameters of the "
         f"model of {model} (condition number {condition:.3g}; {binding}); accepted: a longer "

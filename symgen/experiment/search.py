@@ -144,8 +144,9 @@ class Objective:
         limits: limits of the joints.
         prior: parameters (p,) of the prior model, whose torque is limited; None without one.
         cell: floor and boxes; None without any.
-        spaces: the motions of each run.
-        sampled: `Space.sampled` of each run.
+        space: the motions of a run.
+        sampled: see `Space.sampled`.
+        runs: number of runs.
     """
 
     evaluator: Evaluator
@@ -155,13 +156,13 @@ class Objective:
     limits: Bounds
     prior: FloatArray | None
     cell: Cell | None
-    spaces: tuple[Space, ...]
-    sampled: tuple[FloatArray, ...]
+    space: Space
+    sampled: FloatArray
+    runs: int
 
     def at_steps(self, step: float) -> Objective:
         """Return the same on a grid of steps in s."""
-        sampled = tuple(s.sampled(s.series.times(step)) for s in self.spaces)
-        return replace(self, sampled=sampled)
+        return replace(self, sampled=self.space.sampled(self.space.series.times(step)))
 
     def uses(self, motion: FloatArray) -> Iterator[LimitUse]:
         """Yield the used share of the torque limits and of the cell by q, qd, qdd, (3, N, n)."""
@@ -178,7 +179,7 @@ class Objective:
         q, qd, qdd = (np.ascontiguousarray(x) for x in motion[:3])
         return np.asarray(self.evaluator["torque_regressor"](q, qd, qdd))
 
-    def information(self, motion: FloatArray, duration: float) -> FloatArray:
+    def information(self, motion: FloatArray) -> FloatArray:
         """Return the information of a log of a motion, (p, p)."""
         W, qd = self.regressor(motion), motion[1]
         if self.model == "energy":
@@ -186,46 +187,44 @@ class Objective:
             rows /= np.sqrt(np.mean((qd**2) @ self.noise**2))
         else:
             rows = (W / self.noise[:, None]).reshape(-1, W.shape[2])
-        return np.asarray(rows.T @ rows * (self.rate * duration / len(W)))
+        samples = self.rate * self.space.series.duration
+        return np.asarray(rows.T @ rows * (samples / len(W)))
 
-    def fitted(self, k: int, z: FloatArray, grow: bool = False, allowed: float = 1.0) -> Fitted:
-        """Return run k with coefficients z, scaled into its limits and shrunk into the others.
+    def fitted(self, z: FloatArray, grow: bool = False, allowed: float = 1.0) -> Fitted:
+        """Return a run of coefficients z, scaled into its limits and shrunk into the others.
 
         Args:
-            k: number of the run.
             z: its coefficients.
             grow: also enlarge joints that do not reach their limits.
             allowed: largest share of torque limits and cell.
         """
-        space, sampled = self.spaces[k], self.sampled[k]
-        found = self._moved(k, space.fitted(z, sampled, grow))
+        found = self._moved(self.space.fitted(z, self.sampled, grow))
         for _ in range(_TRIES):
             if found.excess <= allowed:
                 break
             factor = max(0.5, _MARGIN * allowed / found.excess)
-            found = self._moved(k, factor * found.z)
+            found = self._moved(factor * found.z)
         return found
 
-    def _moved(self, k: int, z: FloatArray) -> Fitted:
-        """Return run k with coefficients z."""
-        motion = self.spaces[k].motion(z, self.sampled[k])
+    def _moved(self, z: FloatArray) -> Fitted:
+        """Return the run of coefficients z."""
+        motion = self.space.motion(z, self.sampled)
         return Fitted(z, motion, largest_share(self.uses(motion)))
 
-    def run(self, k: int, z: FloatArray, grow: bool = False) -> CandidateRun:
-        """Return run k with coefficients z, within its limits where it can be."""
-        found = self.fitted(k, z, grow, _MARGIN)
+    def run(self, z: FloatArray, grow: bool = False) -> CandidateRun:
+        """Return the run of coefficients z, within its limits where it can be."""
+        found = self.fitted(z, grow, _MARGIN)
         p = len(self.evaluator.model.base.parameters)
         information = np.zeros((p, p))
         if found.excess <= _MARGIN:
-            duration = self.spaces[k].series.duration
-            information = self.information(found.motion, duration)
+            information = self.information(found.motion)
         return CandidateRun(found.z, found.excess / _MARGIN, information)
 
     def torque(self, found: MotionCandidate) -> FloatArray:
         """Return the RMS torque that each parameter alone causes with a value of 1, (n, p)."""
         squares = []
-        for space, sampled, run in zip(self.spaces, self.sampled, found.runs, strict=True):
-            W = self.regressor(space.motion(run.z, sampled))
+        for run in found.runs:
+            W = self.regressor(self.space.motion(run.z, self.sampled))
             squares.append(np.mean(W**2, axis=0))
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))
 
@@ -233,8 +232,8 @@ class Objective:
         """Return the best of some random motions that reach their limits."""
         tried = []
         for _ in range(_DRAWS):
-            pairs = enumerate(self.spaces)
-            tried.append(candidate([self.run(k, space.draw(draw), True) for k, space in pairs]))
+            runs = [self.run(self.space.draw(draw), True) for _ in range(self.runs)]
+            tried.append(candidate(runs))
         return min(tried, key=lambda each: each.rank)
 
     def improved(
@@ -248,12 +247,12 @@ class Objective:
         for _ in range(iterations):
             if clock.left <= 0 or step < _SMALLEST:
                 break
-            k, runs = int(draw.integers(len(self.spaces))), list(best.runs)
+            k, runs = int(draw.integers(self.runs)), list(best.runs)
             z = runs[k].z.copy()
             j = int(draw.integers(len(z)))
             size = step * np.sqrt(np.mean(z[j] ** 2))
             z[j] += size * draw.normal(size=len(z[j]))
-            runs[k] = self.run(k, z)
+            runs[k] = self.run(z)
             tried = candidate(runs)
             if tried.rank < best.rank:
                 best, step = tried, _GROW * step

@@ -33,8 +33,6 @@ from symgen.identification.estimate import (
     joints_of,
 )
 from symgen.identification.judgement import (
-    DEFAULTS,
-    Criteria,
     parameters_use,
     prediction_use,
     restrictions,
@@ -109,13 +107,21 @@ def outcome(
     return Outcome(settled, *residuals, own, seen, windows, repairs, notes)
 
 
-def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -> Estimate:
+def assess(
+    chosen: ChosenModel,
+    found: Outcome,
+    own_values: FloatArray | None,
+    accept: float,
+    least: float,
+) -> Estimate:
     """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
 
     Args:
         chosen: the run with the equations that were solved, or with those of a sample.
         found: the solution, and how it fits all logs.
-        criteria: what it is judged by.
+        own_values: parameters (p,) of the robot's own file, None where it has none.
+        accept: largest torque error of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the torque.
     """
     run, best, held = chosen.run, chosen.best, chosen.held
     model, train = best.model, best.train
@@ -133,19 +139,12 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
     parameters = _parameter_estimates(evaluator, X, std)
     judged = motion_error(evaluator, run.held, X, found.seen)
     error, floor = judged.error, judged.noise
-    unexplained = _unexplained(error, floor, criteria.least)
+    unexplained = _unexplained(error, floor, least)
     limits = restrictions(chosen.together, robot)
     uses = Uses(
-        prediction_use(run, settled, found.seen, floor, criteria),
+        prediction_use(run, settled, found.seen, floor, accept, least),
         parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
-        simulation_use(
-            evaluator,
-            (run.train, run.held),
-            X,
-            parameters,
-            limits,
-            criteria.own_values,
-        ),
+        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, own_values),
     )
     own_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
     data = [(part.kind, part.log.samples) for part in (*train, *held)]
@@ -173,7 +172,7 @@ def assess(chosen: ChosenModel, found: Outcome, criteria: Criteria = DEFAULTS) -
         window_s=None if model.name == "torque" else model.window,
         verdict="trusted" if uses.prediction.ok else "doubtful",
         reasons=uses.prediction.reasons,
-        suspected=(*run.suspected, *suspicions(run, solution, found.seen, criteria.accept)),
+        suspected=(*run.suspected, *suspicions(run, solution, found.seen, accept)),
         headline=BETWEEN_USES.join((_headline(found.seen, floor), *uses.sentences)),
         uses=uses,
         band=run.band,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from symgen.identification.model_choice import Run
 from symgen.identification.settle import Settled, like_no_robot
 from symgen.identification.simulation import mixed_states, motion_states, some_states
 from symgen.identification.uses import KNOWN, ParametersUse, PredictionUse
-from symgen.policy import ACCEPT, GOOD, JOINT, LEAST, MISFIT, VARIES
+from symgen.policy import GOOD, JOINT, MISFIT, VARIES
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
@@ -40,26 +40,8 @@ _SCALED = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Criteria:
-    """What an estimate is judged by.
-
-    Attributes:
-        own_values: parameters (p,) of the robot's own file, None where it has none.
-        accept: largest torque error of a usable model, as a part of the torque.
-        least: smallest torque that matters, as a part of the torque.
-    """
-
-    own_values: FloatArray | None = None
-    accept: float = ACCEPT
-    least: float = LEAST
-
-
-DEFAULTS = Criteria()
-
-
 def prediction_use(
-    run: Run, settled: Settled, seen: TorqueFit, noise: Residual, criteria: Criteria
+    run: Run, settled: Settled, seen: TorqueFit, noise: Residual, accept: float, least: float
 ) -> PredictionUse:
     """Judge the torque on held-out motion: of joints that move, where any does.
 
@@ -68,9 +50,10 @@ def prediction_use(
         settled: the estimate, and whether a robot can have its parameters.
         seen: torques of data that the estimate never saw.
         noise: what noise alone leaves of them.
-        criteria: what the estimate is judged by.
+        accept: largest torque error of a usable model, as a part of the torque.
+        least: smallest torque that matters, as a part of the torque.
     """
-    error, accept, worst = in_motion(seen).residual.relative, criteria.accept, run.worst
+    error, worst = in_motion(seen).residual.relative, run.worst
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
@@ -84,7 +67,7 @@ def prediction_use(
         if not reasons:
             text += f"; {_SEARCH}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
-    if worst > VARIES * error and worst**2 - error**2 > criteria.least**2:
+    if worst > VARIES * error and worst**2 - error**2 > least**2:
         text = (
             f"the error depends on the motion: {percent(worst)} on another part of the motion that "
             f"the fit did not use; {_SEARCH}"

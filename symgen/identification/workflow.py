@@ -31,7 +31,6 @@ from symgen.identification.assessment import (
     outcome,
 )
 from symgen.identification.estimate import Estimate
-from symgen.identification.judgement import Criteria
 from symgen.identification.model_choice import (
     ChosenModel,
     OpenLogs,
@@ -141,7 +140,7 @@ def identify(
         found = opened.solve(chosen, by)
     progress("judging")
     own_values = values_of_file(robot, opened.evaluator.model)
-    return assess(chosen, found, Criteria(own_values, accept, least))
+    return assess(chosen, found, own_values, accept, least)
 
 
 def _equation_models(

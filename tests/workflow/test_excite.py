@@ -295,7 +295,6 @@ def test_runs_that_are_good_for_torque_and_poor_for_energy_are_said_to_be() -> N
     ("options", "words"),
     [
         ({"duration": 0.2}, ["run of 0.2 s", "0.25 s"]),
-        ({"duration": [5.0, 6.0]}, ["2 durations"]),
         ({"position": None}, ["positions are not limited", "[limits]"]),
         ({"velocity": None}, ["speeds are not limited"]),
         ({"velocity": [1.0]}, ["velocity has 1 entries"]),
