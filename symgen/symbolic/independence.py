@@ -8,7 +8,7 @@ from symgen.errors import RobotError
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameters
 from symgen.symbolic.regressor import torque_tape
-from symgen.symbolic.sampling import random_inputs, sampled
+from symgen.symbolic.sampling import columns_at, random_inputs
 
 _NEW = 1e-9  # share of a column that the others do not give
 
@@ -28,7 +28,7 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
     for x in (x for name in ("q", "qd", "qdd") for x in inputs[name]):
         x[0] = 0.0  # where logarithms and quotients have their poles
     with np.errstate(all="ignore"):  # log(0) of a power at rest; what is not finite is refused
-        W = sampled(torque_tape(robot), robot.values(), inputs, count)
+        W = columns_at(torque_tape(robot), robot.values(), inputs, count)
     total = sum(not p.load for p in base.standard)
     rows = W.reshape(count, robot.n, total).transpose(1, 0, 2).reshape(-1, total)
     kept = [p.index for p in base.parameters[: base.linear]]

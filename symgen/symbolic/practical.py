@@ -21,7 +21,7 @@ from symgen.robot.nominal import reach
 from symgen.robot.types import Robot
 from symgen.symbolic.base_parameters import BaseParameter, BaseParameters, Nominal
 from symgen.symbolic.regressor import torque_tape
-from symgen.symbolic.sampling import random_inputs, sampled
+from symgen.symbolic.sampling import columns_at, random_inputs
 
 FloatArray = NDArray[np.float64]
 #: Share of a joint's torque that may be left out. On a UR10 whose origins are off by 0.7 mrad,
@@ -150,7 +150,7 @@ def _loss(
         inputs = random_inputs(plain, _STATES, draw)
         for name in ("qd", "qdd"):
             inputs[name] = [_SLOW * x for x in inputs[name]]
-        W = sampled(tape, {}, inputs, _STATES).reshape(_STATES, robot.n, -1)
+        W = columns_at(tape, {}, inputs, _STATES).reshape(_STATES, robot.n, -1)
         columns = W.shape[2]
         links = _links(robot, exact, draw)
         rest = W @ differences[:, :columns].T

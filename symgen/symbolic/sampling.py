@@ -47,7 +47,7 @@ def random_base(robot: Robot, count: int) -> list[NDArray[np.float64]]:
     return [draw.uniform(-10, 10, (3, count)).T for _ in base_inputs(robot)]
 
 
-def sampled(
+def columns_at(
     tape: Tape, values: Values, inputs: Mapping[str, Sequence[Any]], count: int
 ) -> NDArray[np.float64]:
     """Return the outputs of a tape at some states, (count, outputs).

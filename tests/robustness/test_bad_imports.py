@@ -131,6 +131,11 @@ def test_import_writes_a_robot_and_its_parameters(run, good, tmp_path):
     assert list(read_parameters(values, model)) == list(read_parameters(good, model))
 
 
+def test_limits_in_the_wrong_order_are_noted():
+    found = import_urdf(GOOD.replace('lower="-1" upper="1"', 'lower="1" upper="-1"'))
+    assert any("the lower limit is above the upper one at joint turn" in n for n in found.notes)
+
+
 def test_import_again_replaces_what_nobody_changed_and_nothing_else(run, good, tmp_path):
     into = tmp_path / "robot.toml"
     assert run("import", good, "--into", into)[0] == 0

@@ -371,6 +371,13 @@ class Chain:
         given = [self.urdf.joints[j.name].limit for j in joints if j.movable]
         columns: dict[str, Any] = {}
         pairs = [(limit.get("lower", 0.0), limit.get("upper", 0.0)) for limit in given]
+        movable = (shortened(joint.name) for joint in joints if joint.movable)
+        turned = [name for name, (low, high) in zip(movable, pairs, strict=True) if low > high]
+        if turned:
+            self.notes.append(
+                f"the lower limit is above the upper one at joint {first_of(turned, 3)}: limits of "
+                "position are not read"
+            )
         if all(low < high for low, high in pairs):
             columns["position"] = tuple(pairs)
         for key, word in (("velocity", "velocity"), ("torque", "effort")):
