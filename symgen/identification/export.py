@@ -135,8 +135,8 @@ def identified_file(
     notes = [f"link parameters in {path.name}: {_CAVEAT}"]
     if links.sigmas > 0:
         notes.append(
-            "the identified X is not physically possible: the file contains the nearest possible "
-            f"values, {links.sigmas:.3g} standard deviations away"
+            "the file contains the possible values nearest to the identified X, "
+            f"{links.sigmas:.2g} standard deviations away"
         )
         if X is None and estimate.physical.held_out is not None:
             least, possible = map(percent, estimate.physical.held_out)

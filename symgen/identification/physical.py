@@ -5,6 +5,9 @@ their pseudo-inertias: it has no units and is the same in every frame (Lee, Wens
 
     minimise sum over links of tr(C^-1 P) - log det(C^-1 P),   C the pseudo-inertia in the file
 
+At the limit of the possible, next to no links give X, and these may weigh tonnes. X = X0 + L z may
+then move a little, L L' its covariance, and |z / 0.01|^2 joins the sum.
+
 With C = R R' and Q = R^-1 P R^-T, a lower triangular Z and its diagonal bound log det Q from below:
 
     [[Q, Z], [Z', diag Z]] positive semidefinite,   log det Q >= sum of log Z_ii
@@ -35,6 +38,7 @@ from symgen.identification.possible import (
     CERTAIN,
     Cone,
     Constraints,
+    deviation_axes,
     minimise,
     nearest_possible,
 )
@@ -53,6 +57,8 @@ from symgen.runtime.evaluator import Evaluator
 
 #: Weight of the size of what a prior does not name.
 _UNNAMED = 1e-3
+#: Standard deviations by which X at the limit of the possible may move.
+_STRAY = 0.01
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
@@ -134,20 +140,22 @@ def link_parameters(
     problem = Constraints.of(model, X)
     prior = prior or {}
     _require_standard(model, prior)
-    sigmas = 0.0
+    L, X0 = None, problem.X
     if nearest is not None:
-        near = nearest_possible(model, problem.X, np.asarray(nearest, dtype=float))
-        sigmas = near.distance
-        problem = Constraints.of(model, near.X)
+        covariance = np.asarray(nearest, dtype=float)
+        problem = Constraints.of(model, nearest_possible(model, X0, covariance).X)
+        if covariance.shape == (len(X0),) * 2 and np.isfinite(covariance).all():
+            L = deviation_axes(covariance)
     elif fault := problem.fault():
         raise ParameterError(
             f"{model.robot.name}: no link parameters give these base parameters: {fault}; "
             "accepted: nearest=covariance of X, for the nearest possible values"
         )
-    s = _closest(problem, prior)
+    s, X1 = _closest(problem, prior, L)
+    sigmas = 0.0 if L is None else float(np.linalg.norm(np.linalg.solve(L, X1 - X0)))
     standard = [p.name for p in model.base.standard]
     values = dict(zip(standard, map(float, s), strict=True))
-    return LinkParameters(values, problem.X, sigmas, bodies(model.robot, values))
+    return LinkParameters(values, X1, sigmas, bodies(model.robot, values))
 
 
 def _require_standard(model: Model, prior: Mapping[str, float]) -> None:
@@ -165,9 +173,12 @@ def _require_standard(model: Model, prior: Mapping[str, float]) -> None:
             )
 
 
-def _closest(problem: Constraints, prior: Mapping[str, float]) -> FloatArray:
-    """Return the standard parameters s (s,) that give X, with the links closest to the prior.
+def _closest(
+    problem: Constraints, prior: Mapping[str, float], L: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the standard parameters s (s,) with the links closest to the prior, and their X (p,).
 
+    X is that of the problem, or near it in the metric L where that is at the limit of the possible.
     If a link has no mass in the prior, it has none in the result. Other links that are not bodies
     of positive mass in the prior become as small as possible.
     """
@@ -185,17 +196,27 @@ def _closest(problem: Constraints, prior: Mapping[str, float]) -> FloatArray:
         within = fixed.margin()
         if within.value > CERTAIN:
             room, margin, is_body = fixed, within, is_body[~frames]
-    y = margin.y
-    with suppress(ParameterError):  # where X is at the limit of the possible, the widest is kept
-        nearest = _nearest_links(room, target, named, is_body, margin.value)
-        if least_eigenvalues((room.onto @ nearest + room.at)[room.links]).min() > 0:
-            y = nearest
-    x = room.onto @ y + room.at
+    x, X = room.onto @ margin.y + room.at, room.X  # the widest, where the solver finds no nearest
+    for wider in (room,) if L is None else (room, _loosened(room, L)):
+        with suppress(ParameterError):
+            y = _nearest_links(wider, target, named, is_body, margin.value)
+            nearest = wider.onto @ y + wider.at
+            if least_eigenvalues(nearest[room.links]).min() > 0:
+                x = nearest
+                X = room.X if wider is room else room.G @ (x * room.scale)
+                break
     s: FloatArray = x * room.scale
     s[room.positive] = np.maximum(s[room.positive], 0.0)
-    s[room.heads] = room.X - room.G[:, problem.free] @ s[problem.free]
+    s[room.heads] = X - room.G[:, problem.free] @ s[problem.free]
     s[room.positive] = np.maximum(s[room.positive], 0.0)  # -1e-17, from the line above
-    return s
+    return s, X
+
+
+def _loosened(room: Constraints, L: FloatArray) -> Constraints:
+    """Return constraints in which X may move by L z; the variables z are the last ones."""
+    moved = np.zeros((len(room.at), L.shape[1]))
+    moved[room.heads] = L / room.scale[room.heads, None]
+    return replace(room, onto=np.hstack([room.onto, moved]))
 
 
 def _fix(problem: Constraints, links: Bools, target: FloatArray) -> Constraints:
@@ -232,7 +253,8 @@ def _nearest_links(
     weight[room.links[is_body]] = 0.0
     weighted = room.onto.T * weight
     P, c = weighted @ room.onto, weighted @ (room.at - target)
-    m = len(c)
+    m, loose = len(c), len(c) - len(room.free)
+    P[m - loose :, m - loose :] += np.eye(loose) / _STRAY**2
     size = m + is_body.sum() * _VARIABLES
     P, c = np.pad(P, (0, size - m)), np.pad(c, (0, size - m))
     cones = room.cones(np.where(is_body, 0.0, margin / 2))

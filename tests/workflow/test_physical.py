@@ -7,12 +7,13 @@ import random
 import numpy as np
 import pytest
 from oracles.random_arms import random_arm, random_parameters
-from support import robot_of, sampled
+from support import PROJECT, robot_of, sampled
 
 import symgen
 from symgen import names
 from symgen.codegen.model import regrouping
 from symgen.codegen.verification import physical_parameters
+from symgen.identification.parameters import cad_parameters
 from symgen.identification.physical import LinkParameters, bodies
 
 DRIVES = ("IA", "IAM", "FS", "FV", "FSM", "FVM")
@@ -113,6 +114,30 @@ def test_the_nearest_robot_with_the_links_of_a_file_has_bodies(seed: int) -> Non
     off = X + std * np.random.default_rng(seed).standard_normal(len(X))
     found = symgen.link_parameters(model, off, prior=file, nearest=np.diag(std**2))
     require_bodies(found, model)
+
+
+def test_links_at_the_limit_of_the_possible_stay_near_those_of_the_file() -> None:
+    """Next to no links give such an X, and these weigh tonnes; a hundredth of a std helps."""
+    file = PROJECT / "docs" / "files" / "arm.urdf"
+    model = symgen.derive(file)
+    X = np.array(
+        [1.1629835118374097, -0.925583410001023, -0.007755738547198051, 0.00616491357489489,
+         0.0002497339992926721, 0.9323486225348537, -2.615759804417566, -0.05648261958287486,
+         -0.19745940891758262, -0.004357581517823988, 0.012589614846281929, 0.003374318282463664,
+         0.1983120061304168, -0.7539290703307541, -0.001169666551328342, 0.0032586790787563127,
+         1.9931507864189921, 1.2069389952288059, 2.474921937875697, 1.6183232143770274,
+         1.09192200997713, 0.6093245835446295]
+    )  # fmt: skip
+    std = np.array(
+        [0.0257, 0.0438, 0.0312, 0.0252, 0.0212, 0.0462, 0.0103, 0.0198, 0.011, 0.0165, 0.0042,
+         0.0045, 0.0147, 0.0065, 0.0109, 0.023, 0.0336, 0.0286, 0.1271, 0.1011, 0.1382, 0.0664]
+    )  # fmt: skip
+    prior = cad_parameters(file, model)
+    found = symgen.link_parameters(model, X, prior=prior, nearest=np.diag(std**2))
+    require_bodies(found, model)
+    assert found.sigmas < 0.1
+    for name in ("M1", "M2", "M3"):
+        assert found.values[name] == pytest.approx(prior[name], rel=0.5)
 
 
 def test_trees_couplings_payload_and_named_lengths() -> None:
