@@ -11,7 +11,7 @@ import numpy as np
 from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Place
 from symgen.diagnosis.extended import Extended
 from symgen.estimation.floor import noise_fit
-from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.motion_error import floor_below
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
@@ -62,8 +62,8 @@ def measure_gap(found: Found, model: Extended) -> Gaps:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, wanted, before, after, mask))
     noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
-    whole, part = now.residual, in_motion(now).residual
-    moving = _gap(in_motion(was).residual), _gap(part), _gap(floor_below(noise, part))
+    whole, part = now.residual, now.in_motion.residual
+    moving = _gap(was.in_motion.residual), _gap(part), _gap(floor_below(noise, part))
     floor = _gap(floor_below(noise, whole))
     return Gaps(_gap(was.residual), _gap(whole), floor, moving, tuple(curves))
 
@@ -73,7 +73,7 @@ def error_in_motion(model: Extended) -> float:
     out = TorqueFit.none(model.problem.base.n)
     for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
-    return in_motion(out).residual.relative
+    return out.in_motion.residual.relative
 
 
 def _torques(model: Extended) -> list[FloatArray]:
