@@ -13,7 +13,7 @@ from symgen.codegen.model import Model, derive
 from symgen.diagnosis.diagnosis import Alike, FoundEffect, FoundParameter
 from symgen.diagnosis.extend import extended
 from symgen.errors import IdentificationError
-from symgen.estimation.estimators import solve
+from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import kept_spans
 from symgen.estimation.solve import Solution
@@ -171,7 +171,7 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
         out += joint_equations(
             log, W, rows.y[at], log.compared_t, _CORRELATION, random, log.resting, free
         )
-    return solve(LinearSystem(names, tuple(out)), "wls")
+    return Wls().solve(LinearSystem(names, tuple(out)))
 
 
 def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEffect, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from symgen.diagnosis.diagnosis import Curves, FoundEffect, Gap, Gaps, Place
 from symgen.diagnosis.extended import Extended
 from symgen.estimation.floor import noise_fit
-from symgen.estimation.motion_error import floor_below, in_motion
+from symgen.estimation.motion_error import floor_below
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
@@ -65,7 +65,7 @@ def measure_gap(found: Found, model: Extended) -> Measured:
         mask = None if log.mask is None else free
         curves.append(Curves(log.name, *motion, wanted, before, after, mask))
     noise = noise_fit(model.evaluator, problem.held, model.of_robot).residual
-    moving = _gaps(in_motion(was).residual, in_motion(now).residual, noise)
+    moving = _gaps(was.in_motion.residual, now.in_motion.residual, noise)
     return Measured(_gaps(was.residual, now.residual, noise), moving, tuple(curves))
 
 
@@ -74,7 +74,7 @@ def error_in_motion(model: Extended) -> float:
     out = TorqueFit.none(model.problem.base.n)
     for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
-    return in_motion(out).residual.relative
+    return out.in_motion.residual.relative
 
 
 def _torques(model: Extended) -> list[FloatArray]:

@@ -263,18 +263,3 @@ ESTIMATORS: dict[str, Estimator] = {
     e.name: e for e in (Wls(), Ols(), Huber(), TotalLeastSquares(), InstrumentalVariables())
 }
 METHODS = tuple(ESTIMATORS)
-
-
-def solve(system: LinearSystem, method: str = "wls") -> Solution:
-    """Solve y = W X by a method of METHODS.
-
-    Args:
-        system: the equations, log by log.
-        method: its name.
-
-    Raises:
-        IdentificationError: there is no such method, or the data do not determine the parameters.
-    """
-    if method not in ESTIMATORS:
-        raise IdentificationError(f"method {method!r}; accepted: {', '.join(METHODS)}")
-    return ESTIMATORS[method].solve(system)

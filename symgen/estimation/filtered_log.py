@@ -114,7 +114,10 @@ class FilteredLog:
     @property
     def stride(self) -> int:
         """Samples from one node to the next: the motion is smooth between them."""
-        return stride_of(self.band, self.step)
+        if not self.band.filters(self.step):
+            return 1
+        highest = max(self.band.cutoff_hz, self.band.comparison_hz)
+        return max(1, int(1 / (_NODES * highest * self.step)))
 
     @cached_property
     def rows(self) -> Decimation:
@@ -247,14 +250,6 @@ class FilteredLog:
         if self.rows.cutoff is None:
             return left[self.kept] > _HARDLY
         return lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY
-
-
-def stride_of(band: Band, step: float) -> int:
-    """Return the number of samples between nodes, for a sampling step and a band."""
-    if not band.filters(step):
-        return 1
-    highest = max(band.cutoff_hz, band.comparison_hz)
-    return max(1, int(1 / (_NODES * highest * step)))
 
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:

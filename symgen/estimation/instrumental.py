@@ -15,7 +15,6 @@ section 7.9):
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -99,7 +98,7 @@ class InstrumentalVariables:
             crosses.append(Z.T @ np.hstack([Z, F]))
         meat = summed_scores(rows, parts)
         test = durbin_wu_hausman(system, weights)
-        notes = [_UNTESTED if test is None else in_words(test, system.names, least, X)]
+        notes = [] if test is not None else [_UNTESTED]
         if reduced.shared < _WEAK:
             notes.append(
                 "weak instruments: a combination of columns has a correlation of "
@@ -247,17 +246,6 @@ def bias_of_least_squares(
     return compared, (
         f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
         f"{ratio[worst]:.2g} std, {percent(moves[worst] / size[worst])}; compare method iv"
-    )
-
-
-def in_words(test: Endogeneity, names: Sequence[str], least: Solution, X: FloatArray) -> str:
-    """Return a note on a test, and on how far least squares is from the other estimate X, (p,)."""
-    moves = np.abs(X - least.X) / np.where(least.std > 0, least.std, np.inf)
-    worst = int(np.argmax(moves))
-    return (
-        "instrumental variables differ from plain least squares by at most "
-        f"{moves[worst]:.2g} std, for {names[worst]} (F({test.df[0]}, {test.df[1]:.0f}) = "
-        f"{test.statistic:.3g}, p = {test.p_value:.2g})"
     )
 
 

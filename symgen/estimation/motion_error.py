@@ -39,13 +39,8 @@ def motion_error(
         X: parameters, (p,).
         fit: of these parameters on these logs.
     """
-    error = in_motion(fit).residual
+    error = fit.in_motion.residual
     return MotionError(error, floor_below(noise_fit(evaluator, logs, X).residual, error))
-
-
-def in_motion(fit: TorqueFit) -> TorqueFit:
-    """Return the fit of joints in motion; of all samples if no joint moves."""
-    return fit.in_motion if fit.in_motion.size.any() else fit
 
 
 def floor_below(noise: Residual, error: Residual) -> Residual:

@@ -211,13 +211,8 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
     Raises:
         IdentificationError: the data do not determine the parameters.
     """
-    require_rows(system)
-    system = system.weighed(weights)
-    parts, even = summaries(system), np.ones(len(weights))
-    solved = merged((s.factor for s in parts), even, system.names)
-    meat = sum_of_scores(system, parts, even, solved[0])
     means = tuple(float(np.mean(w)) for w in weights)
-    return replace(least_squares_solution(parts, even, solved, meat), weights=means)
+    return replace(weighted_least_squares(system.weighed(weights), 0), weights=means)
 
 
 def condition(R: FloatArray) -> float:

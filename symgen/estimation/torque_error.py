@@ -56,8 +56,10 @@ class TorqueFit:
 
     @property
     def in_motion(self) -> TorqueFit:
-        """The fit of joints in motion: at rest, static friction can take any value."""
+        """The fit of joints in motion, of all if none moves: static friction can take any value."""
         error, size = self.error - self.rest[0], self.size - self.rest[1]
+        if not size.any():
+            return self
         return TorqueFit(error, size, (), np.zeros_like(self.rest))
 
     @property

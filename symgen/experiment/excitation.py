@@ -276,13 +276,14 @@ def excite(
     checked = _checked(objective, best)
     if best.rank[0] > 1 or largest_share(checked.uses) > 1:
         raise _too_much_torque(source, checked)
-    rows = _equations(evaluator, EquationModel(model, window), checked.runs, motion.rate)
-    conditions = dict.fromkeys(_MODELS, math.inf)
+    conditions, independent = dict.fromkeys(_MODELS, math.inf), 0.0
     for other in every:
         # Where windows or filter do not fit these runs.
         with suppress(IdentificationError, LogError):
-            equations = _equations(evaluator, other, checked.runs, motion.rate)
-            conditions[other.name] = condition_number(np.concatenate([e.W for e in equations]))
+            rows = _equations(evaluator, other, checked.runs, motion.rate)
+            conditions[other.name] = condition_number(np.concatenate([e.W for e in rows]))
+            if other.name == model:
+                independent = sum(len(e.y) / e.correlation for e in rows)
     if not conditions[model] <= SINGULAR:
         raise _singular(source, model, checked, conditions[model])
     stopped = "done" if ended == search.searches else "budget"
@@ -300,7 +301,7 @@ def excite(
         start=geometric_mean(start.std / scale),
         uses=tuple(sorted(checked.uses, key=lambda u: u.joint)),
         parameters=count,
-        independent=sum(len(e.y) / e.correlation for e in rows),
+        independent=independent,
         searches=(ended, search.searches),
         stopped="interrupted" if clock.interrupted else stopped,
         notes=notes,

@@ -16,7 +16,7 @@ from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.floor import quiet
 from symgen.estimation.instrumental import bias_of_least_squares
 from symgen.estimation.logs import samples_digest
-from symgen.estimation.motion_error import in_motion, motion_error
+from symgen.estimation.motion_error import motion_error
 from symgen.estimation.solve import Solution
 from symgen.estimation.summary import Summary
 from symgen.estimation.system import Equations
@@ -193,7 +193,7 @@ def assess(
 
 def _headline(seen: TorqueFit, noise: Residual) -> str:
     """Return the torque error on held-out motion in one sentence."""
-    error = in_motion(seen).residual.relative
+    error = seen.in_motion.residual.relative
     text = f"{percent(error)} torque error on motion it has not seen"
     if seen.rest.any():
         text += f" ({percent(seen.residual.relative)} with joints at rest)"

@@ -19,7 +19,6 @@ from symgen import names
 from symgen.data.mask import moving_joints
 from symgen.errors import first_of
 from symgen.estimation.filtered_log import FilteredLog
-from symgen.estimation.motion_error import in_motion
 from symgen.estimation.solve import Solution
 from symgen.estimation.torque_error import TorqueFit, fit, percent, relative_error
 from symgen.estimation.values import FloatArray, Reason, Residual
@@ -53,7 +52,7 @@ def prediction_use(
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
-    error, worst = in_motion(seen).residual.relative, run.worst
+    error, worst = seen.in_motion.residual.relative, run.worst
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
@@ -126,7 +125,7 @@ def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> 
     """Return what may be wrong with the logs, or with motions that they do not contain."""
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
-    if in_motion(seen).residual.relative < MISFIT:
+    if seen.in_motion.residual.relative < MISFIT:
         reasons += _without_friction(run, solution.X)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
@@ -170,7 +169,7 @@ def _mostly_noise(noise: Residual) -> list[Reason]:
 
 def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) -> list[Reason]:
     """Return the joints whose torque error in motion is large, with the error in N m or N."""
-    each = in_motion(seen).residual.per_joint or ()
+    each = seen.in_motion.residual.per_joint or ()
     squares, counts = np.zeros(robot.n), np.zeros(robot.n)
     for log in held:
         rows = log.free if log.resting is None else log.free & ~log.resting

@@ -23,7 +23,7 @@ from symgen.estimation.band import Band
 from symgen.estimation.equation_model import JUDGING, EquationModel
 from symgen.estimation.filtered_log import FilteredLog
 from symgen.estimation.logs import Source, listed_logs, require_logs, require_other_data
-from symgen.estimation.motion_error import in_motion, motion_error
+from symgen.estimation.motion_error import motion_error
 from symgen.estimation.torque_error import fit, percent
 from symgen.estimation.values import FloatArray, Trace
 from symgen.faults.fault import Fault
@@ -278,7 +278,7 @@ def _left(
 ) -> tuple[Left, tuple[Trace, ...]]:
     """Return the torque errors of the model without the load, X (p,), and with it, and traces."""
     first, second = (fit(evaluator, logs, x, "train") for x in (X, whole))
-    before, after = in_motion(first).residual, motion_error(evaluator, logs, whole, second)
+    before, after = first.in_motion.residual, motion_error(evaluator, logs, whole, second)
     left = Left(
         before.relative,
         after.error.relative,
@@ -345,7 +345,7 @@ def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float)
             continue
         found = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
         torques = fit(evaluator, problem.logs[0], found.X + other.in_X(found))
-        left[joint.number] = in_motion(torques).residual.relative
+        left[joint.number] = torques.in_motion.residual.relative
     best = min(left, key=lambda number: left[number])
     if left[best] < SHOWN * after:
         raise IdentificationError(

@@ -159,7 +159,6 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
     """Return the option that needs all samples in memory, or ''."""
     needed = {
         "prior": asked.prior,
-        "commanded": listed_logs(asked.commanded),
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
     }

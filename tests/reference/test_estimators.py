@@ -22,7 +22,6 @@ from symgen.estimation.estimators import (
     Prior,
     TotalLeastSquares,
     Wls,
-    solve,
 )
 from symgen.estimation.system import Equations, LinearSystem
 from symgen.identification.parameters import read_prior
@@ -251,7 +250,7 @@ def test_durbin_wu_hausman_rejects_at_its_level_and_finds_bias(biased: bool) -> 
 
 def test_iv_without_instruments_says_what_it_accepts() -> None:
     with pytest.raises(symgen.IdentificationError, match="needs instruments; accepted"):
-        solve(_system(_rows(1)), "iv")
+        InstrumentalVariables().solve(_system(_rows(1)))
 
 
 class TestNearestPossible:
@@ -305,11 +304,6 @@ def test_every_method_has_a_source_and_says_what_its_intervals_exclude() -> None
         assert any(year in text for year in years), kind
         assert "bias" in kind.excludes, kind
     assert set(METHODS) == {"ols", "wls", "huber", "tls", "iv"}
-
-
-def test_a_method_that_does_not_exist_names_those_that_do() -> None:
-    with pytest.raises(symgen.IdentificationError, match="accepted: wls, ols, huber"):
-        solve(_system(_rows(1)), "magic")
 
 
 def test_a_prior_is_read_from_toml_and_from_an_estimate(tmp_path) -> None:

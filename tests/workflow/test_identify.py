@@ -14,7 +14,7 @@ from oracles import planar2r
 from support import data_folder, sampled
 
 import symgen
-from symgen.estimation.estimators import solve
+from symgen.estimation.estimators import Ols, Wls
 from symgen.estimation.filtered_log import unfiltered
 from symgen.estimation.system import LinearSystem, window_equations
 from symgen.report.store import result_files, result_page
@@ -136,7 +136,7 @@ def test_momentum_on_line_agrees_with_the_batch(tmp_path) -> None:
             replace(e, W=_halves(e.W, 5, len(tau)), y=_halves(e.y, 5, len(tau)), **shared)
             for e in equations
         )
-        batch = solve(LinearSystem(model.base.names, same), "ols")
+        batch = Ols().solve(LinearSystem(model.base.names, same))
         identifier = symgen.Identifier(evaluator, window=10, model="momentum")
         identifier.run(samples.t, samples.q, samples.qd, samples.tau)
         found, _ = identifier.read()
@@ -170,7 +170,7 @@ def test_standard_deviations_cover_the_truth() -> None:
         tau = clean.tau + 0.2 * draw.normal(size=clean.tau.shape)
         log = symgen.make_log("noisy", clean.t, clean.q, tau, clean.qd)
         equations = window_equations(evaluator, unfiltered(symgen.prepare(log)), "energy", 0.2)
-        solution = solve(LinearSystem(evaluator.model.base.names, equations))
+        solution = Wls().solve(LinearSystem(evaluator.model.base.names, equations))
         std = np.sqrt(np.diag(solution.covariance))
         inside.append(np.abs(solution.X - X) < 1.96 * std)
     print("coverage of the 95 % interval:", np.mean(inside))

@@ -14,7 +14,7 @@ import symgen
 from symgen.data.drive import motor_side
 from symgen.estimation.band import Band
 from symgen.estimation.equation_model import EquationModel
-from symgen.estimation.estimators import solve
+from symgen.estimation.estimators import Wls
 from symgen.estimation.filtered_log import filter_log
 from symgen.estimation.system import LinearSystem
 from symgen.faults.logs import open_samples
@@ -122,7 +122,7 @@ def test_without_saturation_a_log_that_is_cut_off_gives_the_parameters(robot, cu
     taken = replace(open_samples(cut_off[0], robot)[0], mask=None)  # as if nothing had been cut
     band = Band(1 / STEP, 20.0, 10.0, "measured")
     rows = LinearSystem(TRUE_NAMES, rows_of.equations(evaluator, filter_log(taken, band)))
-    assert np.max(np.abs(solve(rows).X / TRUE - 1)) > 0.02
+    assert np.max(np.abs(Wls().solve(rows).X / TRUE - 1)) > 0.02
     found = identified(robot, cut_off, model=model, cutoff=20)
     estimate = identified(robot, cut_off, ("saturation",), model=model, cutoff=20)
     assert error(estimate) < (5e-3 if model == "torque" else 1e-3)
