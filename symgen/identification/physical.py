@@ -120,7 +120,8 @@ def link_parameters(
         prior: standard parameters by name, for example from CAD. The others are kept small, with a
             thousandth of the weight.
         nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, the function
-            replaces an impossible X by the nearest possible one, and `sigmas` is the distance.
+            replaces an impossible X by the nearest possible one, and one at the limit by one near
+            it; `sigmas` is the distance.
 
     Raises:
         ParameterError: no link parameters give X (the message has the reason), or X or the prior
