@@ -11,8 +11,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from shlex import quote
+from typing import NoReturn
 
-from symgen.data.raw import NUMBERED, Wanted, refuse
+from symgen.data.raw import NUMBERED, Wanted, listed, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import plain
 
@@ -175,13 +176,11 @@ def _role(pattern: str) -> str | None:
 def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
     """Return the only pattern of a role with its columns by joint, if there is one."""
     joints, n = wanted.joints, wanted.n
-    named = {p: c for p, c in by_name(names, joints).items() if _role(p) == role}
+    named = _across_units({p: c for p, c in by_name(names, joints).items() if _role(p) == role})
     whole = {p: c for p, c in named.items() if len(c) == len(joints)}
     if named and not whole:
         pattern, columns = max(named.items(), key=lambda pair: len(pair[1]))
-        missing = [joints[k] for k in range(len(joints)) if k not in columns]
-        what = f"{_shown(pattern)} has no column for {', '.join(missing)}"
-        refuse(what, f"columns of all joints, or {held_still(missing)}")
+        _refuse_missing(names, role, pattern, columns, joints)
     if not whole:
         runs = {p: c for p, c in by_number(names, n).items() if _role(p) == role}
         whole = {p: c for p, c in runs.items() if len(c) == n} or runs
@@ -192,6 +191,50 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
         what = f"{role} may be {first} or {second}, with * for the joint"
         refuse(what, f'--columns "{role}={first}", or another')
     return next(iter(whole.items()), ("", {}))
+
+
+def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
+    """Join patterns that differ only in their unit, as `* [deg]` and `* [mm]` of other joints."""
+    alike: dict[str, list[str]] = {}
+    for pattern in patterns:
+        alike.setdefault(split_unit(pattern)[0], []).append(pattern)
+    out = dict(patterns)
+    for text, several in alike.items():
+        joints = [joint for pattern in several for joint in patterns[pattern]]
+        if len(several) > 1 and len(set(joints)) == len(joints):
+            out[text] = {k: name for pattern in several for k, name in out.pop(pattern).items()}
+    return out
+
+
+def _refuse_missing(
+    names: Sequence[str], role: str, pattern: str, columns: Pattern, joints: Sequence[str]
+) -> NoReturn:
+    """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
+    missing = [k for k in range(len(joints)) if k not in columns]
+    spare = _spare(names, role, columns)
+    likely = [name for name in spare if _role(name) == role]
+    theirs = {k: name for p in by_name(likely, joints).values() for k, name in p.items()}
+    accepted = ["columns of all joints"]
+    if len(spare) >= len(missing):
+        chosen = dict.fromkeys(range(len(joints)), "COLUMN") | theirs | columns
+        pairs = ",".join(f"{role}{k + 1}={_shown(name)}" for k, name in chosen.items())
+        choice = "" if theirs.keys() >= {*missing} else f" with COLUMN one of {listed(spare)}"
+        accepted.append(f'--columns "{pairs}"{choice}')
+    if role == "q" and not theirs:
+        accepted.append(held_still([joints[k] for k in missing]))
+    what = f"{_shown(pattern)} has no column for {', '.join(joints[k] for k in missing)}"
+    refuse(what, ", or ".join(accepted))
+
+
+def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
+    """Return the columns of no joint and no other role, without time and commands."""
+    out = []
+    for name in names:
+        tokens = {token.lower() for token in _TOKEN.findall(split_unit(name)[0])}
+        taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _ASKED)
+        if name and not taken and _role(name) in (None, role):
+            out.append(name)
+    return out
 
 
 def suggested(names: Sequence[str], roles: Sequence[str], wanted: Wanted) -> str:

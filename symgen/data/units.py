@@ -80,7 +80,7 @@ for _line in _TABLE.strip().splitlines():
 _BRACKETED = set("m n a ° °/s turn turns rev revs meter meters kn".split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<{]\s*([^\[\](){}<>]*?)\s*[\])>}]\s*()")
 _BARE = "|".join(map(re.escape, sorted(set(_WRITTEN) - _BRACKETED)))
-_SUFFIX = re.compile(rf"(.*?[a-z0-9])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
+_SUFFIX = re.compile(rf"(.*?[a-z0-9*])[\s_.-]+({_BARE})([\s_]*[0-9]+)?", re.IGNORECASE)
 #: Quantities of the roles of a log: of revolute joints, and of prismatic ones.
 QUANTITIES = {
     "q": ("angle", "length"),

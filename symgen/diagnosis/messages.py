@@ -77,8 +77,8 @@ def tie(effect: FoundEffect, robot: Robot) -> str:
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return a line on the effects that no robot file can declare, or nothing."""
-    left = dict.fromkeys(e.name for e in diagnosis.effects if not e.declared)
+    """Return a line on the adopted effects that no robot file can declare, or nothing."""
+    left = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
     return (f"robot.toml and its C code cannot contain {', '.join(left)}",) if left else ()
 
 

@@ -92,6 +92,38 @@ def test_names_of_the_robot_choose_among_the_joints_of_a_log(log_of) -> None:
     np.testing.assert_array_equal(log.tau, VALUES["tau"][:, [2, 0]])
 
 
+@pytest.mark.parametrize("name", ["{joint} pos [{unit}]", "{joint}_position_{unit}"])
+def test_joints_of_two_kinds_have_columns_of_two_units(tmp_path, name) -> None:
+    units = {"hip": "deg", "lift": "mm"}
+    columns = ["t", *(name.format(joint=j, unit=u) for j, u in units.items())]
+    columns += [f"{joint}_effort" for joint in units]
+    path = tmp_path / "log.csv"
+    table = np.column_stack([T, *([[180.0], [1000.0], [3.0], [4.0]] * np.ones((4, N)))])
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
+    log = read_log(path, names=tuple(units), sigma=(0, 1))
+    np.testing.assert_allclose(log.q[0], [np.pi, 1.0])
+
+
+@pytest.mark.parametrize("role", ["position", "effort"])
+@pytest.mark.parametrize(
+    ("column", "likely"), [("finger_{role}_est", True), ("channel_a", False), ("", False)]
+)
+def test_a_joint_without_a_column_may_be_in_another_or_fixed(tmp_path, role, column, likely):
+    spare = column.format(role=role)
+    names = {f"{joint}_{word}" for joint in ("hip", "finger") for word in ("position", "effort")}
+    columns = ["t", *sorted(names - {f"finger_{role}"}), *([spare] if spare else [])]
+    path = tmp_path / "log.csv"
+    table = np.column_stack([T] * len(columns))
+    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
+    with pytest.raises(LogError, match="no column for finger") as caught:
+        read_log(path, names=("hip", "finger"), sigma=(0, 1))
+    text, ours = str(caught.value), {"position": "q", "effort": "tau"}[role]
+    pairs = f"{ours}1=hip_{role},{ours}2={spare if likely else 'COLUMN'}"
+    assert (f'--columns "{pairs}"' in text) == bool(spare)
+    assert (f"COLUMN one of {spare}" in text) == (bool(spare) and not likely)
+    assert ("--fix finger" in text) == (role == "position" and not likely)
+
+
 def test_a_pattern_chooses_where_two_would_do(log_of) -> None:
     names = RECORDERS["joint and word"]
     twice = [f"{j}_position_raw" for j in JOINTS]

@@ -182,6 +182,13 @@ def test_page_holds_verdict_gap_effects_and_what_was_rejected(html: str) -> None
         assert words.lower() in text.lower(), words
 
 
+def test_only_adopted_effects_are_missing_from_the_robot_file() -> None:
+    found = synthetic()
+    spring, ripple = found.effects
+    suspected = replace(found, effects=(spring, replace(ripple, adopted=False)))
+    assert "cannot contain" not in Page(diagnosis_page(suspected)).text
+
+
 def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
     figure = diagnosis_plots.portraits(synthetic())
     assert figure is not None

@@ -107,6 +107,13 @@ def test_page_holds_verdict_fit_parameters_and_origin(html: str) -> None:
         assert words in text, words
 
 
+def test_the_error_in_units_is_the_first_error_of_its_joint() -> None:
+    moving = Residual(0.09, (0.08, 0.1))
+    text = Page(result_page(replace(synthetic(), moving=moving))).text
+    assert "3.61 N m0.289 N m8.00 %" in text
+    assert "3.60 N m0.360 N m10.0 %" in text
+
+
 def test_weak_parameters_are_folded_and_known_ones_are_not(html: str) -> None:
     front, details = html.split('<h2 class="more">')
     known = front.split("Known parameters (5 of 6)")[1].split("</section>")[0]

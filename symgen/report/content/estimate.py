@@ -184,10 +184,10 @@ def _error_section(e: Estimate) -> Section:
     said, errors = _errors(e)
     torques = [t for t in e.traces if t.quantity == "torque" and t.kind == "validation"]
     sizes = [("", "")] * len(e.joints)
-    held = e.torque_validation
-    if torques and held is not None and held.per_joint:
+    first = next(iter(errors.values())).per_joint
+    if torques and first:
         measured = np.concatenate([t.measured for t in torques])
-        sizes = errors_in_units(e.joints, measured, held.per_joint)
+        sizes = errors_in_units(e.joints, measured, first)
     each = zip(*(r.per_joint or () for r in errors.values()), strict=False)
     rows = [
         (joint.label, *size, *map(percent, shares))
