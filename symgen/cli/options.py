@@ -248,8 +248,10 @@ def reading_options(command: Command, start: str = "--from") -> Command:
         ) as error:  # only here is the robot file of the advice known
             given = (options["robot"], *options.get("paths", ()))  # the robot, or the first file
             robot = next((str(path) for path in given if path is not None), "FILE")
-            text = str(error).replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
-            if robot.lower().endswith(tuple(FORMATS)) and text != str(error):
+            text = str(error)
+            if robot.lower().endswith(tuple(FORMATS)):
+                text = text.replace(IMPORT, f"symgen import {shlex.quote(robot)} ")
+            if text != str(error):
                 then = "" if options["robot"] else ", then --robot robot.toml"
                 raise type(error)(text + then) from error
             raise

@@ -52,7 +52,8 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 
 def held_still(joints: Sequence[str]) -> str:
     """Return how joints without columns are held still."""
-    return f"joints without columns held still: {fixing(map(plain, joints))}"
+    command = fixing(map(plain, joints))
+    return f"joints without columns held still: sigma = 2 in robot.toml, or, for a URDF, {command}"
 
 
 def fixing(joints: Iterable[str]) -> str:

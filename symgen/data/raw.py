@@ -39,6 +39,8 @@ KEYS = "t (N,), q (N, n), tau (N, n), optional qd (N, n)"
 _UNPACKED, _PACKING = 256 << 20, 20
 _PAIRS = "ours=theirs separated by commas, such as t=time,q1=shoulder_pos"
 MASKS = ("rest", "saturation")
+#: Units that an option gives to all angles.
+ANGLES = ("deg", "rad")
 TIME_UNITS = ("s", "ms", "us", "ns")
 _ROLES = (
     "t, q1.., qd1.., tau1.., i1.., qs1.., qr1.., qdr1.., fx.., wx.. (t, q, qd, tau, i, qs, qr, "
@@ -115,7 +117,7 @@ class Reading:
             object.__setattr__(self, "columns", columns_from(self.columns))
         for column, unit in self.unit.items():
             known = not column or column in ROLES[1:] or NUMBERED.fullmatch(column)
-            if not (known and (column or unit in ("deg", "rad"))):
+            if not (known and (column or unit in ANGLES)):
                 accepted = "deg, rad, or pairs such as q=deg,qd=rad/s,tau2=mNm"
                 raise LogError(f"--unit {column}={unit}: accepted: {accepted}".replace(" =", " "))
         if self.time_unit and self.time_unit not in TIME_UNITS:

@@ -511,7 +511,10 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
         elif have != list(range(1, len(have) + 1)):
             gap = ", ".join(f"{role}{number}" for number in have)
-            refuse(f"the columns {gap} are not numbered 1, 2, .. without gaps", COLUMNS)
+            refuse(
+                f"of the columns {role}1, {role}2, .. there is only {gap}",
+                f"{COLUMNS} of all joints",
+            )
         if have:
             groups[role] = {number - 1: f"{role}{number}" for number in have}
     return groups

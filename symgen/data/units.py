@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symgen.data.raw import TIME_UNITS, Raw, Reading, Wanted, refuse
+from symgen.data.raw import ANGLES, TIME_UNITS, Raw, Reading, Wanted, refuse
 from symgen.names import PRISMATIC
 
 #: Time step of a log of a robot, s: shortest (a current loop of 20 kHz) and longest.
@@ -238,9 +238,16 @@ def _asked(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit
     """Return the unit of a column from the option --unit."""
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
-            unit = unit_of(options[key], quantity)
+            text = options[key]
+            unit = unit_of(text, quantity)
             if unit is None and key:
-                refuse(f"--unit {key}={options[key]}: no unit of {quantity}", _accepted(quantity))
+                how = (
+                    f"{_accepted(quantity)}; other joints by their number: --unit {role}1={text},.."
+                )
+                if text in ANGLES:
+                    how = f"{how}; all revolute joints: --unit {text}"
+                what = f"--unit {key}={text}: no unit of {quantity}, which joint {j + 1} has"
+                refuse(what, how)
             return unit
     return None
 

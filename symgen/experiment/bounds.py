@@ -116,7 +116,8 @@ def bounds(robot: Robot) -> Bounds:
         values = getattr(own, key)
         if values is None and key in needed:
             raise ParameterError(
-                f"{where}: {needed[key]} are not limited; accepted: {key} in [limits], or --{key}"
+                f"{where}: {needed[key]} are not limited for every joint (symgen import names the "
+                f"joints of a URDF without limits); accepted: {key} in [limits], or --{key}"
             )
         array = np.full(robot.n, math.inf) if values is None else np.array(values, dtype=float)
         if len(array) != robot.n:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 from symgen.schemas import BESIDE, OrNan
 
+#: Kind of the unit of a column: no fault, but listed with them.
+CONVERTED = "converted"
 #: Text for a fault that is not corrected.
 LEFT = "left as it is"
 #: Log name of a fault that all logs have.

@@ -30,7 +30,7 @@ from symgen.faults.channels import (
     without,
 )
 from symgen.faults.clock import roughness, stalled_rows, uniform_clock
-from symgen.faults.fault import Fault
+from symgen.faults.fault import CONVERTED, Fault
 from symgen.faults.rules import Channel, Rule, Symptom, apply, with_values
 from symgen.faults.undo import bridged, mask_samples, sloped
 from symgen.names import PRISMATIC
@@ -55,7 +55,7 @@ def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
         sigma: types of the joints.
     """
     converted = [
-        Fault(log.name, columns, unit, 0, done, kind="converted")
+        Fault(log.name, columns, unit, 0, done, kind=CONVERTED)
         for columns, unit, done in log.converted
     ]
     log, faults = apply(RECORDED, log, sigma)
@@ -172,7 +172,7 @@ RECORDED = (
     Rule(
         "stalled", ("all",), _stalled,
         "rows that repeat the row before while the robot moves, up to {longest} s",
-        f"interpolated up to {_BRIEF} in a row, mask_samples beyond",
+        f"interpolated up to {_BRIEF} in a row, masked beyond",
         lambda log, _, at: rows(log, at),
     ),
     Rule("wrapped", ("q",), _wrapped, "jumps of 2 pi", "unwrapped", with_values),

@@ -263,10 +263,11 @@ def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
     """Say what rests do, where the logs that judge have any."""
     if band.rests is None:
         return ()
-    weights = band.rests.weight
+    low, high = (f"{w:.2g}" for w in (min(band.rests.weight), max(band.rests.weight)))
+    weights = low if low == high else f"{low} to {high}"
     return tuple(
         "joints stand still at times, where static friction can take any value between its limits: "
-        f"{told}; rows at rest have {min(weights):.2g} to {max(weights):.2g} times the weight of "
+        f"{told}; rows at rest have {weights} times the weight of "
         "rows in motion"
         for told in seen.told_apart
     )

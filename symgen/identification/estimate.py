@@ -265,6 +265,12 @@ def read_estimate(path: str | Path) -> Estimate:
         ParameterError: there is no estimate, or it is damaged.
     """
     file = result_file(path, MARKER)
+    others = sorted(other.name for other in file.parent.glob("*.json"))
+    if Path(path).is_dir() and others and not file.exists():
+        raise ParameterError(
+            f"{path}: the folder has {', '.join(others)} and no {file.name}; accepted: a result of "
+            "symgen identify, for a diagnosis that of the line next: which it printed"
+        )
     found = read_result(Estimate, file, *READ)
     wrong = _torn(found)
     if wrong:

@@ -131,9 +131,22 @@ def test_import_writes_a_robot_and_its_parameters(run, good, tmp_path):
     assert list(read_parameters(values, model)) == list(read_parameters(good, model))
 
 
-def test_limits_in_the_wrong_order_are_noted():
-    found = import_urdf(GOOD.replace('lower="-1" upper="1"', 'lower="1" upper="-1"'))
-    assert any("the lower limit is above the upper one at joint turn" in n for n in found.notes)
+LIMIT = '<limit lower="-1" upper="1" effort="5" velocity="2"/>'
+
+
+@pytest.mark.parametrize(
+    ("turn", "note"),
+    [
+        (LIMIT, ""),
+        ('<limit lower="1" upper="-1" effort="5" velocity="2"/>', "position (turn)"),
+        ("", "position (turn), velocity (turn), torque (turn)"),
+    ],
+)
+def test_limits_that_a_joint_lacks_are_noted(turn, note):
+    axis = '<axis xyz="0 0 1"/>'
+    found = import_urdf(GOOD.replace(LIMIT, turn).replace(axis, axis + LIMIT))
+    lost = [line for line in found.notes if "limits" in line]
+    assert lost == [f"limits that a joint lacks are not read: {note}"] * bool(note)
 
 
 def test_import_again_replaces_what_nobody_changed_and_nothing_else(run, good, tmp_path):

@@ -149,6 +149,13 @@ REFUSED = {
     "milliseconds": ({}, {"t": "time_ms"}, "'time_ms' (t)", "--time-unit s"),
     "what was asked": ({}, {"tau": "{name}_effort_cmd"}, "no column tau1", "--columns"),
     "two roles in a name": ({}, {"tau": "{name}_velocity_effort"}, "no column tau1", "--columns"),
+    "one joint of three by number": (
+        {"reading": Reading(columns={"q3": "knee_2_position"})}, {}, "only q3", "all joints",
+    ),
+    "a unit of other joints": (
+        {"sigma": (0, 0, 1), "reading": Reading(unit={"q": "deg"})}, {},
+        "no unit of length, which joint 3 has", "joints: --unit deg",
+    ),
     "no such pattern": (
         {"reading": Reading(columns={"q": "*_angle"})}, {}, "--columns q=*_angle", "hip_position",
     ),

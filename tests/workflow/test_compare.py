@@ -75,6 +75,12 @@ def folders(estimates, tmp_path_factory):
     return root / "a", root / "b"
 
 
+def test_a_folder_of_another_result_is_named(tmp_path) -> None:
+    (tmp_path / "diagnosis.json").write_text("{}")
+    with pytest.raises(symgen.ParameterError, match=r"has diagnosis\.json .* next:"):
+        symgen.read_estimate(tmp_path)
+
+
 def small(*parameters: tuple, robot: str = "arm", provenance: tuple = ()) -> Estimate:
     """An estimate of (name, expression, value, std) with nothing else in it."""
     return Estimate(

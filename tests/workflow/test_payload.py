@@ -15,6 +15,7 @@ from support import sampled
 
 import symgen
 from symgen.identification.payload import LABELS, read_payload
+from symgen.report.terminal import print_result
 from symgen.robot.tables import Drive
 
 pytest.importorskip("pinocchio", reason="Pinocchio (PyPI: pin) is not installed")
@@ -159,7 +160,7 @@ def test_a_load_on_an_arm_whose_friction_grows_with_it(robot, tmp_path, beside: 
     assert found.residual.after < 1.1 * found.residual.noise_floor
 
 
-def test_a_load_is_given_in_a_frame_of_its_link(robot, parameters, tmp_path) -> None:
+def test_a_load_is_given_in_a_frame_of_its_link(robot, parameters, tmp_path, capsys) -> None:
     tool = symgen.Frame("tool0", N, (0.05, -0.02, 0.1), (0.3, -0.5, 1.1))
     other = symgen.Frame("elbow", 3)
     framed = replace(symgen.read_robot(robot), frames=(tool, other))
@@ -179,7 +180,9 @@ def test_a_load_is_given_in_a_frame_of_its_link(robot, parameters, tmp_path) -> 
     assert (content["frame"], content["joint"], own.to_json()["frame"]) == ("tool0", N, N)
     symgen.write(found, tmp_path / "load")
     assert read_payload(tmp_path / "load").frame == "tool0"
-    assert "the frame of tool0." in (tmp_path / "load/report.html").read_text()
+    print_result(found)
+    for shown in ((tmp_path / "load/report.html").read_text(), capsys.readouterr().out):
+        assert "cx, cy and cz are in the frame of tool0." in shown
     for name, says in (("flange", "no frame 'flange'; accepted: tool0, elbow"),
                        ("elbow", "on the link of joint 3")):  # fmt: skip
         with pytest.raises(symgen.RobotError, match=says):

@@ -91,7 +91,7 @@ def test_no_line_is_wider_than_the_terminal_and_no_word_is_cut(folder, width) ->
 
 def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:
     from symgen.estimation.band import Band
-    from symgen.faults.fault import Fault
+    from symgen.faults.fault import CONVERTED, Fault
 
     mended = Fault("a.csv", "qd2", "1.8 ms late", 400, "shifted")
     first, *rest = run_lines(Band(500.0, 12.5, 3.5, "measured"), (mended, mended))
@@ -101,3 +101,7 @@ def test_a_run_says_band_cutoff_speeds_and_repairs_in_one_line() -> None:
         first,
     )
     assert rest == ["repair: a.csv: qd2: 1.8 ms late, 400 samples: shifted"]
+    unit = Fault("a.csv", "q1", "in deg by the header", 0, "converted to rad", kind=CONVERTED)
+    first, *rest = run_lines(None, (unit,))
+    assert first == "run: no band; repaired: nothing"
+    assert rest == ["note: a.csv: q1: in deg by the header: converted to rad"]

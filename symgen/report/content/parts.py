@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symgen.estimation.torque_error import MANY
 from symgen.estimation.torque_error import percent as percent
+from symgen.faults.fault import CONVERTED
 from symgen.report.plots.robot import drawing
 from symgen.robot.types import HEADER
 
@@ -113,8 +115,12 @@ def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     alike: dict[tuple[str, str], list[Fault]] = {}
     for r in repairs:  # numbers differ between logs
         alike.setdefault((re.sub(r"[0-9.]+", "", _short(r)), r.done), []).append(r)
-    told = f"run: {said}; repaired: {_columns(repairs) or 'nothing'}"
-    return (told, *(f"repair: {_together(own)}" for own in alike.values()))
+    mended = [r for r in repairs if r.kind != CONVERTED]
+    lines = [f"run: {said}; repaired: {_columns(mended) or 'nothing'}"]
+    for own in alike.values():
+        label = "note" if own[0].kind == CONVERTED else "repair"
+        lines.append(f"{label}: {_together(own)}")
+    return tuple(lines)
 
 
 def _short(repair: Fault) -> str:
@@ -230,6 +236,12 @@ PLAYBACK = (
 )
 
 
+def _position_error(horizon: Horizon) -> str:
+    """Return the position error with its spread; without it where the error has no digits."""
+    error = percent(horizon.position_error)
+    return error if horizon.position_error > MANY else f"{error} ± {percent(horizon.spread)}"
+
+
 def horizon_table(
     first: str,
     models: Sequence[tuple[str, Sequence[Horizon]]],
@@ -247,7 +259,7 @@ def horizon_table(
     rows = [
         (
             name,
-            *(f"{percent(h.position_error)} ± {percent(h.spread)}" for h in horizons),
+            *map(_position_error, horizons),
             *(column[k] for column in others.values()),
         )
         for k, (name, horizons) in enumerate(models)

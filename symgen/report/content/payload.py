@@ -21,7 +21,10 @@ from symgen.report.content.parts import (
 )
 from symgen.report.plots.figure import Figure, Panel
 
-_LOAD = "The origin is that of the frame of {}. The inertia is about the centre of mass."
+_LOAD = (
+    "cx, cy and cz are in the frame of {}. The inertia is about the centre of mass, in the axes of "
+    "this frame."
+)
 _ERROR = (
     "The error is the RMS of measured minus modelled torque of joints in motion, on the logs with "
     "the load. The percentage is its ratio to the RMS of the measured torque."
@@ -36,10 +39,10 @@ def payload_content(found: Payload) -> Content:
         rows.append((name, *value_with_std(q.value, q.std), unit))
     lead = (f"The load that {found.robot} carries on the link of {found.link}.",)
     table = Table(("", "value", "std", "unit"), rows)
-    text = f"Method: {found.method}."
+    origin, text = _LOAD.format(found.frame_label), f"Method: {found.method}."
     sections = (
         Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, found)),
-        Section("Load", (_LOAD.format(found.frame_label), text), table, told=()),
+        Section("Load", (origin, text), table, told=(origin,)),
         Section("Torque error by joint", (_ERROR,), _errors(found), told=()),
         repairs_section(found.repairs),
         *notes_section(found.notes),

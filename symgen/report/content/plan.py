@@ -49,7 +49,8 @@ def plan_content(plan: Plan) -> Content:
         f"determine the parameters of {plan.robot} with the {plan.model} model.",
     )
     done, asked = plan.searches
-    search = f"searches: {done} of {asked} went to their end; stopped: {plan.stopped}"
+    why = "" if plan.stopped == "done" else f"; stopped: {plan.stopped}"
+    search = f"completed searches: {done} of {asked}{why}"
     rows = [
         (name + (" (searched for)" if name == plan.model else ""), number(condition, 3))
         for name, condition in plan.conditions.items()

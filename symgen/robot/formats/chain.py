@@ -368,23 +368,26 @@ class Chain:
 
     def _limits(self, joints: Sequence[Joint]) -> Limits | None:
         """Return the kinds of limits that every movable joint has."""
-        given = [self.urdf.joints[j.name].limit for j in joints if j.movable]
-        columns: dict[str, Any] = {}
-        pairs = [(limit.get("lower", 0.0), limit.get("upper", 0.0)) for limit in given]
-        movable = (shortened(joint.name) for joint in joints if joint.movable)
-        turned = [name for name, (low, high) in zip(movable, pairs, strict=True) if low > high]
-        if turned:
-            self.notes.append(
-                f"the lower limit is above the upper one at joint {first_of(turned, 3)}: limits of "
-                "position are not read"
-            )
-        if all(low < high for low, high in pairs):
-            columns["position"] = tuple(pairs)
+        movable = [self.urdf.joints[joint.name] for joint in joints if joint.movable]
+        ranges = [(j.limit.get("lower", 0.0), j.limit.get("upper", 0.0)) for j in movable]
+        columns: dict[str, list[tuple[Any, bool]]] = {
+            "position": [((low, high), low < high) for low, high in ranges]
+        }
         for key, word in (("velocity", "velocity"), ("torque", "effort")):
-            values = tuple(limit.get(word, 0.0) for limit in given)
-            if min(values) > 0:
-                columns[key] = values
-        return Limits(**columns) if columns else None
+            values = [j.limit.get(word, 0.0) for j in movable]
+            columns[key] = [(value, value > 0) for value in values]
+        read: dict[str, Any] = {}
+        lost = []
+        for key, entries in columns.items():
+            pairs = zip(movable, entries, strict=True)
+            free = [shortened(j.name) for j, (_, valid) in pairs if not valid]
+            if not free:
+                read[key] = tuple(value for value, _ in entries)
+            elif any(np.any(value) for value, _ in entries):
+                lost.append(f"{key} ({first_of(free, 3)})")
+        if lost:
+            self.notes.append(f"limits that a joint lacks are not read: {', '.join(lost)}")
+        return Limits(**read) if read else None
 
     def _parameters(self) -> list[tuple[str, float]]:
         """Return the standard parameters of the file in the order of X; [] if it has none."""
