@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,15 +64,19 @@ def diagnose(effects: str | None, into: Path, least: float, misfit: float, **opt
         diagnosis = symgen.diagnose(
             effects=tried, least=least / 100, misfit=misfit / 100, progress=told, **options
         )
+        if any(effect.declared for effect in diagnosis.effects):
+            command = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
+        elif any(effect.indistinguishable_from for effect in diagnosis.effects):
+            motion = again("excite", into=f"{into}-motion.csv")
+            command = f"{motion} (a motion to record, then diagnose again with both logs)"
+        else:
+            command = ""
+        diagnosis = replace(diagnosis, command=command)
         told("writing the page and the extended model")
         symgen.write(diagnosis, into)
     good = print_result(diagnosis)
     names = "diagnosis.json, report.html, robot.toml, parameters.toml, generated/"
-    if any(effect.declared for effect in diagnosis.effects):
-        line = again("identify", robot=str(into / "robot.toml"), into=f"{into}-better")
-        click.echo(f"next: {line}")
-    elif any(effect.indistinguishable_from for effect in diagnosis.effects):
-        line = again("excite", into=f"{into}-motion.csv")
-        click.echo(f"next: {line} (a motion to record, then diagnose again with both logs)")
+    if command:
+        click.echo(f"next: {command}")
     click.echo(f"written: {into} ({names})")
     return 0 if good else 1

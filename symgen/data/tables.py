@@ -511,10 +511,8 @@ def _groups(names: list[str], stored: Sequence[str], wanted: Wanted) -> dict[str
             have = [number for number in have if 1 <= number <= len(numbers["q"])]
         elif have != list(range(1, len(have) + 1)):
             gap = ", ".join(f"{role}{number}" for number in have)
-            refuse(
-                f"of the columns {role}1, {role}2, .. there is only {gap}",
-                f"{COLUMNS} of all joints",
-            )
+            what = f"of the columns {role}1, {role}2, .. there are only {gap}"
+            refuse(what, f"{COLUMNS} of all joints")
         if have:
             groups[role] = {number - 1: f"{role}{number}" for number in have}
     return groups

@@ -161,6 +161,7 @@ class Diagnosis(Viewable):
         digests: SHA-256 of the other files of that folder.
         mended: the channels that repairs changed most, for plots.
         band: filters of the logs.
+        command: the command to run next, "" where nobody typed one.
     """
 
     GONE: ClassVar = ("replay", "free_functions", "energy")
@@ -189,6 +190,7 @@ class Diagnosis(Viewable):
     values: Annotated[tuple[float, ...], BESIDE] = ()
     mended: Annotated[tuple[MendedChannel, ...], BESIDE] = ()
     band: Annotated[Band | None, BESIDE] = None
+    command: Annotated[str, BESIDE] = ""
 
     def __repr__(self) -> str:
         """Return robot, verdict and the gap before and after."""

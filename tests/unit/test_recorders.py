@@ -150,7 +150,8 @@ REFUSED = {
     "what was asked": ({}, {"tau": "{name}_effort_cmd"}, "no column tau1", "--columns"),
     "two roles in a name": ({}, {"tau": "{name}_velocity_effort"}, "no column tau1", "--columns"),
     "one joint of three by number": (
-        {"reading": Reading(columns={"q3": "knee_2_position"})}, {}, "only q3", "all joints",
+        {"reading": Reading(columns={"q3": "knee_2_position"})}, {},
+        "there are only q3", "all joints",
     ),
     "a unit of other joints": (
         {"sigma": (0, 0, 1), "reading": Reading(unit={"q": "deg"})}, {},

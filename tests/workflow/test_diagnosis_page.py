@@ -189,6 +189,15 @@ def test_only_adopted_effects_are_missing_from_the_robot_file() -> None:
     assert "cannot contain" not in Page(diagnosis_page(suspected)).text
 
 
+def test_the_first_plot_has_the_model_before_and_after_and_the_page_the_command() -> None:
+    figure = diagnosis_plots.torques(synthetic())
+    assert figure is not None
+    assert [*figure.looks] == ["measured", "before", "after"]
+    command = "symgen identify why/robot.toml a.csv --into why-better"
+    assert command in Page(diagnosis_page(replace(synthetic(), command=command))).text
+    assert "LOG" not in Page(diagnosis_page(synthetic())).text
+
+
 def test_portrait_of_a_found_effect_lies_on_the_residual() -> None:
     figure = diagnosis_plots.portraits(synthetic())
     assert figure is not None

@@ -74,11 +74,12 @@ def _sections(d: Diagnosis) -> list[Section]:
     alikes = [(placed(e, d.extended), alike(e, d.extended), e.separate) for e in tied]
     rejected = [(r.name, on_joints(r.joints, d.extended), r.reason) for r in d.rejected]
     found = [(p.name, *_value(p), p.unit) for p in d.parameters]
-    last = "with the effects that were found" if d.effects else "as it is"
+    changed = any(effect.adopted for effect in d.effects)
+    models = "before and after the effects were added" if changed else "as it is"
     front = (
         Section(
             "Torque",
-            (f"Measured, and by the model {last}; both in the motion's band.",),
+            (f"Measured, and by the model {models}, in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
         Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
@@ -117,26 +118,17 @@ def _sections(d: Diagnosis) -> list[Section]:
 
 
 def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
-    more, actions = undeclared(d), _actions(d)
+    more = undeclared(d)
     lines = tuple(f"note: {line}" for line in (*d.advice, *more))
-    text = (*(line for line in d.advice if line not in told), *more, *actions)
-    return Section("What to do", text, told=lines)
-
-
-def _actions(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return the commands to run next."""
-    out = []
-    if any(effect.indistinguishable_from for effect in diagnosis.effects):
-        out.append(
-            "symgen excite ROBOT --into motion.csv writes a motion over the whole [limits] of your "
-            "robot file ROBOT; record it, and diagnose again with both logs."
+    text = [*(line for line in d.advice if line not in told), *more]
+    if any(effect.declared for effect in d.effects):
+        text.append(
+            "Identify the robot.toml next to this page with the same logs: it declares the named "
+            "effects."
         )
-    if any(effect.declared for effect in diagnosis.effects):
-        out.append(
-            "symgen identify robot.toml LOG --into result, with the robot.toml next to this page, "
-            "which declares the named effects."
-        )
-    return tuple(out)
+    if d.command:
+        text.append(d.command)
+    return Section("What to do", tuple(text), told=lines)
 
 
 def _gap_section(diagnosis: Diagnosis) -> Section:

@@ -17,7 +17,8 @@ _UNITS = {names.REVOLUTE: ("N m", "rad"), names.PRISMATIC: ("N", "m")}
 
 def torques(diagnosis: Diagnosis) -> Figure | None:
     """Draw the torque of every joint over time: measured, by the model before and after."""
-    shown = ("measured", "after" if diagnosis.effects else "before")
+    changed = any(effect.adopted for effect in diagnosis.effects)
+    shown = ("measured", "before", "after") if changed else ("measured", "before")
     return _over_time(diagnosis, lambda c: {x: getattr(c, x) for x in shown})
 
 

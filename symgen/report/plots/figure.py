@@ -18,7 +18,8 @@ from symgen.data.raw import FloatArray
 from symgen.files import rendered
 
 BLUE, ORANGE, GREEN, SKY, INK = "#0072B2", "#D55E00", "#009E73", "#56B4E9", "#24292f"
-_COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#B07800", SKY, "#4D4D4D")
+#: Colours of other curves than those of `_LOOKS`; a measured one is blue.
+_COLOURS = (INK, ORANGE, GREEN, "#CC79A7", "#B07800")
 _DASHES = ("", "7 3", "2 3", "9 3 2 3")
 #: Points that a curve is drawn with at most, one for each pixel of a wide page.
 POINTS = 1200
