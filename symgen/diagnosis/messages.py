@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.hypotheses.priors import priors
+from symgen.hypotheses.priors import PHYSICS, priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
@@ -40,10 +40,13 @@ def summary(diagnosis: Diagnosis) -> str:
     )
     floor, left = moving.noise_floor.total, moving.after.total
     told = f", {left / floor:.2g} times the noise" if left > BEYOND * floor > 0 else ""
-    gap = f"The torque error falls from {before} to {after}{told} (noise floor: {noise})."
-    count = sum(effect.adopted for effect in diagnosis.effects)
-    effects = "one effect" if count == 1 else f"{count} effects"
-    named = f": {effects} of the measuring chain" if count else ""
+    fell = left < moving.before.total
+    change = f"falls from {before} to {after}" if fell else f"is {after}"
+    gap = f"The torque error {change}{told} (noise floor: {noise})."
+    adopted = [e for e in diagnosis.effects if e.adopted]
+    effects = _counted(len(adopted))
+    recorded = sum(e.name in priors() and priors()[e.name].side != PHYSICS for e in adopted)
+    named = f": {_counted(recorded)} of the measuring chain" if recorded else ""
     return {
         "consistent": "The model explains these logs: no effect that matters is probable. The "
         f"torque error is {before} (noise floor: {noise}).",
@@ -54,6 +57,10 @@ def summary(diagnosis: Diagnosis) -> str:
         "unexplained": f"The torque error is {before} (noise floor: {noise}), and no known effect "
         "explains it.",
     }[diagnosis.verdict]
+
+
+def _counted(count: int) -> str:
+    return "one effect" if count == 1 else f"{count} effects"
 
 
 def alike(effect: FoundEffect, robot: Robot) -> str:
