@@ -13,6 +13,7 @@ from browser import BROWSER, HOSTILE, Page, below_first_screen, clipped, sheets,
 
 import symgen
 from symgen.estimation.band import Band
+from symgen.estimation.playback import Horizon
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import (
     OtherEstimate,
@@ -29,6 +30,7 @@ from symgen.identification.estimate import (
     ParameterEstimate,
 )
 from symgen.identification.uses import ParametersUse, PredictionUse, SimulationUse, Uses
+from symgen.report.content.parts import horizon_table
 from symgen.report.plots import curves as plots
 from symgen.report.store import result_page
 from symgen.robot import dh
@@ -112,6 +114,12 @@ def test_the_error_in_units_is_the_first_error_of_its_joint() -> None:
     text = Page(result_page(replace(synthetic(), moving=moving))).text
     assert "3.61 N m0.289 N m8.00 %" in text
     assert "3.60 N m0.360 N m10.0 %" in text
+
+
+def test_a_position_error_without_digits_has_no_spread() -> None:
+    horizons = Horizon(0.2, 0.5, 0.1, ()), Horizon(1.0, 12.0, 1e-14, ())
+    (row,) = horizon_table("model", [("identified", horizons)]).rows
+    assert row == ("identified", "50.0 % ± 10.0 %", "over 1000 %")
 
 
 def test_weak_parameters_are_folded_and_known_ones_are_not(html: str) -> None:
