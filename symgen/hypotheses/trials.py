@@ -83,7 +83,7 @@ def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Chang
     """Return the most probable point of a grid of changes of the torques, refined."""
     fits = [_fit_of_torque(stage, c, torque) for c in grid]
     found = _best_of(stage, grid, fits)
-    if len(grid) == 1 or found.odds <= 0:
+    if not (found.change.delay or found.change.lag) or found.odds <= 0:
         return found
     change = _refined_change(stage, found.change)
     fit = _fit_of_torque(stage, change, torque)
