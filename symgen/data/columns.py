@@ -213,7 +213,7 @@ def _refuse_missing(
     """Refuse a pattern that lacks columns of joints, with the columns that may be theirs."""
     missing = [k for k in range(len(joints)) if k not in columns]
     spare = _spare(names, role, columns)
-    likely = [name for name in spare if _role(name) == role]
+    likely = [name for name in spare if _role(name) == role or split_unit(name)[1]]
     theirs = {k: name for p in by_name(likely, joints).values() for k, name in p.items()}
     accepted = ["columns of all joints"]
     if len(spare) >= len(missing):
@@ -228,12 +228,14 @@ def _refuse_missing(
 
 
 def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
-    """Return the columns of no joint and no other role, without time and commands."""
+    """Return the columns of no joint, role or unit but that of a role; no times and commands."""
     out = []
     for name in names:
-        tokens = {token.lower() for token in _TOKEN.findall(split_unit(name)[0])}
+        text, unit = split_unit(name)
+        tokens = {token.lower() for token in _TOKEN.findall(text)}
         taken = name in columns.values() or NUMBERED.fullmatch(name) or tokens & (TIMES | _ASKED)
-        if name and not taken and _role(name) in (None, role):
+        fits = not unit or any(unit_of(unit, quantity) for quantity in QUANTITIES[role])
+        if name and not taken and fits and _role(name) in (None, role):
             out.append(name)
     return out
 

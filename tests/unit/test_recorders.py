@@ -106,12 +106,14 @@ def test_joints_of_two_kinds_have_columns_of_two_units(tmp_path, name) -> None:
 
 @pytest.mark.parametrize("role", ["position", "effort"])
 @pytest.mark.parametrize(
-    ("column", "likely"), [("finger_{role}_est", True), ("channel_a", False), ("", False)]
+    ("column", "likely"),
+    [("finger_{role}_est", True), ("channel_a", False), ("", False), ("finger_x [{unit}]", True)],
 )
 def test_a_joint_without_a_column_may_be_in_another_or_fixed(tmp_path, role, column, likely):
-    spare = column.format(role=role)
+    spare = column.format(role=role, unit={"position": "mm", "effort": "N"}[role])
+    other = "finger_y [A]"  # of no position and no torque
     names = {f"{joint}_{word}" for joint in ("hip", "finger") for word in ("position", "effort")}
-    columns = ["t", *sorted(names - {f"finger_{role}"}), *([spare] if spare else [])]
+    columns = ["t", *sorted(names - {f"finger_{role}"}), other, *([spare] if spare else [])]
     path = tmp_path / "log.csv"
     table = np.column_stack([T] * len(columns))
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
