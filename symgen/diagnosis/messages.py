@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, Gap
 from symgen.estimation.torque_error import percent
-from symgen.hypotheses.priors import PHYSICS, priors
+from symgen.hypotheses.priors import RECORDER, priors
 from symgen.names import joints_in_words
 from symgen.policy import BEYOND
 from symgen.robot.effect import definitions
@@ -45,7 +45,7 @@ def summary(diagnosis: Diagnosis) -> str:
     gap = f"The torque error {change}{told} (noise floor: {noise})."
     adopted = [e for e in diagnosis.effects if e.adopted]
     effects = _counted(len(adopted))
-    recorded = sum(e.name in priors() and priors()[e.name].side != PHYSICS for e in adopted)
+    recorded = sum(e.name in priors() and priors()[e.name].side == RECORDER for e in adopted)
     named = f": {_counted(recorded)} of the measuring chain" if recorded else ""
     return {
         "consistent": "The model explains these logs: no effect that matters is probable. The "

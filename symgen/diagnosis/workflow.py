@@ -54,9 +54,10 @@ from symgen.faults.samples import unmended_faults
 from symgen.hypotheses.confirm import REPEATED, Weighed, confirm, restricted
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.held import held_squares
-from symgen.hypotheses.priors import PHYSICS, priors
+from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import Problem, make_problem, model_of
 from symgen.hypotheses.registry import Found, make_registry
+from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
 from symgen.identification.parameters import read_given
@@ -337,10 +338,9 @@ class _Concluded:
 
 def _verdict(c: _Concluded, least: float) -> str:
     """Return one of VERDICTS."""
-    physics = _closed(c, "physics") + _closed(c, "file")
     impossible = any(reason.kind == EFFECT_MISSING for reason in c.reasons)
     wrong = bool(c.reasons) and not impossible
-    if wrong or _closed(c, "recorder") > physics:
+    if wrong or _recorder_closes_more(c):
         return "bad-measurement"
     after, floor = c.gaps.moving.after, c.gaps.moving.noise_floor
     explained = quiet(after.per_joint, floor.per_joint, least) and not impossible
@@ -349,15 +349,16 @@ def _verdict(c: _Concluded, least: float) -> str:
     return "explained" if explained and after.total <= EXPLAINED else "partly-explained"
 
 
-def _closed(c: _Concluded, side: str) -> float:
-    """Return the share of the gap that the adopted effects of one side close."""
-    known = priors()
-    shares = [
-        e.gap_reduction
-        for e in c.effects
-        if e.adopted and (known[e.name].side if e.name in known else PHYSICS) == side
-    ]
-    return float(np.sum(shares))
+def _recorder_closes_more(c: _Concluded) -> bool:
+    """Whether adopted faults of the recorder explain more of the torque than all other effects."""
+    # A repair left the error with which the search began.
+    left = c.gaps.whole.before.total**2
+    shares = [e.gap_reduction for e in c.effects if e.name in _REPAIRED.values()]
+    closed = {RECORDER: sum(left * share / max(1 - share, TINY) for share in shares)}
+    for w in c.weighed:
+        side = prior_of(w.item.definition).side
+        closed[side] = closed.get(side, 0.0) + w.adopted * w.fell**2
+    return 2 * closed[RECORDER] > sum(closed.values())
 
 
 def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:

@@ -144,7 +144,8 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
         rise = now - was
         fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
-        fell, j = float(fall.max()), int(np.argmax(fall))
+        fell, own = float(fall.max()), list(item.joints) or range(len(fall))
+        j = max(own, key=lambda j: fall[j])  # the joint whose cause it may be
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
         left = float(above[0] / max(above[1], TINY))
         reason = ""

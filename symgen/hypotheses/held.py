@@ -11,9 +11,11 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Found, Item
-from symgen.hypotheses.rows import SETTLING
 from symgen.hypotheses.score import TINY, dense
 
+#: Rounds in which columns that contain the model's torque follow it, and the relative change of
+#: its parameters that ends them.
+_ROUNDS, _SETTLED = 12, 1e-3
 #: Pattern of effects that depend on the time since a log began.
 TIME = "time"
 
@@ -54,10 +56,18 @@ def in_one_log(found: Found) -> Found:
 
 
 def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
-    """Return effects whose columns follow the model's torque, which they change."""
-    for _ in range(SETTLING if any(s.candidate.uses_model for s in effects) else 0):
-        seen = problem.stage(effects).seen
+    """Return effects whose columns follow the model's torque, which they change, until it settles.
+
+    A gain g takes -g times the error of a round into the next one: the mean of both is nearer.
+    """
+    X = problem.stage(effects).X
+    for _ in range(_ROUNDS if any(s.candidate.uses_model for s in effects) else 0):
+        seen = problem.seen(problem.logs, X)
         effects = [
             replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
         ]
+        found = problem.stage(effects).X
+        if np.linalg.norm(found - X) < _SETTLED * np.linalg.norm(X):
+            break
+        X = (X + found) / 2
     return effects

@@ -12,7 +12,7 @@ from symgen.robot.schema import TableReader, keys, require_keys
 
 #: Constant of an effect that begins within a log: the time, s.
 START = "start"
-PHYSICS = "physics"
+PHYSICS, RECORDER = "physics", "recorder"
 #: Number of ranges of an effect -> number of values that a search tries for each constant.
 _COUNTS = {1: 20, 2: 12}
 _BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrically

@@ -170,7 +170,7 @@ FAULTS = {
         effects=((SPEED, (1, 2)),),
     ),
     "speeds of zeros": Row(
-        over("qd", lambda x: 0 * x), (("qd", "speed"),)
+        over("qd", lambda x: 0 * x), (("qd", "speed"),), verdict=BAD, effects=((SPEED, ()),)
     ),
     "stamps of a host": Row(jittered, (("t", "jitter"),)),
     "rows repeated": Row(repeated, (("all", "stalled"),)),
@@ -185,11 +185,11 @@ FAULTS = {
         effects=(("wrong_sign", (2,)),),
     ),
     "torques turned": Row(
-        over("tau", lambda x: -x), blames="no_robot"
+        over("tau", lambda x: -x), blames="no_robot", verdict=BAD,
     ),
     "motion turned": Row(
         both(over("q", lambda x: -x, 2), over("qd", lambda x: -x, 2)), blames="wrong_sign",
-        verdict=BAD, effects=(("wrong_sign", (2,)),), left=0.02,
+        verdict=BAD, effects=(("wrong_sign", (2,)),), left=0.025,
     ),
     "torques exchanged": Row(
         exchanged("tau"), blames="exchanged_channels", verdict=BAD, effects=(EXCHANGED,)
@@ -218,7 +218,7 @@ FAULTS = {
         over("tau", stepped(30), 2), blames="error", verdict="unexplained", left=0.5
     ),
     "time reversed": Row(
-        reversed_in_time, blames="no_robot"
+        reversed_in_time, blames="no_robot", verdict=BAD,
     ),
     "torque dead": Row(
         over("tau", lambda x: 0 * x + 1.0, 2), blames="broken_channel", verdict=BAD, left=0.5,
