@@ -103,7 +103,7 @@ def signed(x: FloatArray) -> FloatArray | None:
     Negative counts of b bits are stored as themselves plus 2^b.
     """
     small = np.unique(x[x < x.max() / 2])  # whose last digit is exact
-    if x.min() < 0 or len(small) < 2:
+    if x.min() < 0 or len(small) <= 1:
         return None
     digit = float(np.diff(small).min())
     for bits in _BITS:

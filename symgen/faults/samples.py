@@ -45,6 +45,7 @@ _CLOCK = 0.8
 #: Shortest run of a channel that is stuck, in samples and over its other runs; smallest step after
 #: it, in usual steps; speed of a moving joint over its RMS; share of a log without a signal.
 _STUCK, _LONGER, _LEAVES, _MOVES, _DEAD = 20, 10.0, 3.0, 0.1, 0.5
+_VARIED = 10  # runs of other lengths that tell which one is usual
 
 
 def repaired(log: Log, sigma: Sequence[int]) -> tuple[Log, tuple[Fault, ...]]:
@@ -248,7 +249,7 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     out = np.zeros(len(x), dtype=bool)
     first, lengths = runs(x)
     varied = lengths[lengths > 1]
-    usual = np.percentile(varied, 90) if len(varied) > 10 else 1.0
+    usual = np.percentile(varied, 90) if len(varied) > _VARIED else 1.0
     long = lengths >= max(_STUCK, _LONGER * usual)
     if not long.any() or not c.moves:
         return out
@@ -264,7 +265,7 @@ def _constant(c: Channel, x: FloatArray, log: Log | Samples) -> Bools:
     least = -1.0 if c.key == "tau" else _LEAVES * usual_step(x)
     for start, end in zip(first[long], (first + lengths)[long], strict=True):
         steps_on = max(size[start], size[end]) > least or end - start > _DEAD * len(x)
-        if steps_on and moving[start:end].mean() >= 0.5:
+        if steps_on and 2 * moving[start:end].sum() >= end - start:
             out[start:end] = True
     return out
 

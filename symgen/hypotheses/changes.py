@@ -202,7 +202,7 @@ def _alphabetical(robot: Robot) -> tuple[int, ...]:
         return ()
     order = tuple(columns.index(name) for name in names)
     moved = [j for j, column in enumerate(order) if j != column]
-    return order if len(moved) > 2 else ()  # two are an exchange
+    return order if moved[2:] else ()  # two are an exchange
 
 
 def late(joints: tuple[int, ...], delay: float) -> Change:
