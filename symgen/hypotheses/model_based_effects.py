@@ -79,12 +79,6 @@ def special_candidates(
         yield from begun(point, logs)
 
 
-def _units(v: Variation) -> FloatArray:
-    """Return unit vectors of the link parameters, (10 links, links, 10)."""
-    count = len(v.robot.moving)
-    return np.eye(10 * count).reshape(-1, count, 10)
-
-
 def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
     """Return the torque of sets of link parameters at random states, (states n, m).
 
@@ -105,7 +99,7 @@ def _tilts(robot: Robot) -> Iterator[Candidate]:
     if robot.imu:
         return
     v = variation(robot)
-    units = _units(v)
+    units = v.units
     turned = {}
     for axis in sorted(np.argsort(np.abs(v.gravity), kind="stable")[:2]):
         other = -np.cross(np.eye(3)[axis], v.gravity)
@@ -137,7 +131,7 @@ def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
         (directions, fields, links, 10): one set for each field. Their summed torque is no torque of
         the model in the gravity of the file.
     """
-    units = _units(v)
+    units = v.units
     model, size, turn = np.linalg.svd(_random(v, units), full_matrices=False)
     least = SINGULAR * size.max()
     model, without = model[:, size > least], turn[size <= least].T
@@ -380,7 +374,7 @@ def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
 def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
     """Yield a load with those of its parameters that are identifiable, if there are any."""
     v, last = variation(robot), robot.movable[-1]
-    of_last = _units(v)[robot.moving.index(last) * len(names.LINK) :]
+    of_last = v.units[robot.moving.index(last) * len(names.LINK) :]
     units = np.array([of_last[names.LINK.index(prefix)] for prefix in prefixes])
     Y = _random(v, units)
     kept = identifiable_columns(Y).kept

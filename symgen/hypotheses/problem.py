@@ -161,8 +161,8 @@ class Problem:
 
     def _of_all_links(self, gravity: FloatArray, moving: float) -> FloatArray:
         """Return the regressor of all link parameters, at rest where `moving` is 0.0."""
-        v, count = variation(self.robot), len(self.robot.moving)
-        units = np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
+        v = variation(self.robot)
+        units = v.units
 
         def links(q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
             return v.regressor((q, moving * qd, moving * qdd), units, gravity)

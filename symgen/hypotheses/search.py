@@ -142,8 +142,8 @@ class _Judge:
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
-        #: Changes of the motion by what is undone already.
-        self._moved: dict[frozenset[Key], list[Changed]] = {}
+        #: Changes of the motion by what is undone already, and whether more than gravity is tried.
+        self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
         self._groups: list[_Group] = []
         self._terms: Expressions | None = None
 
@@ -181,10 +181,10 @@ class _Judge:
         undone = frozenset(c.key for c in found.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
         # What is accepted may have explained what a change of the motion would.
-        doubted = bool(loud) or not found.items
-        if doubted and undone not in self._moved:
-            self._moved[undone] = [*motion_trials(problem, loud)]
-        moved = self._moved[undone] if doubted else ()
+        doubted, key = bool(loud) or not found.items, (undone, bool(loud))
+        if doubted and key not in self._moved:
+            self._moved[key] = [*motion_trials(problem, loud)]
+        moved = self._moved[key] if doubted else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:

@@ -56,6 +56,12 @@ class Variation:
         """Gravity in frame 0, (3,), m/s2."""
         return np.array([float(g) for g in self._plain.gravity])
 
+    @property
+    def units(self) -> FloatArray:
+        """Unit vectors of the parameters of the links that move, (10 links, links, 10)."""
+        count = len(self.robot.moving)
+        return np.eye(count * len(names.LINK)).reshape(-1, count, len(names.LINK))
+
     def torque(
         self,
         state: Sequence[FloatArray],
