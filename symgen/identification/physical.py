@@ -187,7 +187,7 @@ def _closest(
         if within.value > CERTAIN:
             room, margin, is_body = fixed, within, is_body[~frames]
     x, X = room.onto @ margin.y + room.at, room.X  # the widest, where the solver finds no nearest
-    for wider in (room,) if L is None else (room, _loosened(room, L)):
+    for wider in (room,) if L is None else (room, room.loosened(L)):
         with suppress(ParameterError):
             y = _nearest_links(wider, target, named, is_body, margin.value)
             nearest = wider.onto @ y + wider.at
@@ -200,13 +200,6 @@ def _closest(
     s[room.heads] = X - room.G[:, problem.free] @ s[problem.free]
     s[room.positive] = np.maximum(s[room.positive], 0.0)  # -1e-17, from the line above
     return s, X
-
-
-def _loosened(room: Constraints, L: FloatArray) -> Constraints:
-    """Return constraints in which X may move by L z; the variables z are the last ones."""
-    moved = np.zeros((len(room.at), L.shape[1]))
-    moved[room.heads] = L / room.scale[room.heads, None]
-    return replace(room, onto=np.hstack([room.onto, moved]))
 
 
 def _fix(problem: Constraints, links: Bools, target: FloatArray) -> Constraints:

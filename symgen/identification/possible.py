@@ -127,9 +127,7 @@ def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Pos
     if not (np.isfinite(covariance).all() and (variances > 0).all()):
         raise ParameterError(f"the covariance is not a ({p}, {p}) matrix with a positive diagonal")
     L = deviation_axes(covariance)
-    moved = np.zeros((len(problem.at), p))
-    moved[problem.heads] = L / problem.scale[problem.heads, None]
-    wider = replace(problem, onto=np.hstack([problem.onto, moved]))
+    wider = problem.loosened(L)
     for move in nearest_moves(problem.onto.shape[1], wider.cones(_MARGIN)):
         x = wider.onto @ move + wider.at
         signed = x[problem.positive]
@@ -217,6 +215,12 @@ class Constraints:
         at = np.zeros(n)
         at[heads] = X / scale[heads]
         return cls(model, X, G, scale, heads, free, onto, at, links, np.flatnonzero(drives))
+
+    def loosened(self, L: FloatArray) -> Constraints:
+        """Return constraints in which X may move by L z; the variables z are the last ones."""
+        moved = np.zeros((len(self.at), L.shape[1]))
+        moved[self.heads] = L / self.scale[self.heads, None]
+        return replace(self, onto=np.hstack([self.onto, moved]))
 
     def cones(self, least: float | FloatArray = 0.0) -> list[Cone]:
         """Return the cones of y: links as bodies, and what is never negative.
