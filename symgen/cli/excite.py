@@ -7,16 +7,14 @@ from typing import Any
 
 import click
 
-from symgen.cli.options import PATH, ROBOT, WINDOW, numbers, taken
+from symgen.cli.options import FORMATS, MODELS, PATH, ROBOT, WINDOW, numbers, one_of, taken
 from symgen.cli.progress import meter, say_progress
 from symgen.report.terminal import print_result
 
 
 @click.command()
 @ROBOT
-@click.option(
-    "--model", default="momentum", help="Model to identify with: energy, momentum or torque."
-)
+@click.option("--model", default="momentum", **one_of(MODELS))
 @click.option(
     "--for",
     "wanted",
@@ -58,7 +56,9 @@ from symgen.report.terminal import print_result
     "--iterations", default=20_000, help="Largest number of motions that each search tries."
 )
 @click.option("--seed", default=0, type=click.IntRange(0), help="Seed of the random starts.")
-@click.option("--to", default="csv", help="csv; or ros or urscript, to write that format too.")
+@click.option(
+    "--to", default="csv", **one_of(FORMATS, "csv; or ros or urscript, to write that format too.")
+)
 @click.option(
     "--into",
     type=PATH,
@@ -78,7 +78,7 @@ def excite(robot: str, into: Path, to: str, wanted: tuple[str, ...], **options: 
     import symgen
     from symgen import Limits, Motion, Search
     from symgen.diagnosis.extend import with_effect
-    from symgen.experiment.plan import FORMATS, exported, paths
+    from symgen.experiment.plan import exported, paths
     from symgen.files import check_new, write_files
     from symgen.report.store import result_page
 

@@ -40,18 +40,8 @@ _IDENTIFYING = {"reading": 0.03, "deriving": 0.1, "choosing": 0.25, "fitting": 0
     multiple=True,
     help="Held-out log that tests the model; repeatable. Default: the last fifth of each log.",
 )
-@click.option(
-    "--model",
-    default="auto",
-    help="auto, energy, momentum or torque.",
-    shell_complete=one_of("auto", *MODELS),
-)
-@click.option(
-    "--method",
-    default="auto",
-    help="auto, wls, ols, huber, tls, iv, consistent or recursive.",
-    shell_complete=one_of(*METHODS),
-)
+@click.option("--model", default="auto", **one_of(("auto", *MODELS)))
+@click.option("--method", default="auto", **one_of(METHODS))
 @WINDOW
 @CUTOFF
 @click.option(

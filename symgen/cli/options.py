@@ -21,8 +21,9 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
     from click.shell_completion import CompletionItem
 
     from symgen.robot.builtin import library
+    from symgen.robot.imported import FORMATS
 
-    files = sorted(p.name for p in Path().iterdir() if p.suffix in (".toml", ".urdf", ".par"))
+    files = sorted(p.name for p in Path().iterdir() if p.suffix in (".toml", *FORMATS))
     known = [name for name in (*files, *library()) if name.startswith(incomplete)]
     return list(map(CompletionItem, known)) or [CompletionItem(incomplete, type="file")]
 
@@ -32,9 +33,20 @@ def _opposite(_context: Any, _option: Any, given: bool) -> bool:
     return not given
 
 
-def one_of(*words: str) -> Callable[..., list[str]]:
-    """Return the completion of an option that takes one of these words."""
-    return lambda _context, _parameter, incomplete: [w for w in words if w.startswith(incomplete)]
+def one_of(words: Sequence[str], text: str = "") -> dict[str, Any]:
+    """Return completion and help of an option that takes one of these words.
+
+    Args:
+        words: the accepted words.
+        text: the help; the words by default.
+    """
+    *most, last = words
+    listed = f"{', '.join(most)} or {last}."
+
+    def complete(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
+        return [word for word in words if word.startswith(incomplete)]
+
+    return {"shell_complete": complete, "help": text or listed}
 
 
 def effect_names(_context: Any, _parameter: Any, incomplete: str) -> list[str]:
@@ -105,7 +117,12 @@ EXACT = click.option(
     is_flag=True,
     help="Base parameters of the exact geometry, not of the nominal one.",
 )
+#: Words of options. They are typed here because their tables take half a second to import; a test
+#: compares both.
 MODELS = ("energy", "momentum", "torque")
+TARGETS = ("c", "casadi", "mex", "all")
+DTYPES = ("double", "float")
+FORMATS = ("csv", "ros", "urscript")
 METHODS = ("auto", "wls", "ols", "huber", "tls", "iv", "consistent", "recursive")
 
 

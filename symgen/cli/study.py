@@ -38,13 +38,14 @@ from symgen.cli.progress import meter, say_progress
     "--model",
     "models",
     multiple=True,
-    shell_complete=one_of(*MODELS),
-    help="Model to study; repeatable, default all.",
+    **one_of(MODELS, "Model to study; repeatable, default all."),
 )
 @click.option(
-    "--method", "methods", multiple=True, shell_complete=one_of(*METHODS),
-    help="Method to study; repeatable, default ols, wls and iv.",
-)  # fmt: skip
+    "--method",
+    "methods",
+    multiple=True,
+    **one_of(METHODS, "Method to study; repeatable, default ols, wls and iv."),
+)
 @WINDOW
 @click.option(
     "--cutoff",

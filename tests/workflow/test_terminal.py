@@ -15,7 +15,11 @@ from documented import shell
 from support import PROJECT
 from support_commands import in_terminal
 
-from symgen.cli import progress
+from symgen.cli import options, progress
+from symgen.codegen import package
+from symgen.estimation.equation_model import NEEDED
+from symgen.experiment import plan
+from symgen.identification import solving
 from symgen.report.content.parts import run_lines
 
 BASH = shutil.which("bash")
@@ -47,6 +51,17 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     done = shell(script, tmp_path)
     assert done.returncode == 0, done.stderr
     assert offered <= set(done.stdout.split()), done.stdout + done.stderr
+
+
+def test_options_offer_the_words_of_the_tables() -> None:
+    tables = {
+        options.MODELS: NEEDED,
+        options.METHODS: solving.ALL_METHODS,
+        options.TARGETS: (*package.TARGETS, "all"),
+        options.FORMATS: plan.FORMATS,
+    }
+    for offered, accepted in tables.items():
+        assert set(offered) == set(accepted)
 
 
 def test_a_bar_comes_after_two_seconds_on_a_terminal_and_never_in_a_file(monkeypatch) -> None:
