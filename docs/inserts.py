@@ -101,7 +101,7 @@ def _keys(kind: Any) -> Iterator[tuple[str, str, Any]]:
     if not is_dataclass(kind):
         yield from ((name, name, hint) for name, hint in hints.items())
         return
-    for name, path, form, _ in schemas._keys(kind):
+    for name, path, form, _ in schemas.fields_in_file(kind):
         yield name, ".".join(path), form.kind if form else hints[name]
 
 

@@ -78,7 +78,7 @@ def at(key: str) -> Any:
 
 
 @cache
-def _keys(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
+def fields_in_file(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
     """Return the fields in a file: name, path, form, and whether it may have no key."""
     out, hints = [], get_type_hints(kind, include_extras=True)
     for f in fields(kind):
@@ -114,12 +114,12 @@ def as_json(value: Any) -> Any:
 
 def _as_object(value: Any) -> dict[str, Any]:
     out: dict[str, Any] = {}
-    for name, (*groups, key), form, optional in _keys(value.__class__):
+    for name, (*groups, key), form, optional in fields_in_file(value.__class__):
         own = getattr(value, name)
         if own is not None or not optional:
             into = out.setdefault(groups[0], {}) if groups else out
             into[key] = as_json(form.write(own) if form else own)
-    for name in {path[0] for _, path, *_ in _keys(value.__class__) if len(path) > 1}:
+    for name in {path[0] for _, path, *_ in fields_in_file(value.__class__) if len(path) > 1}:
         if all(v is None for v in out[name].values()):
             out[name] = None
     return out

@@ -12,12 +12,12 @@ def picture() -> str:
     made, lines = example("hidden_spring"), []
     for label, name, color in (("without the spring", "before", RED),
                                ("with the spring", "after", BLUE)):  # fmt: skip
-        seen = next(
+        trace = next(
             t for t in made[name].traces if (t.quantity, t.kind) == ("torque", "validation")
         )
-        kept = slice(0, None, max(1, len(seen.t) // 250))
-        residual = seen.measured[kept, 1] - seen.predicted[kept, 1]
-        lines.append(Line(label, seen.t[kept], residual, color))
+        kept = slice(0, None, max(1, len(trace.t) // 250))
+        residual = trace.measured[kept, 1] - trace.predicted[kept, 1]
+        lines.append(Line(label, trace.t[kept], residual, color))
     return chart(
         "Residual torque of joint 2 without and with the spring",
         lines,

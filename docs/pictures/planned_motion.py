@@ -1,4 +1,4 @@
-"""Run the example motion_and_load and draw motion_and_load.svg: python motion_and_load.py"""
+"""Run the example planned_motion and draw planned_motion.svg: python planned_motion.py"""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from drawing import BLUE, RED, Line, chart, example
 
 def picture() -> str:
     """Return the position of joint 2 in the planned and in the slow motion."""
-    made = example("motion_and_load")
+    made = example("planned_motion")
     good, slow = made["good"], made["slow"]
     kept = slice(0, None, max(1, len(good.t) // 250))
     return chart(
@@ -24,4 +24,4 @@ def picture() -> str:
 
 
 if __name__ == "__main__":
-    Path("motion_and_load.svg").write_text(picture(), encoding="utf-8")
+    Path("planned_motion.svg").write_text(picture(), encoding="utf-8")
