@@ -117,6 +117,11 @@ class Candidate:
     first_order: bool = False
 
     @property
+    def degrees(self) -> int:
+        """Number of coefficients and searched constants."""
+        return self.size + len(self.constants)
+
+    @property
     def smooth(self) -> bool:
         """Whether its constants can be refined between the points of their grid."""
         return bool(self.constants) and self.definition.native != "coupling"

@@ -204,7 +204,28 @@ class _Judge:
                 if len(near) > 1 and o.candidate.smooth:
                     o = max(o, self._scored(stage, _refined(stage, o)), key=_odds)
             out.append(o)
-        return sorted(out, key=_odds, reverse=True)
+        out.sort(key=_odds, reverse=True)
+        if out and isinstance(out[0], Score):
+            first = self._simplest(stage, out)
+            out = [first, *(o for o in out if o is not first)]
+        return out
+
+    def _simplest(self, stage: Stage, ranked: Sequence[Item]) -> Score:
+        """Return the simplest of the effects that explain the same as the best one.
+
+        A law that contains another one, as a polynomial contains a spring, predicts as well where
+        its further coefficients are zero.
+        """
+        best = ranked[0]
+        assert isinstance(best, Score)
+        same, e = [best], explained(stage.rows, best.columns)
+        for o in ranked[1:]:
+            if not isinstance(o, Score) or o.candidate.name == UNNAMED:
+                continue
+            simpler = o.odds > best.odds - SURE and o.candidate.degrees < best.candidate.degrees
+            if simpler and _correlation(e, explained(stage.rows, o.columns)) > _SAME:
+                same.append(o)
+        return min(same, key=lambda o: (o.candidate.degrees, -o.odds))
 
     def added(self, found: Found, stage: Stage, new: Item) -> Found:
         """Return what is found with one more hypothesis."""
