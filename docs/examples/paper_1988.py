@@ -57,4 +57,4 @@ paper = np.array([5.6e-4, 0.016, 0.011, 0.019])
 print("parameter  paper    median   95 % of the runs")
 for k, name in enumerate(names):
     print(f"{name:9}  {paper[k]:.2e}  {middle[k]:.2e}  {low[k]:.1e} to {high[k]:.1e}")
-assert all(low < paper) and all(paper < high)
+assert np.all((low < paper) & (paper < high))

@@ -46,7 +46,8 @@ _RUN = [
 #: Pages that are made from code, with tables of many screens.
 _LONG = ("commands", "json", "reference")
 _SLOW_EXAMPLES = set(
-    "hidden_spring intervals online_identifier paper_1988 payload planned_motion prior wrong_sign".split()
+    "hidden_spring intervals online_identifier paper_1988 payload planned_motion prior "
+    "wrong_sign".split()
 )
 _DRAWN = re.compile(r'<div class="equation"([^>]*)>(.*?)</div>', re.S)
 #: A script of the tests with what follows it, as pages name it.
