@@ -16,6 +16,8 @@ DOCS = Path(__file__).parent
 INSERT = re.compile(r"^<!-- insert: (?P<name>\w+) ?(?P<argument>\S*) -->$", re.M)
 #: A link to an example where there is one: <!-- example: NAME -->
 EXAMPLE = re.compile(r"^<!-- example: (?P<name>\w+) -->$", re.M)
+#: A link to the script of an example, which has a page on the site.
+SCRIPT = re.compile(r"\]\(examples/(?P<name>\w+)\.py\)")
 
 
 def literate(script: Path) -> str:
@@ -80,8 +82,9 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Put tables and examples where a page asks for them."""
+    """Put tables and examples where a page asks for them, and link to pages of examples."""
     markdown = EXAMPLE.sub(lambda m: example(m["name"]), markdown)
+    markdown = SCRIPT.sub(r"](examples/\g<name>.md)", markdown)
     if not INSERT.search(markdown):
         return markdown
     sys.path.insert(0, str(DOCS))
