@@ -120,7 +120,7 @@ void planar2r_inverse_dynamics_batch(size_t N, const double *q, const double *qd
 void planar2r_mass_matrix(const double q[2], const double X[4], double M[4]);
 void planar2r_mass_matrix_batch(size_t N, const double *q, const double *X, double *M);
 
-/* torque that holds the arm at rest, without friction
+/* torque of gravity on the links, without springs and friction
  * q: (2,)
  * X: (4,)
  * tau: (2,)

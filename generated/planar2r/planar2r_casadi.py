@@ -206,7 +206,7 @@ def mass_matrix():
 
 
 def gravity_torque():
-    """Return the function: torque that holds the arm at rest, without friction."""
+    """Return the function: torque of gravity on the links, without springs and friction."""
     q = ca.SX.sym("q", 2)
     X = ca.SX.sym("X", 4)
     tau = ca.vertcat(

@@ -1,4 +1,4 @@
-/* planar2r: torque that holds the arm at rest, without friction
+/* planar2r: torque of gravity on the links, without springs and friction
  * 0 operations for one sample, as written here.
  */
 #include "planar2r.h"

@@ -251,7 +251,7 @@ void puma560_inverse_dynamics_batch(size_t N, const double *q, const double *qd,
 void puma560_mass_matrix(const double q[6], const double X[40], double M[36]);
 void puma560_mass_matrix_batch(size_t N, const double *q, const double *X, double *M);
 
-/* torque that holds the arm at rest, without friction
+/* torque of gravity on the links, without springs and friction
  * q: (6,)
  * X: (40,)
  * tau: (6,)

@@ -1652,7 +1652,7 @@ def mass_matrix():
 
 
 def gravity_torque():
-    """Return the function: torque that holds the arm at rest, without friction."""
+    """Return the function: torque of gravity on the links, without springs and friction."""
     q = ca.SX.sym("q", 6)
     X = ca.SX.sym("X", 40)
     gz = 9.81

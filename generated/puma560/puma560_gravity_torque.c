@@ -1,4 +1,4 @@
-/* puma560: torque that holds the arm at rest, without friction
+/* puma560: torque of gravity on the links, without springs and friction
  * 50 mul, 28 add, 5 sincos for one sample, as written here.
  */
 #include "puma560.h"

@@ -163,7 +163,7 @@ DEFINITIONS = (
     KernelDefinition(
         "dynamics",
         "gravity_torque",
-        "torque that holds the arm at rest, without friction",
+        "torque of gravity on the links, without springs and friction",
         (_Q, _X_INERTIAL, _G),
         (_TAU,),
         of_plant(dynamics.gravity_torque, inertial=True),

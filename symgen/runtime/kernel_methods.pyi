@@ -106,7 +106,7 @@ class KernelMethods:
         *base: ArrayLike,
         **named: ArrayLike,
     ) -> FloatArray:
-        """Torque that holds the arm at rest, without friction.
+        """Torque of gravity on the links, without springs and friction.
 
         Inputs: q (n,), X (p_inertial,), and g (3,) if gravity is an input of the robot, or f
         (3,), w (3,), wd (3,) if its base has an IMU.

@@ -187,7 +187,7 @@ def effect_torques(p: Plant) -> ByJoint:
 
 
 def gravity_torque(p: Plant) -> ByJoint:
-    """Return the torque that holds the arm at rest."""
+    """Return the torque of gravity on the links."""
     return _body_torques(p.still(), {})
 
 
