@@ -25,6 +25,10 @@ def _told(answer: symgen.Diagnosis) -> list[tuple[str, tuple[int, ...]]]:
     return sorted((e.name, e.joints) for e in answer.effects)
 
 
+def _shown(answer: symgen.Diagnosis) -> list[tuple[str, tuple[int, ...]]]:
+    return [(e.name, e.joints) for e in answer.effects if e.shown]
+
+
 @pytest.mark.slow
 def test_tx40_without_its_wrist_coupling() -> None:
     folder = data_folder() / "tx40"
@@ -32,7 +36,9 @@ def test_tx40_without_its_wrist_coupling() -> None:
     moving = whole.t < _REST
     test = make_log("test", whole.t[moving], whole.q[moving], whole.tau[moving])
     answer = diagnose(folder / "robot.toml", folder / "train.csv", validation=test)
-    assert _told(answer) == [("coupled_transmission", (5, 6))]
+    assert ("coupled_transmission", (5, 6)) in _told(answer)
+    first = answer.effects[0]
+    assert (first.name, first.joints, first.shown) == ("coupled_transmission", (5, 6), True)
     before, after = answer.before.per_joint, answer.after.per_joint
     assert before[4] > 2.2
     assert before[5] > 0.7
@@ -114,7 +120,11 @@ def test_ur10e_with_coulomb_friction_left_out_of_two_joints() -> None:
         [folder / f"{name}.csv" for name in ("train", "train2", "train3")],
         validation=[folder / "test.csv", folder / "ptp.csv"],
     )
-    assert _told(answer) == [("coulomb_friction", (2,)), ("coulomb_friction", (4,))]
+    _told(answer)
+    shown = _shown(answer)
+    assert ("coulomb_friction", (4,)) in shown
+    # The joint has less than constant friction: a power of the speed of 0.17 fits better.
+    assert {("coulomb_friction", (2,)), ("nonlinear_viscous_friction", (2,))} & {*shown}
 
 
 @pytest.mark.slow
