@@ -1,12 +1,12 @@
-"""What is said of what a search finds: adopted, shown as the cause, or suspected.
+"""Grade the results of a search on the validation logs: adopted, shown as the cause, or suspected.
 
-    adopted     on the validation logs it explains a part of a joint's torque that matters, and
-                raises the error of no joint by that, nor that of all joints
-    shown       besides, it leaves at most half of the error of its joint above the noise floor
+    adopted     explains a part of a joint's torque that matters, raises the error of no joint by
+                such a part, and does not raise the total error
+    shown       is adopted, and removes at least half of its joint's error above the noise floor
     suspected   everything else that is probable
 
-The validation logs are motion that the search has not used. Where they only repeat the motion of
-the training logs, nothing is adopted.
+The search does not use the validation logs. If they only repeat the motion of the training logs,
+nothing is adopted, except contacts and separately measured effects.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ REPEATED = "the validation log only repeats the motion of the training logs, whi
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A hypothesis beside the other ones that are adopted, on motion that the search has not used.
+    """A hypothesis and its grade on the validation logs, in a model with the other hypotheses.
 
     Attributes:
         item: the hypothesis.
-        fell: what it explains of a joint's torque, less what it raises the error of another by.
-        left: part of that error above the noise floor that it leaves.
-        adopted: whether the model or the logs are corrected by it.
+        fell: part of a joint's torque that it explains, less the largest rise of an error.
+        left: remaining part of its joint's error above the noise floor.
+        adopted: whether it corrects the model or the logs.
         reason: why it is not adopted, or "".
     """
 
@@ -56,14 +56,16 @@ class Weighed:
 
 
 def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, ...]]:
-    """Keep what lowers the error on the validation logs; what raises it most goes first.
+    """Keep the hypotheses that lower the error on the validation logs.
+
+    The weakest hypothesis is rejected first, until all others are adopted.
 
     Args:
-        found: what a search accepts.
+        found: the result of a search.
         least: smallest torque that matters, as a part of a joint's torque.
 
     Returns:
-        What is adopted, and all that was accepted with what these logs say of it.
+        The result with the adopted hypotheses, and the grade of every accepted hypothesis.
     """
     items: Sequence[Item] = found.items
     if not items:
@@ -88,10 +90,10 @@ def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, .
 
 
 def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
-    """Return the weakest item, and with it the weakest of other joints, which it hardly concerns.
+    """Return the weakest failing item, and the weakest ones on joints that it does not act on.
 
     Args:
-        failing: items that are not adopted beside all the others.
+        failing: items that are not adopted.
     """
     first, *others = sorted(failing, key=lambda w: w.fell)
     out, taken = [first], {*first.item.joints}
@@ -104,17 +106,17 @@ def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
 
 
 def restricted(found: Found, items: Sequence[Item]) -> Found:
-    """Return what a search accepts without all but some items, with its constants settled."""
+    """Return the result of a search with some of its items, and with constants fitted again."""
     part = found.with_items(items)
     effects, _ = settled(part.problem, part.effects)
     return part.with_effects(effects)
 
 
 def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
-    """Iterate the columns that depend on the model's torque, then the constants of all effects.
+    """Iterate the columns that depend on the model's torque, then fit the constants of all effects.
 
     Returns:
-        The effects, and what gives columns beside them.
+        The effects, and the columns of candidates for the model with these effects.
     """
     effects = following(problem, effects)
     seen = problem.stage(effects).seen
@@ -122,14 +124,14 @@ def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ..
 
 
 def _needs_none(item: Item) -> bool:
-    """Whether no other motion can contradict an item: a contact, or what was measured apart."""
+    """Whether no other motion can contradict an item: a contact, or a separate measurement."""
     if isinstance(item, Contact):
         return True
     return isinstance(item, Score) and item.candidate.measured
 
 
 def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
-    """Return the items, each beside the others on the validation logs."""
+    """Grade each item by the validation error with it and without it."""
     whole, size = held_squares(found, items)
     floor = _floor(found)
     out = []
@@ -143,7 +145,7 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
             continue
         now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
         rise = now - was
-        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
+        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # explained part of the torque
         fell, own = float(fall.max()), list(item.joints) or range(len(fall))
         j = max(own, key=lambda j: fall[j])  # the joint whose cause it may be
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
@@ -167,15 +169,15 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
 
 
 def _on_training(item: Item) -> Weighed:
-    """Return an item that acts on the training logs alone; the search used other motion of them."""
+    """Adopt an item that changes the training logs alone, by the held-out score of the search."""
     return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
 
 
 def _floor(found: Found) -> FloatArray:
-    """Return the squared noise floor of the validation torque, as a part of it, (n,)."""
+    """Return the squared ratio of noise floor to torque on the validation logs, (n,)."""
     problem = found.problem
     X = problem.stage(found.effects).X
     X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
     noise = noise_fit(problem.evaluator, problem.held, X).residual
-    # An unknown floor is taken as none.
+    # An unknown floor counts as zero.
     return np.nan_to_num(np.square(noise.per_joint or np.zeros(problem.base.n)))

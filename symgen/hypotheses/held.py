@@ -1,4 +1,4 @@
-"""What the validation logs say of hypotheses, whose columns are computed on them as well."""
+"""Errors of hypotheses on the validation logs."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.registry import Found, Item
 from symgen.hypotheses.score import TINY, dense
 
-#: Rounds in which columns that contain the model's torque follow it, and the relative change of
-#: its parameters that ends them.
+#: Most rounds in which columns follow the model's torque; relative change of the parameters that
+#: ends them.
 _ROUNDS, _SETTLED = 12, 1e-3
 #: Pattern of effects that depend on the time since a log began.
 TIME = "time"
 
 
 def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
-    """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
+    """Return the sums of squares of the error and of the torque on the validation logs, (n,) each.
+
+    Rows at rest do not count.
 
     Args:
-        found: what a search accepts.
-        items: those of it that are corrected; the model is fitted to the training logs with them.
+        found: the result of a search.
+        items: the hypotheses of it with which the model is fitted to the training logs.
     """
     part = found.with_items(items)
     problem, effects = part.problem, following(part.problem, part.effects)
@@ -40,7 +42,7 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
 
 
 def in_one_log(found: Found) -> Found:
-    """Return what is found; what changes in time is left out of validation logs without it."""
+    """Limit time-dependent effects to the training logs if this lowers the validation error."""
     fading = [s for s in found.effects if s.definition.pattern == TIME]
     if not fading or not found.problem.held:
         return found
@@ -56,9 +58,10 @@ def in_one_log(found: Found) -> Found:
 
 
 def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
-    """Return effects whose columns follow the model's torque, which they change, until it settles.
+    """Iterate the columns that contain the model's torque, which the effects change.
 
-    A gain g takes -g times the error of a round into the next one: the mean of both is nearer.
+    With a gain g, each round has -g times the error of the round before. The mean of two rounds is
+    therefore nearer to the solution.
     """
     X = problem.stage(effects).X
     for _ in range(_ROUNDS if any(s.candidate.uses_model for s in effects) else 0):

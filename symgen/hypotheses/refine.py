@@ -1,4 +1,4 @@
-"""Refine the searched constants of effects between the values of their grid."""
+"""Refine the searched constants of effects between their grid values."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 
 _EVALUATIONS = 20
-#: Relative change of the squares that ends a fit: of ten thousand rows, a tenth of a std.
+#: Relative change of the sum of squares that ends a fit: a tenth of a std for ten thousand rows.
 _CHANGE = 1e-6
-_DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
+_DIFFERENCE = 1e-3  # relative step of a constant in the difference of its columns
 
 
 def slopes(stage: Stage, seen: Seen) -> list[Columns]:
@@ -41,7 +41,7 @@ def slopes(stage: Stage, seen: Seen) -> list[Columns]:
 
 
 def _step(candidate: Candidate, name: str, value: float) -> float:
-    """Return the step of a difference; a time is sought within half of the distance to the next."""
+    """Return the step of the difference of a constant; for a start time, half a grid step."""
     if name == START:
         times = candidate.definition.nonlinear[name]
         return (times.high - times.low) / (2 * times.count)
@@ -49,10 +49,10 @@ def _step(candidate: Candidate, name: str, value: float) -> float:
 
 
 def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
-    """Fit the constants of all effects together by least squares of the whole model.
+    """Fit the constants of all effects in one least-squares problem with the model.
 
-    Variable projection: the parameters and coefficients are fitted at each value of the constants.
-    The constants stay if the logs do not determine the new ones.
+    Variable projection: each value of the constants has a fit of parameters and coefficients. The
+    constants stay unchanged if the logs do not determine the new ones.
 
     Golub and Pereyra 1973, SIAM Journal on Numerical Analysis 10; Jacobian of Kaufman 1975.
     """
@@ -73,7 +73,7 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
     def residual(constants: FloatArray) -> FloatArray:
         try:
             system = point(*constants).rows
-        except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: a shorter step
+        except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: shorten the step
             return np.full(baseline.base.y.size, np.inf)
         return (system.residual * system.sigma / sigma).ravel()
 
@@ -103,11 +103,11 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
 
 
 def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score]:
-    """Return the effects with other constants, of six digits.
+    """Return the effects with new constants, rounded to six digits.
 
     Raises:
-        RobotError: a torque of an effect of the robot file is not finite.
-        LinAlgError: that of another effect is not finite.
+        RobotError: the torque of an effect of the robot file is not finite.
+        LinAlgError: the torque of another effect is not finite.
     """
     values = iter(constants)
     out = []

@@ -1,15 +1,15 @@
-"""One search over one registry: hypotheses compete by the prediction of other motion.
+"""The search over the registry: hypotheses compete by how well they predict held-out motion.
 
     log-odds = score with it - score without + log(prior odds) + log(prior of its size)
 
-The score is the log of a predictive density on folds of motion (`symgen.hypotheses.score`), the
-prior of a size is Student's t, and constants on a grid are marginalised. What is most probable and
-lowers the held-out error of a joint by what matters is added; then what is no longer probable
-beside it is dropped. A hypothesis is one of three kinds:
+The score is the log of a predictive density on folds of motion (`symgen.hypotheses.score`). The
+prior of a size is Student's t. Constants on a grid are marginalised. Each step adds the most
+probable hypothesis that lowers the held-out error of a joint by a part that matters. It then drops
+the hypotheses that are no longer probable. A hypothesis is one of three kinds:
 
-    columns beside the model       an effect of physics, a gain, an error of the geometry
-    a change of all logs           a wrong sign, exchanged channels, a delay, another gear ratio
-    a span of its own variance     a contact, whose rows the fit does not use
+    columns added to the model         an effect of physics, a gain, an error of the geometry
+    a change of all logs               a wrong sign, exchanged channels, a delay, a gear ratio
+    a span with a separate variance    a contact, whose rows the fit does not use
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, LOUD, SURE
 
-#: Correlation above which two effects are one class; and above which they are alternatives.
+#: Correlation above which two effects are one class, and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 #: Probability above which an alternative is listed.
 _LISTED = 0.05
-#: Prior std of a size over the expected size, which limits what the rows do not determine.
+#: Ratio of the prior std of a size to the expected size. It limits undetermined coefficients.
 _LOOSE = 10.0
 
 
@@ -67,17 +67,17 @@ def search(
     steps: int | None = None,
     progress: Say = silent,
 ) -> Found:
-    """Add the most probable hypothesis that matters, and drop what is not probable beside it.
+    """Add the most probable hypothesis and drop improbable ones, until none can be added.
 
     Args:
         problem: the model and its logs.
-        registry: what may be missing or wrong.
-        least: smallest torque that matters, as a part of a joint's torque; what is above the
-            misfit is accepted.
-        steps: most hypotheses that are added, without their alternatives; None for all.
-        progress: called with a text about what is being tried.
+        registry: the hypotheses.
+        least: smallest torque that matters, as a part of a joint's torque. The search accepts
+            hypotheses down to the misfit, if that is smaller.
+        steps: largest number of hypotheses to add, without alternatives; None for no limit.
+        progress: called with a text about the current trial.
     """
-    # What the training motion hardly shows may matter on other motion: adoption decides that.
+    # An effect that is small on the training motion may matter on other motion. `confirm` decides.
     least = min(least, problem.misfit)
     judge = _Judge(registry, least)
     found, seen = Found(problem, problem), {frozenset[Key]()}
@@ -107,7 +107,7 @@ def search(
 
 
 def _with_contacts_of_held(found: Found, least: float) -> Found:
-    """Return what is found with the contacts of the validation logs, which are no model's error."""
+    """Return the result with the contacts of the validation logs, where no model can fit."""
     if not found.problem.held:
         return found
     contacts: list[Contact] = []
@@ -126,7 +126,7 @@ def _with_contacts_of_held(found: Found, least: float) -> Found:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Candidates on the same joints with as many columns, which are scored together."""
+    """Candidates on the same joints with equal numbers of columns, which share one score call."""
 
     members: Sequence[tuple[Candidate, Columns]]
     folded: Folded
@@ -134,15 +134,15 @@ class _Group:
 
 
 class _Judge:
-    """Judges the hypotheses of a registry beside what is accepted.
+    """Scores the hypotheses of a registry in a model with accepted hypotheses.
 
-    It keeps the columns of a problem.
+    It stores the columns of one problem.
     """
 
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
-        #: Changes of the motion by what is undone already, and whether more than gravity is tried.
+        #: Trials of the motion, by the undone changes and by whether more than gravity is tried.
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
         self._groups: list[_Group] = []
         self._terms: Expressions | None = None
@@ -152,7 +152,7 @@ class _Judge:
 
         Args:
             stage: the model and the accepted effects.
-            joints: an effect has to act on one of these; None for all.
+            joints: positions of joints, on one of which an effect has to act; None for all.
         """
         entries: dict[Key, list[Score]] = {}
         for candidate, columns, fit in self._fits(stage, joints):
@@ -170,7 +170,7 @@ class _Judge:
         return sorted(out, key=_odds, reverse=True)
 
     def others(self, stage: Stage, found: Found) -> Iterator[Changed | Contact]:
-        """Yield the likeliest contact, and the changes of the logs that may be undone."""
+        """Yield the most probable contact, and the changes of the logs that may be undone."""
         problem = stage.problem
         if self.registry.contacts:
             contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
@@ -180,7 +180,7 @@ class _Judge:
             return
         undone = frozenset(c.key for c in found.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
-        # What is accepted may have explained what a change of the motion would.
+        # Accepted hypotheses may already explain the error that a change of the motion explains.
         doubted, key = bool(loud) or not found.items, (undone, bool(loud))
         if doubted and key not in self._moved:
             self._moved[key] = [*motion_trials(problem, loud)]
@@ -188,14 +188,14 @@ class _Judge:
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:
-        """Return hypotheses in the order of their odds, those nearest to the best one refined.
+        """Return hypotheses in the order of their odds, and refine those near the best one.
 
-        A law may be sharper than its grid is fine: what is not surely less probable than the best
-        competes with fitted constants.
+        A grid may be too coarse for a sharp law. Hypotheses that are not certainly less probable
+        than the best one therefore compete with fitted constants.
 
         Args:
             stage: the model and the accepted effects.
-            probable: what may be added, the most probable first.
+            probable: hypotheses that may be added, the most probable first.
         """
         out, near = [], [o for o in probable if o.odds > probable[0].odds - SURE]
         for o in probable:
@@ -207,14 +207,17 @@ class _Judge:
         return sorted(out, key=_odds, reverse=True)
 
     def added(self, found: Found, stage: Stage, new: Item) -> Found:
-        """Return what is found with one more hypothesis."""
+        """Return the result with one more hypothesis."""
         if isinstance(new, Score):
             exact = new.candidate.first_order
             new = exact_change(stage, new) if exact else _refined(stage, new)
         return found.with_items((*found.items, new))
 
     def pruned(self, found: Found) -> Found:
-        """Drop what is not probable beside the rest, the least probable first."""
+        """Drop hypotheses that are improbable in a model with the others, the least probable first.
+
+        Changes of all logs stay.
+        """
         effects = list(found.effects)
         while effects:
             again = [self._scored(found.problem.stage(leave_out(effects, s)), s) for s in effects]
@@ -264,7 +267,7 @@ class _Judge:
         return out
 
     def reasoned(self, s: Score) -> Score:
-        """Return an effect that is not accepted with the reason."""
+        """Return a rejected effect with the reason."""
         if s.fault:
             return s
         if s.worth < self.least:
@@ -277,9 +280,9 @@ class _Judge:
         return replace(s, fault=fault)
 
     def _prepare(self, stage: Stage) -> None:
-        """Compute the columns of all candidates, if the problem is another one.
+        """Compute the columns of all candidates if the problem is new.
 
-        Those that are not finite on these logs are left out.
+        Candidates whose columns are not finite on these logs are dropped.
         """
         if stage.problem is self._problem:
             return
@@ -292,10 +295,10 @@ class _Judge:
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns, ScoreFit]]:
-        """Yield the candidates that may be added to a stage, with their columns and scores.
+        """Yield the candidates that may be added to a stage, with their columns and fits.
 
-        Columns are computed once for a problem. Those with the model's torque, which follows what
-        is accepted, are computed again for what is probable.
+        Columns are computed once for a problem. Accepted effects change the model's torque, so
+        `refined` computes columns with this torque again for probable candidates.
         """
         self._prepare(stage)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
@@ -308,7 +311,7 @@ class _Judge:
                     yield candidate, columns, fit
 
     def _together(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
-        """Return candidates and their columns, those together that are scored together."""
+        """Return candidates and their columns in groups that share one score call."""
         alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
         for candidate, columns in found:
             count = next(iter(columns.values())).shape[1]
@@ -321,7 +324,10 @@ class _Judge:
         return out
 
     def _admitted(self, candidate: Candidate, stage: Stage, joints: frozenset[int] | None) -> bool:
-        """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
+        """Whether a candidate is new, acts on one of `joints`, and finds the effects it requires.
+
+        Required friction counts as present if the robot declares it.
+        """
         taken = {s.key for s in stage.effects}
         if candidate.key in taken and candidate.name != UNNAMED:
             return False
@@ -332,14 +338,14 @@ class _Judge:
         return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
 
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
-        """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
+        """Return the scale of the prior of a column's RMS torque, N m or N."""
         size = prior_of(candidate.definition).size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.definition.name for s in stage.effects}
-        # An effect that one joint has is likelier on another.
+        # An effect on one joint makes the same effect on another joint more probable.
         expected = prior_of(candidate.definition)
         prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
@@ -362,7 +368,7 @@ class _Judge:
     def _possible(
         self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
     ) -> ScoreFit:
-        """Return the fit in which a coefficient with a physically impossible sign is 0."""
+        """Return the fit with coefficients of a physically impossible sign set to 0."""
         if candidate.definition.sign != "positive" or candidate.change:
             return fit
         kept, named = [*range(candidate.size)], len(candidate.definition.linear)
@@ -377,7 +383,7 @@ class _Judge:
         return fit
 
     def _scored(self, stage: Stage, own: Score) -> Score:
-        """Return an effect beside others; the cost of its grid stays."""
+        """Return an effect with its score in a stage; the cost of its grid stays."""
         columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
         fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
         found = self._judged(stage, own.candidate, columns, fit)
@@ -385,7 +391,7 @@ class _Judge:
 
 
 def _refined(stage: Stage, new: Score) -> Score:
-    """Return an effect with its constants fitted beside a stage, whose constants stay."""
+    """Return an effect with its constants fitted; the constants of the stage stay."""
     beside = replace(stage.problem, base=stage.rows)
     return settled_constants(beside, [new], stage.seen)[0]
 
