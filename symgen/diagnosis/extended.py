@@ -1,4 +1,4 @@
-"""The extended model: the robot with the adopted effects declared, derived and identified again."""
+"""The extended model: the robot with its adopted effects, derived and identified again."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-_CORRELATION = 2  # rows at four a period of the band that count as one
+_CORRELATION = 2  # number of correlated rows that count as one, at four rows a period
 
 
 @dataclass(frozen=True, eq=False)
 class Extended:
-    """The model with the effects that were adopted, identified again.
+    """The model with the adopted effects, identified again.
 
     Attributes:
         problem: the declared model on the corrected logs.
         robot: the robot with the effects that a robot file can declare.
         evaluator: the compiled model of that robot.
-        effects: the effects with columns.
-        declared: those of them that the robot file declares.
-        beside: the others, whose columns stand beside the model.
-        alone: coefficients of each effect, fitted together beside the declared model.
-        X, std: parameters of the robot, then the coefficients of the effects beside it, then (std
-            alone) the searched constants.
-        covariance: of the parameters of the robot.
+        effects: the adopted effects with columns.
+        declared: effects that the robot file declares.
+        beside: effects that are columns added to the model.
+        alone: coefficients of each effect, from one fit of all effects with the declared model.
+        X, std: values and standard deviations. Both have the parameters of the robot, then the
+            coefficients of `beside`. std also has the searched constants.
+        covariance: covariance of the parameters of the robot.
     """
 
     problem: Problem
@@ -70,7 +70,7 @@ class Extended:
 
     @property
     def of_robot(self) -> FloatArray:
-        """Parameters of the robot, (p,): identified with the effects, or given."""
+        """(p,) parameters of the robot: fixed, or identified with the effects."""
         known = self.problem.known
         return self.X[: self.count] if known is None else known
 
@@ -80,7 +80,7 @@ def extend_model(found: Found) -> Extended:
 
     Raises:
         IdentificationError: the logs do not determine the extended model.
-        RobotError: with its constants, the column of an effect depends on the others.
+        RobotError: with its constants, the column of an effect depends on other columns.
     """
     problem = found.problem
     effects, seen = settled(problem, found.effects)
@@ -99,7 +99,7 @@ def extend_model(found: Found) -> Extended:
     if not problem.given and robot is not problem.robot:
         evaluator = model_of(robot)
         rows = make_rows(evaluator, rows.logs)
-    # With given parameters, the columns of all effects stand beside the model.
+    # With fixed parameters, all effects are columns added to the model.
     beside = tuple(s for s in effects if problem.given or s not in declared)
     rows = rows.with_columns(seen(s.candidate) for s in beside)
     names = () if problem.given else evaluator.model.base.names
@@ -121,8 +121,8 @@ def _with_constants(
 ) -> FloatArray:
     """Return standard deviations that include the uncertainty of the searched constants.
 
-    The slopes of the columns along the constants enter the covariance (linearised model of
-    nonlinear least squares).
+    The derivatives of the columns with respect to the constants are additional columns, as in
+    linearised nonlinear least squares.
     """
     along = slopes(stage, seen)
     if not along:
@@ -136,10 +136,10 @@ def _with_constants(
 
 
 def _alone(stage: Stage) -> Iterator[list[FoundParameter]]:
-    """Yield the coefficients of each effect, fitted together beside the declared model.
+    """Yield the coefficients of each effect, from one fit of all effects with the declared model.
 
-    A coefficient that the declared model can absorb has no std of its own, for example the inertia
-    of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
+    The declared model may absorb a coefficient, for example the inertia of a drive that turns two
+    parallel joints. The values are then those of the minimum-norm solution, and std is NaN.
     """
     problem, effects, rows = stage.problem, stage.effects, stage.rows
     if not effects:
@@ -157,7 +157,7 @@ def _alone(stage: Stage) -> Iterator[list[FoundParameter]]:
 
 
 def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
-    """Solve rows for parameters with standard deviations; none if no parameter is unknown."""
+    """Solve rows for parameters and standard deviations; empty if there are no parameters."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
@@ -175,11 +175,11 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
 
 
 def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEffect, ...]:
-    """Return what was adopted, and what is suspected, with values and standard deviations.
+    """Return the adopted and the suspected effects, with values and standard deviations.
 
     Args:
         model: the extended model.
-        weighed: all that the search accepted.
+        weighed: the grades of all hypotheses that the search accepted.
     """
     robot, p = model.problem.robot, model.count
     rows = zip(model.evaluator.model.base.parameters[:p], model.X, model.std, strict=False)
@@ -193,7 +193,7 @@ def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEff
         if score in model.beside:
             pairs = zip(alone, list(islice(beside, c.size)), strict=False)
             parameters = [replace(a, value=float(x), std=float(s)) for a, (x, s) in pairs]
-        else:  # built-in effects without a parameter belong to the extended geometry or gravity
+        else:  # a native effect without a parameter is part of the geometry or the gravity
             parameters = [known.get(a.name, a) for a in alone if a.name in known or not d.native]
         searched = [
             FoundParameter(name, value, float(next(constants)) if c.smooth else math.nan, unit)
@@ -247,7 +247,7 @@ def _found(
     parameters: tuple[FoundParameter, ...],
     declared: bool,
 ) -> FoundEffect:
-    """Return an effect with columns, as `score` has it, with its parameters."""
+    """Return an effect with columns, with its score and its parameters."""
     d = score.definition
     suffix, _ = _place(robot, score.candidate)
     alike = tuple(Alike(s.definition.name, joint_numbers(robot, s.joints)) for s in score.alike)
@@ -277,7 +277,7 @@ def _undone(robot: Robot, w: Weighed, change: Change) -> FoundEffect:
 
 
 def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
-    """Return contacts of the same joints as one effect, with the share of the largest."""
+    """Return contacts on the same joints as one effect, with the share of the largest contact."""
     plain = _plain(robot, max(same, key=lambda w: w.item.gain))
     spans = [w.item.span for w in same if isinstance(w.item, Contact)]
     times = []
@@ -296,29 +296,32 @@ def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
 
 
 def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
-    """Return the joint numbers, as in the robot file, of some positions."""
+    """Return the joint numbers in the robot file of some positions."""
     return tuple(robot.movable[j].number for j in positions)
 
 
 def _named(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
-    """Return name and unit of the coefficients of an effect that have a physical meaning."""
+    """Return the name and the unit of each coefficient of an effect with a physical meaning."""
     return candidate.coefficients or candidate.definition.coefficients(*_place(robot, candidate))
 
 
 def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
-    """Return the joint number that ends the names of an effect, and the type of its first joint."""
+    """Return the joint number in the parameter names of an effect, and sigma of its first joint."""
     joints = joint_numbers(robot, candidate.joints)
     return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
 
 
 def _p_value(parameters: Sequence[FoundParameter]) -> float:
-    """Return the p-value of the most significant coefficient, corrected for their number."""
+    """Return the p-value of the most significant coefficient, with Bonferroni's correction."""
     sure = [abs(p.value) / p.std for p in parameters if p.std > 0]
     return min(1.0, len(sure) * math.erfc(max(sure, default=0.0) / math.sqrt(2)))
 
 
 def robot_parameters(model: Extended, found: Sequence[FoundEffect]) -> tuple[FoundParameter, ...]:
-    """Return the base parameters of the extended robot; given values plus what effects add."""
+    """Return the base parameters of the extended robot.
+
+    Fixed parameters get the values that declared effects add, and no standard deviation.
+    """
     whole, X, std = model.evaluator.model, model.X, model.std
     if model.problem.given:
         if model.robot is not model.problem.robot:
@@ -331,10 +334,10 @@ def robot_parameters(model: Extended, found: Sequence[FoundEffect]) -> tuple[Fou
 
 
 def _with_added(problem: Problem, whole: Model, added: Sequence[FoundParameter]) -> FloatArray:
-    """Return the base parameters of an extended model: given values plus what effects add.
+    """Return the base parameters of an extended model: fixed values plus those of effects.
 
     Args:
-        problem: the declared model with the given parameters.
+        problem: the declared model with its fixed parameters.
         whole: the model with the effects declared.
         added: standard parameters of `whole` that effects change or add.
     """
@@ -342,7 +345,7 @@ def _with_added(problem: Problem, whole: Model, added: Sequence[FoundParameter])
     for value, given in zip(problem.X, problem.evaluator.model.base.parameters, strict=True):
         values[given.head] = float(value)
     for p in added:
-        # A parameter of the load that regroups others has R appended.
+        # R is appended to the name of a load parameter with which others are regrouped.
         name = p.name if p.name in values else p.name.removesuffix("R")
         if name in values:
             values[name] += p.value

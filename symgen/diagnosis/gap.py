@@ -1,4 +1,4 @@
-"""The gap: the torque error before and after, its noise floor, and where it lies."""
+"""The gap: the torque error of the declared and of the extended model, and its joints."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Measured:
     """Gaps on the validation data.
 
     Attributes:
-        whole: of all samples.
-        moving: of joints in motion.
+        whole: gaps over all samples.
+        moving: gaps over samples of joints in motion.
         curves: torques of each validation log.
     """
 
@@ -43,11 +43,11 @@ class Measured:
 
 
 def measure_gap(found: Found, model: Extended) -> Measured:
-    """Measure the gap of the declared model on the logs as they were, and of the extended one.
+    """Measure the gap of the declared model and of the extended model on the validation logs.
 
     Args:
-        found: what is adopted.
-        model: the extended model on the corrected logs.
+        found: the adopted hypotheses; the declared model is compared with the logs as read.
+        model: the extended model, which is compared with the corrected logs.
     """
     declared, problem = found.declared, found.problem
     n = problem.base.n
@@ -70,7 +70,7 @@ def measure_gap(found: Found, model: Extended) -> Measured:
 
 
 def error_in_motion(model: Extended) -> float:
-    """Return the torque error of an extended model on the validation logs, of joints in motion."""
+    """Return the torque error of an extended model for joints in motion on the validation logs."""
     out = TorqueFit.none(model.problem.base.n)
     for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
@@ -100,12 +100,12 @@ def _gaps(before: Residual, after: Residual, noise: Residual) -> Gaps:
 def places(found: Found, effects: Sequence[FoundEffect], gaps: Measured) -> tuple[Place, ...]:
     """Return the joints whose gap before is above the noise floor, the largest share first.
 
-    The pattern of a joint is that of the effect that closes most of its gap, or of the most
-    probable candidate that was rejected there.
+    The pattern of a joint is that of its first adopted effect. A joint without an effect has the
+    pattern of its most probable rejected candidate.
 
     Args:
-        found: what is adopted, with the rejected candidates.
-        effects: the effects that were found.
+        found: the adopted hypotheses and the rejected candidates.
+        effects: the adopted effects.
         gaps: gap before and noise floor.
     """
     robot = found.problem.robot

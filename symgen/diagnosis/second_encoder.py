@@ -1,4 +1,4 @@
-"""The stiffness of a second encoder in a diagnosis."""
+"""The joint stiffness that a second encoder measures, in a diagnosis."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
 def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
     """Return a diagnosis with the results of the second encoders.
 
-    A joint with a measured deflection is named even if that closes no part of the gap, because its
-    stiffness is measured separately. An elasticity that the search named gets this stiffness.
+    Each joint with a second encoder gets an elasticity, even if it closes no part of the gap. An
+    elasticity that the search accepted gets the measured stiffness.
     """
     effects, notes = list(diagnosis.effects), list(diagnosis.notes)
     for s in found:

@@ -71,12 +71,12 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
-#: Effects that repairs of samples are named by.
+#: Kind of a repair -> name of the effect.
 _REPAIRED = {
     "speed": "velocity_sensor_error",
     "saturated": "saturation",
 }
-_LISTED = 12  # rejected candidates
+_LISTED = 12  # largest number of listed rejected candidates
 _GROWS = "with it the torque error on the validation data is not smaller"
 
 
@@ -95,30 +95,30 @@ def diagnose(
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name the missing effects.
 
-    By default, the parameters are identified from the logs by the torque equations in the motion's
-    band. With `parameters`, of an earlier state of the robot, the logs show what has changed since.
-    Effects of the robot file with ranges as constants are tried together with the library.
-    Hypotheses are accepted by `symgen.hypotheses.search`, and adopted by
-    `symgen.hypotheses.confirm`. The extended model is derived, compiled and identified again. The
-    gap is measured on data that the search did not use.
+    By default, symgen identifies the parameters from the logs, with the torque equations in the
+    motion's band. With `parameters` from an earlier state of the robot, the logs show what changed
+    since. The search tries the effects of the library, and those of the robot file whose constants
+    are ranges. `symgen.hypotheses.search` accepts hypotheses, and `symgen.hypotheses.confirm`
+    adopts them on the validation logs. symgen then derives, compiles and identifies the extended
+    model. The gap is measured on held-out data.
 
     Args:
         robot: a robot, a path or a library name.
-        logs: logs, or paths of logs, to diagnose; a pattern or a folder stands for its files. Of
-            files of more than 2**18 samples, and of those at a URL, evenly spaced pieces are read.
-        validation: logs on which the gap is measured; without any, the last fifth of each log.
-        effects: names of effects to try; None for the whole library and the robot's own.
+        logs: logs or paths of logs; a pattern or a folder stands for its files. symgen reads evenly
+            spaced pieces of files with more than 2**18 samples and of files at a URL.
+        validation: logs on which the gap is measured; if empty, the last fifth of each log.
+        effects: names of effects to try; None for all of the library and of the robot file.
         parameters: fixed parameters: the folder that `identify` wrote, its estimate.json, TOML with
             [parameters], or the URDF of the robot.
         cutoff: cutoff of the zero-phase low-pass, Hz; None for the motion's bandwidth.
         least: smallest torque that matters, as a part of the joint's torque; smaller effects are
             not named.
         misfit: smallest model error to expect, as a part of a joint's torque.
-        reading: how logs are read, and what is masked.
-        progress: called with a text about what is being tried.
+        reading: options of reading and masking.
+        progress: called with a text about the current step.
 
     Raises:
-        LogError: a log cannot be read or belongs to another robot.
+        LogError: symgen cannot read a log, or it belongs to another robot.
         ParameterError: an effect does not exist, or the parameters do not belong to this robot.
         IdentificationError: the logs do not determine the parameters.
     """
@@ -160,13 +160,14 @@ class _Opened:
     """The logs of a diagnosis.
 
     Attributes:
-        train, held: the repaired logs; the end of each training log is held out if none is given.
-        given: whether validation logs were given.
+        train, held: the repaired logs. Without validation logs, `held` is the end of each training
+            log.
+        given: whether there are validation logs from the user.
         repairs: the repairs.
         changed: the channels that the repairs changed.
-        unmended: both groups without masks of faults and with the measured speeds, where repairs
-            may be named as effects; otherwise None.
-        notes: texts about a sample of long logs.
+        unmended: both groups without masks of faults and with the measured speeds; None if no
+            repair has the name of an effect.
+        notes: texts about the pieces of long logs.
     """
 
     train: Sequence[Samples]
@@ -189,7 +190,7 @@ def _open(
     reading: Reading | None,
     progress: Callable[[str], None],
 ) -> _Opened:
-    """Read each log once, and repair it."""
+    """Read each log once and repair it."""
     require_logs(sources[0])
     given = bool(sources[1])
     if is_long([*chain(*sources)]):
@@ -230,7 +231,7 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
 def _extend(
     found: Found, weighed: tuple[Weighed, ...]
 ) -> tuple[Found, tuple[Weighed, ...], Extended, Measured]:
-    """Extend the model, without effects with which it cannot be identified or the gap grows."""
+    """Extend the model; drop the weakest hypothesis while identification fails or the gap grows."""
     while True:
         items = found.items
         lost = ""
@@ -240,10 +241,10 @@ def _extend(
             if not items or not gaps.grew:
                 return found, weighed, model, gaps
         except (IdentificationError, RobotError) as error:
-            if not items:  # this is the declared model
+            if not items:  # the declared model itself
                 raise
             lost = f"the model with it cannot be identified: {error}"
-        fell = {w.item.key: w.fell for w in weighed}  # constants may have moved
+        fell = {w.item.key: w.fell for w in weighed}  # by key, because new constants make new items
         weakest = min(items, key=lambda x: fell.get(x.key, 0.0))
         found = restricted(found, [x for x in items if x is not weakest])
         if lost and isinstance(weakest, Score):
@@ -256,13 +257,13 @@ def _extend(
 
 
 def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
-    """Return a reason if the model explains the logs, and the nearest possible robot does not."""
+    """Return a reason if the model explains the logs but the nearest possible robot does not."""
     free = gaps.moving.after.total
     if model.problem.given or free > ACCEPT:
         return []
     try:
         near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
-    except ParameterError:  # the covariance is not one, or the solver finds none
+    except ParameterError:  # the covariance is invalid, or the solver fails
         return []
     if not near.fault:
         return []
@@ -279,7 +280,7 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
 def _repaired(
     opened: _Opened, band: Band, problem: Problem, least: float
 ) -> tuple[FoundEffect, ...]:
-    """Return the repairs of samples that close a part of the gap as effects of the recorder."""
+    """Return repairs of samples as effects of the recorder, if they close a part of the gap."""
     if opened.unmended is None:
         return ()
     measured = replace(band, velocity="measured")
@@ -302,7 +303,7 @@ def _repaired(
 
 
 def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
-    """Return the repairs of one kind as one effect, with the values of each joint once."""
+    """Return the repairs of one kind as one effect, with the first value of each parameter."""
     joints = sorted({j for f in faults for j in f.joints})
     values: dict[str, FoundParameter] = {}
     for fault in faults:
@@ -324,7 +325,7 @@ def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: fl
 
 @dataclass(frozen=True, eq=False)
 class _Concluded:
-    """What a diagnosis of a robot, as its file declares it, found."""
+    """The intermediate results of a diagnosis; `robot` is as its file declares it."""
 
     robot: Robot
     found: Found
@@ -332,7 +333,7 @@ class _Concluded:
     model: Extended
     gaps: Measured
     effects: tuple[FoundEffect, ...]
-    #: Why the measurement is wrong, or the parameters are no robot's.
+    #: Reasons why the measurement is wrong, or why no robot has these parameters.
     reasons: tuple[Reason, ...]
 
 
@@ -351,7 +352,7 @@ def _verdict(c: _Concluded, least: float) -> str:
 
 def _recorder_closes_more(c: _Concluded) -> bool:
     """Whether adopted faults of the recorder explain more of the torque than all other effects."""
-    # A repair left the error with which the search began.
+    # The search starts from the error after the repairs.
     left = c.gaps.whole.before.total**2
     shares = [e.gap_reduction for e in c.effects if e.name in _REPAIRED.values()]
     closed = {RECORDER: sum(left * share / max(1 - share, TINY) for share in shares)}
@@ -362,7 +363,7 @@ def _recorder_closes_more(c: _Concluded) -> bool:
 
 
 def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:
-    """Return the diagnosis: verdict, gap, effects, advice."""
+    """Assemble the diagnosis from its intermediate results."""
     found, robot = c.found, c.found.declared.robot
     verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
@@ -406,7 +407,7 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
 
 
 def _notes(opened: _Opened, band: Band, c: _Concluded) -> tuple[str, ...]:
-    """Return what was done to the logs, and what the extended robot leaves out."""
+    """Return the changes of the logs, and the effects that the extended robot does not contain."""
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
     if not opened.given:
