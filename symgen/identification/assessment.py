@@ -1,4 +1,4 @@
-"""The estimate that a solution is: its fit, what it may be used for, and how it was made."""
+"""Assemble the estimate from a solution: its fit, its uses, and its provenance."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from symgen.identification.uses import Uses
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
 
-_PLENTY = 10  # independent equations for each parameter
+_PLENTY = 10  # independent equations per parameter below which a note warns
 #: Condition number of the scaled regressor above which small errors of the data become large.
 CONDITION = 500.0
 #: Independent windows that each parameter needs.
@@ -57,17 +57,15 @@ WINDOWS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A solution, and how it fits all equations and torques.
+    """A solution and its fit to all equations and torques.
 
     Attributes:
         settled: the solution of the equations of the training logs.
-        train: residual of these equations.
-        held: of those of the validation logs.
-        own: torques of the training logs.
-        seen: of the validation logs.
+        train, held: residuals of the equations of the training and of the validation logs.
+        own, seen: torques of the training and of the validation logs.
         windows: number of independent equations.
-        repairs: what was mended in the logs.
-        notes: of the logs, beside those of every run.
+        repairs: repairs of the logs.
+        notes: notes on long logs.
     """
 
     settled: Settled
@@ -88,13 +86,13 @@ def outcome(
     repairs: tuple[Fault, ...],
     notes: tuple[str, ...] = (),
 ) -> Outcome:
-    """Return how a solution fits the logs.
+    """Return the fit of a solution to the logs.
 
     Args:
         settled: the solution of the equations.
-        model: of the equations.
-        equations: of the training and of the validation logs, or their summaries.
-        torques: of both, at X.
+        model: model of the equations.
+        equations: equations of the training and of the validation logs, or their summaries.
+        torques: torques of the training and of the validation logs, at X.
         repairs, notes: see `Outcome`.
     """
     own, seen = torques
@@ -114,12 +112,12 @@ def assess(
     accept: float,
     least: float,
 ) -> Estimate:
-    """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
+    """Return the estimate of a solution, with its fit, its verdict, and its curves.
 
     Args:
-        chosen: the run with the equations that were solved, or with those of a sample.
-        found: the solution, and how it fits all logs.
-        own_values: parameters (p,) of the robot's own file, None where it has none.
+        chosen: the run with the solved equations; for long logs, those of a sample.
+        found: the solution and its fit to all logs.
+        own_values: (p,) parameters in the robot file; None if it has none.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
@@ -203,7 +201,7 @@ def _headline(seen: TorqueFit, noise: Residual) -> str:
 
 
 def _unexplained(error: Residual, noise: Residual, least: float) -> float | None:
-    """Return the part of a torque that noise does not explain; None where no joint shows any."""
+    """Return the part of the torque that neither model nor noise explains; None if invisible."""
     if quiet(error.per_joint or (), noise.per_joint or (), least):
         return None
     known = float(np.nan_to_num(noise.relative))  # the floor may be unknown
@@ -223,7 +221,7 @@ def _parameter_estimates(
 def _alternatives(
     models: Sequence[Alternative], method: Method, solution: Solution, found: Outcome
 ) -> list[Alternative]:
-    """Return the models; the chosen one with the fit of all logs, not of the sample it had."""
+    """Return the models. The chosen one gets the fit to all logs instead of that to a sample."""
     out = []
     for model in models:
         if model.chosen and method.is_wls:
@@ -238,7 +236,7 @@ def _alternatives(
 
 
 def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str, ...]:
-    """Say what was done to the logs, and what the intervals do not tell."""
+    """Return notes on changes of the logs, and on the limits of the standard deviations."""
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
     out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
@@ -260,7 +258,7 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
 
 
 def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
-    """Say what rests do, where the logs that judge have any."""
+    """Return a note on the weight of samples at rest, if the validation logs have any."""
     if band.rests is None:
         return ()
     low, high = (f"{w:.2g}" for w in (min(band.rests.weight), max(band.rests.weight)))
@@ -274,7 +272,7 @@ def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
 
 
 def own_version() -> str:
-    """Return symgen's version; "unknown" where it is not installed."""
+    """Return the version of symgen; "unknown" if it is not installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
@@ -288,12 +286,12 @@ def provenance(
     logs: Iterable[tuple[str, Samples]],
     more: Iterable[tuple[str, str]] = (),
 ) -> tuple[tuple[str, str], ...]:
-    """Return what made an estimate: symgen's version, the backend, the robot, and the logs.
+    """Return the provenance of an estimate: version of symgen, backend, robot, and logs.
 
     Args:
         evaluator: the compiled model.
-        logs: with their kind.
-        more: what else has to be told, before the logs.
+        logs: kind and samples of each log.
+        more: further pairs of label and value, which come before the logs.
     """
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
     own = (("symgen", own_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot))
@@ -302,7 +300,7 @@ def provenance(
 
 
 def _settings(method: Method) -> list[tuple[str, str]]:
-    """Return what the provenance of an estimate says of its method."""
+    """Return the options of a method, for the provenance of an estimate."""
     out = []
     if method.name == "recursive":
         out.append(("forgetting", f"{method.forgetting:g}"))
@@ -313,10 +311,10 @@ def _settings(method: Method) -> list[tuple[str, str]]:
 
 
 def _model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tuple[Trace, ...]:
-    """Return what the model's own equations measure and predict, for drawing."""
-    if model.name == "torque":  # drawn from `fit`
+    """Return the measured and predicted sides of the equations of a model, for plots."""
+    if model.name == "torque":  # `fit` has these curves
         return ()
-    t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
+    t = reduce(np.intersect1d, [e.t for e in part.equations])  # masks differ by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
     measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
     predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)

@@ -1,10 +1,10 @@
-"""What an estimate is good for: prediction and parameters, and what is suspected.
+"""Judge whether an estimate is good for prediction and for reading parameters.
 
     prediction  the torque error on held-out motion is at most `accept`, no fault of the recorder or
                 of the robot file is shown, and no part of the motion has a much larger error
-    parameters  which of them are known, and whether a robot can have them
+    parameters  which parameters are known, and whether a robot can have them
 
-The third use, simulation, is judged by `symgen.identification.simulation`.
+`symgen.identification.simulation` judges the third use.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ _SCALED = (
 def prediction_use(
     run: Run, settled: Settled, seen: TorqueFit, noise: Residual, accept: float, least: float
 ) -> PredictionUse:
-    """Judge the torque on held-out motion: of joints that move, where any does.
+    """Judge the torque error on held-out motion, for joints in motion if any joint moves.
 
     Args:
         run: the logs, with the faults that are shown.
-        settled: the estimate, and whether a robot can have its parameters.
-        seen: torques of data that the estimate never saw.
-        noise: what noise alone leaves of them.
+        settled: the solution, and whether a robot can have its parameters.
+        seen: torques of the validation logs.
+        noise: torque error that noise alone causes on them.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
@@ -84,15 +84,15 @@ def parameters_use(
     *,
     scaled: bool,
 ) -> ParametersUse:
-    """Judge which parameters are known, and what speaks against them as those of a robot.
+    """Judge which parameters are known, and collect reasons against reading single values.
 
     Args:
-        parameters: of the estimate.
-        settled: whether a robot can have them, and which of them a constraint holds.
+        parameters: parameters of the estimate.
+        settled: whether a robot can have them, and which of them are at a bound.
         unexplained: part of the torque that neither the model nor noise explains; None if it is
             not visible.
-        bias: of least squares, in words, or "".
-        scaled: whether they have a common factor that is unknown.
+        bias: a text on the bias of least squares, or "".
+        scaled: whether all parameters have an unknown common factor.
     """
     reasons = []
     if scaled:
@@ -122,7 +122,7 @@ def parameters_use(
 
 
 def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> list[Reason]:
-    """Return what may be wrong with the logs, or with motions that they do not contain."""
+    """Return possible faults of the logs, and reasons against predicting other motions."""
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
     if seen.in_motion.residual.relative < MISFIT:
@@ -138,7 +138,7 @@ def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> 
 
 
 def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
-    """Return a reason if the training logs do not determine what the held-out motion needs."""
+    """Return a reason if the training logs leave the torque of the held-out motion uncertain."""
     train, held = (
         uncertain_torque(run.evaluator, logs, solution.covariance) for logs in (run.train, run.held)
     )
@@ -161,7 +161,7 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
 def _mostly_noise(noise: Residual) -> list[Reason]:
     """Return a reason if more than half of the power of the measured torque is noise."""
     half = math.sqrt(1 / 2)
-    if not noise.relative > half:  # it may be unknown
+    if not noise.relative > half:  # NaN if the noise is unknown
         return []
     text = f"the torque is mostly noise ({percent(noise.relative)}): record larger torques"
     return [Reason("noise", value=noise.relative, limit=half, text=text)]
@@ -186,10 +186,10 @@ def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) ->
 
 
 def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
-    """Return the joints that stay slower than 2 % of the fastest one of their kind in all logs.
+    """Return a reason for each joint that stays slower than 2 % of the fastest one of its kind.
 
-    What is fitted there carries over to faster motions of these joints by chance only, whatever
-    its standard deviation.
+    Parameters that are fitted to such slow motion may be wrong for faster motion of the joint,
+    whatever their standard deviation.
     """
     moving = moving_joints([log.qd for log in logs], robot.sigma)
     size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
@@ -208,7 +208,7 @@ def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
 
 
 def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
-    """Return the motion to which a model is restricted whose joints moved in proportion."""
+    """Return a reason for each group of joints that moved in proportion in all training logs."""
     reasons = []
     for group in together:
         text = (
@@ -222,7 +222,7 @@ def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason
 def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
     """Return a reason if the torques have none of the friction that the robot file declares.
 
-    A controller's feed-forward fits a rigid-body model perfectly; a motor never moves without
+    The feed-forward of a controller fits a rigid-body model perfectly. A motor never moves without
     friction.
     """
     if not any(joint.friction for joint in run.evaluator.model.robot.movable):
@@ -243,7 +243,7 @@ def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
 
 
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
-    """Return the numbers of joints in the robot file, by their places in q."""
+    """Return the joint numbers in the robot file of some positions."""
     return tuple(robot.movable[j].number for j in places)
 
 
@@ -260,9 +260,9 @@ def uncertain_torque(
 
     Args:
         evaluator: the compiled model, with torque_regressor.
-        logs: with the motion.
+        logs: logs with the motion.
         covariance: C of X, (p, p).
-        mixed: whether the joints of a state are drawn from the logs independently of each other.
+        mixed: whether the joints of a state are drawn from the logs independently.
     """
     chosen = mixed_states if mixed else some_states
     W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))

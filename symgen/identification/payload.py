@@ -1,8 +1,9 @@
-"""payload: mass, centre of mass and inertia of what the arm carries, from logs with it.
+"""payload: identify mass, centre of mass and inertia of a load from logs with the load.
 
-Either the parameters X of the unloaded robot are given, and friction is identified again from the
-logs with the load; or logs without the load are, and all is solved at once: friction and errors of
-the model, where both motions are alike, cancel (Khalil, Gautier, Lemoine 2007).
+There are two ways. With known parameters X of the unloaded robot, symgen identifies the load and
+friction from the logs with the load. With logs without the load, symgen fits robot and load in one
+system. Friction and model errors then cancel if both motions are alike (Khalil, Gautier, Lemoine
+2007).
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ WITHOUT, WITH = "torque without the load", "torque with the load"
 
 @dataclass(frozen=True)
 class Quantity:
-    """A value with its standard deviation; both None where the logs do not determine it."""
+    """A value with its standard deviation; both are None if the logs do not determine it."""
 
     value: float | None
     std: float | None
@@ -63,9 +64,9 @@ class Left:
     """Torque error of joints in motion, ||tau - model|| / ||tau||, on the logs with the load.
 
     Attributes:
-        before, after: without the load in the model, and with it.
-        noise_floor: what noise alone leaves.
-        joints_before, joints_after: the same for each joint.
+        before, after: error of the model without the load, and with it.
+        noise_floor: error that noise alone causes.
+        joints_before, joints_after: `before` and `after` of each joint.
     """
 
     before: float
@@ -77,25 +78,26 @@ class Left:
 
 @dataclass(frozen=True, kw_only=True)
 class Payload(Viewable):
-    """What the arm carries, in the frame of a link.
+    """The load of a robot, in the frame of a link.
 
     Attributes:
-        robot: its name.
-        frame: name of the frame of com and inertia; the number of `joint` for that of its link.
-        mass: kg.
+        robot: name of the robot.
+        frame: name of the frame of com and inertia, or the number of `joint` for that of its link.
+        mass: mass, kg.
         com: centre of mass (3), m.
         inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
-        identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
-        gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
-        residual: torque error without and with the load.
-        method: in words.
+        identifiable: names of the quantities that the logs determine: mass, cx cy cz, XX .. ZZ.
+        gain_uncertainty_percent: standard deviation of the gains of the drives, which is part of
+            std; None if unknown.
+        residual: torque errors without and with the load in the model.
+        method: a text on the method.
         band: the filters of the run.
         repairs: repairs of the logs.
         notes: texts about the run.
         joints: number, unit and name of each movable joint.
         joint: number of the joint whose link carries the load.
-        traces: measured torque of the logs with the load, and that of the model, log by log: of
-            the quantities WITHOUT and WITH the load.
+        traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
+            and WITH the load.
     """
 
     GONE: ClassVar = ("gains",)
@@ -123,12 +125,12 @@ class Payload(Viewable):
 
     @property
     def link(self) -> str:
-        """How results call the joint whose link carries the load."""
+        """Name in results of the joint whose link carries the load."""
         return next(joint.label for joint in self.joints if joint.number == self.joint)
 
     @property
     def frame_label(self) -> str:
-        """How results call the frame of the load."""
+        """Name in results of the frame of the load."""
         return self.frame if isinstance(self.frame, str) else self.link
 
     def to_json(self) -> dict[str, Any]:
@@ -144,13 +146,13 @@ class Payload(Viewable):
 
 
 def read_payload(path: str | Path) -> Payload:
-    """Read a payload again.
+    """Read a payload from payload.json.
 
     Args:
         path: the folder that `payload` wrote, or the payload.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: there is no payload.json, or it is damaged.
     """
     file = result_file(path, MARKER)
     traces, _ = read_traces(file.with_name(FILE))
@@ -170,29 +172,32 @@ def payload(
     reading: Reading | None = None,
     progress: Say = silent,
 ) -> Payload:
-    """Identify the load that a robot carries on its last moving link.
+    """Identify the load on a link of a robot.
+
+    The link is that of [payload] in the robot file, or else the last moving link.
 
     Args:
         robot: a robot, a path or a library name.
-        logs: recorded with the load.
-        parameters: of the robot without it: estimate.json, or TOML with [parameters], or the folder
-            that `identify` or `diagnose` wrote.
-        without: logs without the load, best of the same motions; X is then taken from them.
-        frame: name of the frame in which the load is given, one of `Robot.frames` on its link; ""
-            for that of the joint.
-        mass: of the load, kg, where it was weighed.
-        gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
-            by default that of [drive], where it states one.
-        cutoff: of the filter of positions and speeds, Hz; by default that of the parameters' file,
-            or else the one that suits the logs best.
-        reading: how logs are read, and what of them is left out.
-        progress: is told what is being done.
+        logs: logs that were recorded with the load.
+        parameters: parameters of the robot without the load: the folder that `identify` or
+            `diagnose` wrote, its estimate.json, or TOML with [parameters].
+        without: logs without the load, preferably of the same motions; X then comes from them.
+        frame: name of the frame of the result, one of `Robot.frames` on the link; "" for the frame
+            of the joint.
+        mass: known mass of the load, kg; None if unknown.
+        gain: standard deviation of the gains of the drives, in percent, which scales masses and
+            inertias; by default that of [drive].
+        cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the file of
+            parameters, or else the one that suits the logs best.
+        reading: options of reading and masking.
+        progress: called with a text about the current step.
 
     Raises:
-        LogError: a log cannot be read or belongs to another robot.
-        ParameterError: the parameters are another robot's, or a number is none.
-        IdentificationError: the logs do not show a load, or neither parameters nor logs without it
-            are given.
+        LogError: symgen cannot read a log, or it belongs to another robot.
+        ParameterError: the parameters are of another robot, or a number is invalid.
+        RobotError: the robot has no such frame on the link of the load.
+        IdentificationError: the logs do not show a load, or there are neither parameters nor logs
+            without the load.
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
@@ -267,7 +272,7 @@ def payload(
 
 
 def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArray:
-    """Return X (p,) at which a solution begins: effects of the model's torque need a good one."""
+    """Return a start X (p,) for the solution, which load-dependent effects need to be good."""
     if not evaluator.model.robot.loaded:
         return np.zeros(len(evaluator.model.base.parameters))
     return np.array(settle_load(evaluator, logs, EquationModel("torque", 0.0)).at)
@@ -276,7 +281,14 @@ def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArr
 def _left(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, whole: FloatArray
 ) -> tuple[Left, tuple[Trace, ...]]:
-    """Return the torque errors of the model without the load, X (p,), and with it, and traces."""
+    """Return the torque errors and traces of the model without the load and with it.
+
+    Args:
+        evaluator: the compiled model.
+        logs: the logs with the load.
+        X: (p,) parameters without the load.
+        whole: (p,) parameters with the load.
+    """
     first, second = (fit(evaluator, logs, x, "train") for x in (X, whole))
     before, after = first.in_motion.residual, motion_error(evaluator, logs, whole, second)
     left = Left(
@@ -293,7 +305,7 @@ def _left(
 
 
 def _known_covariance(given: Given, model: Model) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """Return the covariance of given parameters if it is known, and notes on it."""
+    """Return the covariance of known parameters, None if there is none, and notes on it."""
     estimate = given.estimate
     if estimate is None:
         return None, ("std leaves out the errors of the given parameters: the file states none",)
@@ -326,16 +338,16 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
 
 
 def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float) -> None:
-    """Refuse a load that another link carries.
+    """Refuse a result if a load on another link fits much better.
 
     Args:
-        problem: of a load on its link, solved.
-        start: where its solution began.
-        link: its number.
-        after: its torque error.
+        problem: the solved problem of a load on a link.
+        start: start of its solution.
+        link: joint number of the link.
+        after: torque error of the result.
 
     Raises:
-        IdentificationError: a load on another link leaves at most half of the error.
+        IdentificationError: a load on another link has less than half of the error.
     """
     evaluator, left = problem.evaluator, {link: after}
     robot = evaluator.model.robot
@@ -359,7 +371,7 @@ def _require_mass(carried: Load, link: str) -> None:
     """Refuse a load whose mass the logs do not show.
 
     Raises:
-        IdentificationError: it is not determined, or within 3 standard deviations of none.
+        IdentificationError: the mass is not determined, or below 3 standard deviations.
     """
     if "mass" not in carried.determined():
         raise IdentificationError(
@@ -377,12 +389,13 @@ def _require_mass(carried: Load, link: str) -> None:
 def _quantities(
     carried: Load, mass: float | None, gain: float
 ) -> tuple[list[Quantity], tuple[str, ...]]:
-    """Return mass, centre and inertia of the possible load nearest to one, and notes.
+    """Return mass, centre of mass and inertia of the nearest possible load, and notes.
 
     Args:
         carried: the load of the equations.
-        mass: where it is known.
-        gain: standard deviation of the drives' gains, a share: masses and inertias scale by it.
+        mass: known mass, kg; None if unknown.
+        gain: relative standard deviation of the gains of the drives, which scale masses and
+            inertias.
     """
     body, notes = carried, list[str]()
     try:

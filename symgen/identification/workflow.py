@@ -71,22 +71,21 @@ def identify(
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
-    Files of more than 2**18 samples together, and files at a URL, are read segment by segment, see
-    `symgen.identification.segments`. A pattern or a folder stands for its files.
+    symgen reads files with more than 2**18 samples in total, and files at a URL, segment by segment
+    (see `symgen.identification.segments`).
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
-        logs: training logs, or their paths.
-        validation: held-out logs for the verdict; without any, the last fifth of each log is held
-            out.
+        logs: training logs or their paths; a pattern or a folder stands for its files.
+        validation: held-out logs for the verdict; if empty, the last fifth of each log is held out.
         model: "energy", the model of Gautier and Khalil; "momentum", with n equations for each
             window; "torque", with filtered accelerations; "auto", which fits all three and keeps
             the one with the smallest torque error on held-out folds of the training logs.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
             weight from its own residual), "ols", "huber", "tls", "iv", "consistent" (the nearest
             physically possible parameters), or "recursive" (least squares with forgetting). The
-            default "auto" is "consistent" unless that raises the torque error on held-out folds,
-            and "wls" then.
+            default "auto" is "consistent". If that raises the torque error on held-out folds, it is
+            "wls".
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
@@ -94,17 +93,18 @@ def identify(
         least: smallest torque that matters, as a part of the joint's torque.
         fit: prior, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
-        exact: whether parameters that only the exact geometry separates stay apart.
-        executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
-            for one; None for threads of this process, as many as cores, at most four.
+        exact: whether to keep parameters that only the exact geometry separates.
+        executor: executor of the work on segments of long logs, for example
+            `dask.distributed.Client.get_executor()`. None for threads of this process, one for each
+            core, at most four.
         progress: called with a text about the current step.
 
     Returns:
         The estimate, with standard deviations, residuals on held-out data, and a verdict.
 
     Raises:
-        LogError: a log cannot be read or does not belong to the robot.
-        IdentificationError: the logs do not determine the parameters.
+        LogError: symgen cannot read a log, or it belongs to another robot.
+        IdentificationError: an option is invalid, or the logs do not determine the parameters.
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
@@ -146,7 +146,7 @@ def identify(
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
-    """Return the models to try."""
+    """Return the models to fit."""
     tried = models_of(robot) if model == AUTO else (model,)
     for name in tried:
         require_model(robot, name)
@@ -156,7 +156,7 @@ def _equation_models(
 
 
 def _whole(robot: Robot, method: Method, asked: Fit) -> str:
-    """Return the option that needs all samples in memory, or ''."""
+    """Return the option that needs all samples in memory, or ""."""
     needed = {
         "prior": asked.prior,
         "effects that hold the torque of links": robot.loaded,
@@ -166,10 +166,10 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
 
 
 class LogsInMemory(OpenLogs):
-    """Logs that are in memory as a whole."""
+    """Logs that are completely in memory."""
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
-        """Solve the equations of the chosen model, reusing the least squares of the choice."""
+        """Solve the equations of the chosen model, if possible with the solution of the choice."""
         run, best = chosen.run, chosen.best
         rows = sum(e.rows for p in best.train for e in p.equations)
         names = run.evaluator.model.base.names
@@ -192,7 +192,7 @@ def _open_in_memory(
     reading: Reading | None,
     progress: Say,
 ) -> LogsInMemory:
-    """Read and repair every log; without a validation log, hold out the end of each."""
+    """Read and repair every log; without validation logs, hold out the end of each log."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
     require_other_data(train, held)
     given = bool(held)
