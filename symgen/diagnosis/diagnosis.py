@@ -231,12 +231,13 @@ def read_diagnosis(path: str | Path) -> Diagnosis:
     file = result_file(path, MARKER)
     content, extended = read_json(file, SCHEMA), read_robot(file.with_name("robot.toml"))
     joints = tuple(j.number for j in extended.movable)
-    found = from_json(Diagnosis, content, file, extended=extended, joints=joints)
-    whole, moving = (found.before, found.after, found.floor), vars(found.gaps).values()
-    sizes = {len(gap.per_joint) for gap in (*whole, *moving)}
-    if found.verdict not in VERDICTS or sizes != {len(joints)}:
-        what = "gap.per_joint" if found.verdict in VERDICTS else f"verdict {found.verdict!r}"
+    diagnosis = from_json(Diagnosis, content, file, extended=extended, joints=joints)
+    gaps = [diagnosis.before, diagnosis.after, diagnosis.floor, *vars(diagnosis.gaps).values()]
+    sizes = {len(gap.per_joint) for gap in gaps}
+    verdict = diagnosis.verdict
+    if verdict not in VERDICTS or sizes != {len(joints)}:
+        what = "gap.per_joint" if verdict in VERDICTS else f"verdict {verdict!r}"
         raise ParameterError(
             f"{file}: damaged at {what}; accepted: schema {SCHEMA} as diagnose writes it"
         )
-    return found
+    return diagnosis

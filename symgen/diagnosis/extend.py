@@ -63,7 +63,7 @@ def extended(
     rounded = {name: _rounded(value) for name, value in constants.items()}
     joint = robot.joint(numbers[0])
     if definition.own:
-        effect = _own(robot, definition, joint.number, rounded)
+        effect = _custom_effect(robot, definition, joint.number, rounded)
     else:
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
@@ -103,9 +103,9 @@ def with_effect(robot: Robot, text: str) -> Robot:
         constants = {"ratio": 1.0}
     else:
         constants = {k: _middle(robot, positions[0], s) for k, s in definition.nonlinear.items()}
-    found = extended(robot, definition, positions, constants, {})
-    assert found is not None  # checked above
-    return found
+    out = extended(robot, definition, positions, constants, {})
+    assert out is not None  # checked above
+    return out
 
 
 def _middle(robot: Robot, position: int, search: SearchRange) -> float:
@@ -138,7 +138,7 @@ def _rounded(value: float) -> sp.Expr:
     return exact(float(f"{value:.6g}"))
 
 
-def _own(
+def _custom_effect(
     robot: Robot, definition: Definition, number: int, constants: Mapping[str, sp.Expr]
 ) -> Effect:
     """Return an effect whose torque is an expression in the variables of any joint."""

@@ -38,11 +38,11 @@ def summary(diagnosis: Diagnosis) -> str:
     before, after, noise = (
         percent(gap.total) for gap in (moving.before, moving.after, moving.noise_floor)
     )
-    floor, left = moving.noise_floor.total, moving.after.total
-    told = f", {left / floor:.2g} times the noise" if left > BEYOND * floor > 0 else ""
-    fell = left < moving.before.total
+    floor, remaining = moving.noise_floor.total, moving.after.total
+    ratio = f", {remaining / floor:.2g} times the noise" if remaining > BEYOND * floor > 0 else ""
+    fell = remaining < moving.before.total
     change = f"falls from {before} to {after}" if fell else f"is {after}"
-    gap = f"The torque error {change}{told} (noise floor: {noise})."
+    gap = f"The torque error {change}{ratio} (noise floor: {noise})."
     adopted = [e for e in diagnosis.effects if e.adopted]
     effects = _counted(len(adopted))
     recorded = sum(e.name in priors() and priors()[e.name].side == RECORDER for e in adopted)
@@ -73,23 +73,23 @@ def alike(effect: FoundEffect, robot: Robot) -> str:
 
 def tie(effect: FoundEffect, robot: Robot) -> str:
     """Return the alternatives of an effect and the motion that distinguishes them, as a text."""
-    said = (
+    text = (
         f"these logs cannot distinguish {placed(effect, robot)} from {alike(effect, robot)}; this "
         f"motion can: {effect.separate}"
     )
     if not effect.declared or effect.name not in definitions():
-        return said
+        return text
     where = "-".join(map(str, effect.joints))
-    return f"{said} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
+    return f"{text} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return a line with the adopted effects that no robot file can declare, if there are any."""
-    left = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
-    return (f"robot.toml and its C code cannot contain {', '.join(left)}",) if left else ()
+    missing = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
+    return (f"robot.toml and its C code cannot contain {', '.join(missing)}",) if missing else ()
 
 
-def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
+def describe_effects(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
     """Return one line per effect name, with its joints and its description."""
     joints: dict[str, list[str]] = {}
     for effect in effects:

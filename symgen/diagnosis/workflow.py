@@ -25,8 +25,8 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.extended import (
     Extended,
     extend_model,
-    found_effects,
     joint_numbers,
+    list_effects,
     robot_parameters,
 )
 from symgen.diagnosis.gap import Measured, error_in_motion, measure_gap, places
@@ -56,7 +56,7 @@ from symgen.hypotheses.effects import Score
 from symgen.hypotheses.held import held_squares
 from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import Problem, make_problem, model_of
-from symgen.hypotheses.registry import Found, make_registry
+from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
@@ -142,16 +142,16 @@ def diagnose(
     samples = (*opened.train, *opened.held)
     broken = [f for s in samples for f in unmended_faults(s, source.passive)]
     registry = make_registry(problem, source, effects)
-    found = Found(problem, problem)
+    result = SearchResult(problem, problem)
     if not broken:
-        found = search(problem, registry, least, progress=progress)
+        result = search(problem, registry, least, progress=progress)
     progress("deriving, compiling and identifying the extended model")
-    found, weighed = confirm(found, least)
-    found, weighed, model, gaps = _extend(found, weighed)
-    listed = (*_repaired(opened, band, problem, least), *found_effects(model, weighed))
+    result, weighed = confirm(result, least)
+    result, weighed, model, gaps = _extend(result, weighed)
+    listed = (*_repaired(opened, band, problem, least), *list_effects(model, weighed))
     reasons = [Reason(fault.kind, fault.joints, text=fault.fault) for fault in broken]
     reasons = reasons or _impossible(model, gaps)
-    concluded = _Concluded(source, found, weighed, model, gaps, listed, tuple(reasons))
+    concluded = _Concluded(source, result, weighed, model, gaps, listed, tuple(reasons))
     return _conclude(opened, band, concluded, least)
 
 
@@ -229,26 +229,26 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
 
 
 def _extend(
-    found: Found, weighed: tuple[Weighed, ...]
-) -> tuple[Found, tuple[Weighed, ...], Extended, Measured]:
+    result: SearchResult, weighed: tuple[Weighed, ...]
+) -> tuple[SearchResult, tuple[Weighed, ...], Extended, Measured]:
     """Extend the model; drop the weakest hypothesis while identification fails or the gap grows."""
     while True:
-        items = found.items
+        items = result.items
         lost = ""
         try:
-            model = extend_model(found)
-            gaps = measure_gap(found, model)
+            model = extend_model(result)
+            gaps = measure_gap(result, model)
             if not items or not gaps.grew:
-                return found, weighed, model, gaps
+                return result, weighed, model, gaps
         except (IdentificationError, RobotError) as error:
             if not items:  # the declared model itself
                 raise
             lost = f"the model with it cannot be identified: {error}"
         fell = {w.item.key: w.fell for w in weighed}  # by key, because new constants make new items
         weakest = min(items, key=lambda x: fell.get(x.key, 0.0))
-        found = restricted(found, [x for x in items if x is not weakest])
+        result = restricted(result, [x for x in items if x is not weakest])
         if lost and isinstance(weakest, Score):
-            found = replace(found, rejected=(replace(weakest, fault=lost), *found.rejected))
+            result = replace(result, rejected=(replace(weakest, fault=lost), *result.rejected))
             weighed = tuple(w for w in weighed if w.item.key != weakest.key)
         weighed = tuple(
             replace(w, adopted=False, reason=_GROWS) if w.item.key == weakest.key else w
@@ -259,7 +259,7 @@ def _extend(
 def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
     """Return a reason if the model explains the logs but the nearest possible robot does not."""
     free = gaps.moving.after.total
-    if model.problem.given or free > ACCEPT:
+    if model.problem.is_fixed or free > ACCEPT:
         return []
     try:
         near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
@@ -290,7 +290,7 @@ def _repaired(
         )
     except IdentificationError:  # the logs as recorded determine no model
         return ()
-    (was, size), (now, other) = (held_squares(Found(p, p), []) for p in (raw, problem))
+    (was, size), (now, other) = (held_squares(SearchResult(p, p), []) for p in (raw, problem))
     before, after = np.sqrt(was / size), np.sqrt(now / other)
     if (before - after).max() < least or (after - before).max() >= least:
         return ()
@@ -328,7 +328,7 @@ class _Concluded:
     """The intermediate results of a diagnosis; `robot` is as its file declares it."""
 
     robot: Robot
-    found: Found
+    result: SearchResult
     weighed: tuple[Weighed, ...]
     model: Extended
     gaps: Measured
@@ -353,9 +353,9 @@ def _verdict(c: _Concluded, least: float) -> str:
 def _recorder_closes_more(c: _Concluded) -> bool:
     """Whether adopted faults of the recorder explain more of the torque than all other effects."""
     # The search starts from the error after the repairs.
-    left = c.gaps.whole.before.total**2
+    before = c.gaps.all_samples.before.total**2
     shares = [e.gap_reduction for e in c.effects if e.name in _REPAIRED.values()]
-    closed = {RECORDER: sum(left * share / max(1 - share, TINY) for share in shares)}
+    closed = {RECORDER: sum(before * share / max(1 - share, TINY) for share in shares)}
     for w in c.weighed:
         side = prior_of(w.item.definition).side
         closed[side] = closed.get(side, 0.0) + w.adopted * w.fell**2
@@ -364,25 +364,25 @@ def _recorder_closes_more(c: _Concluded) -> bool:
 
 def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:
     """Assemble the diagnosis from its intermediate results."""
-    found, robot = c.found, c.found.declared.robot
+    result, robot = c.result, c.result.declared.robot
     verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
-    where = () if verdict == "consistent" else places(found, adopted, c.gaps)
+    where = () if verdict == "consistent" else places(result, adopted, c.gaps)
     doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
     refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
-    refused += [(s, s.fault) for s in found.rejected[:_LISTED]]
+    refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
     rejected = (
         Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
     )
-    train = found.problem.base
-    cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
+    train = result.problem.base
+    cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min(cutoffs, default=None),
-        before=c.gaps.whole.before,
-        after=c.gaps.whole.after,
-        floor=c.gaps.whole.noise_floor,
+        before=c.gaps.all_samples.before,
+        after=c.gaps.all_samples.after,
+        floor=c.gaps.all_samples.noise_floor,
         moving=c.gaps.moving,
         where=where,
         effects=c.effects,
@@ -395,10 +395,10 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         extended=c.model.robot,
         joints=tuple(j.number for j in robot.movable),
         curves=c.gaps.curves,
-        tried=found.tried,
+        tried=result.tried,
         parameters=robot_parameters(c.model, c.effects),
         declared=robot,
-        values=tuple(map(float, found.declared.estimate)),
+        values=tuple(map(float, result.declared.estimate)),
         repairs=opened.repairs,
         mended=largest_repairs(opened.changed),
         band=band,

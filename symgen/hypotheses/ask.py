@@ -17,13 +17,13 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import TIME
 from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
-from symgen.hypotheses.registry import Changed, Found, Item, make_registry
+from symgen.hypotheses.registry import Changed, Item, SearchResult, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
 from symgen.runtime.evaluator import Evaluator
 
-#: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
+#: Largest number of hypotheses that `identify` adds; `diagnose` has no limit.
 STEPS = 3
 
 
@@ -36,14 +36,14 @@ class Answer:
         suspected: all other probable hypotheses.
         delays: delays of the torques of all joints, which `identify` can undo.
         contacts: contacts in training logs, whose samples `identify` can mask.
-        worst: largest torque error of a fold, predicted by the fit to the other folds.
+        largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds.
     """
 
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delays: tuple[Change, ...] = ()
     contacts: tuple[Contact, ...] = ()
-    worst: float = 0.0
+    largest_fold_error: float = 0.0
 
 
 def ask(
@@ -66,11 +66,11 @@ def ask(
     """
     problem = make_problem(evaluator, train, held)
     stage = problem.stage()
-    worst = _worst(stage)
+    error = _largest_fold_error(stage)
     if (stage.lost < least).all():
-        return Answer(worst=worst)
-    found = search(problem, make_registry(problem), least, STEPS, progress)
-    _, weighed = confirm(found, least)
+        return Answer(largest_fold_error=error)
+    result = search(problem, make_registry(problem), least, STEPS, progress)
+    _, weighed = confirm(result, least)
     shown, suspected, delays = [], [], []
     # Contacts in validation logs stay in: masking them could hide what the model lacks.
     names = {log.name for log in train}
@@ -79,7 +79,7 @@ def ask(
     for w in weighed:
         if w.item in contacts:
             continue
-        reason = reason_of(w, found)
+        reason = reason_of(w, result)
         row = w.item.definition
         # A log in which the robot changes belongs to no single state of the robot.
         fault = prior_of(row).side != PHYSICS or row.pattern == TIME
@@ -89,10 +89,10 @@ def ask(
             suspected.append(reason)
         if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
             delays.append(w.item.change)
-    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), worst)
+    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), error)
 
 
-def _worst(stage: Stage) -> float:
+def _largest_fold_error(stage: Stage) -> float:
     """Return the largest error of a fold, over all joints, as a part of the torque of all folds."""
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
@@ -100,16 +100,16 @@ def _worst(stage: Stage) -> float:
     return float(np.sqrt(error.max() / np.sum(stage.problem.base.size**2)))
 
 
-def reason_of(w: Weighed, found: Found) -> Reason:
+def reason_of(w: Weighed, result: SearchResult) -> Reason:
     """Return a reason that names a hypothesis, its joints, its size and the advice."""
-    robot, item = found.declared.robot, w.item
+    robot, item = result.declared.robot, w.item
     row, joints = item.definition, item.joints
     labels = robot.listed(list(joints)) if joints else "the whole arm"
     where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
     advice = prior_of(row).advice
     ending = f"; {advice}" if advice else ""
     numbers = tuple(robot.movable[j].number for j in joints)
-    return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{ending}")
+    return Reason(row.name, numbers, w.remaining, SHOWN, f"{where}: {row.says}{ending}")
 
 
 def _channels(item: Item) -> str:

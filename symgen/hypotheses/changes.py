@@ -234,10 +234,10 @@ def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
     if robot.imu:
         return
     plain = robot.with_values().gravity
-    own = np.array([float(g) for g in plain])
-    size = float(np.linalg.norm(own)) or 9.81
+    declared = np.array([float(g) for g in plain])
+    size = float(np.linalg.norm(declared)) or 9.81
     for axis in (*np.eye(3), *-np.eye(3)):
-        if np.linalg.norm(size * axis - own) > 0.1 * size:
+        if np.linalg.norm(size * axis - declared) > 0.1 * size:
             yield tuple(float(x) for x in size * axis + 0.0)  # without -0.0
-    if own.any():
+    if declared.any():
         yield (0.0, 0.0, 0.0)

@@ -31,7 +31,7 @@ from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
-_TOGETHER = 16  # candidates whose columns pass the filter in one call
+_BATCH = 16  # candidates whose columns pass the filter in one call
 _PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
 _STARTS = 16  # start times to try for an effect that begins within a log
 Constants = Mapping[str, float]
@@ -155,7 +155,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class LogColumns:
     """The columns of candidates on some logs, for one model.
 
     Attributes:
@@ -180,8 +180,8 @@ class Seen:
             strides = [_stride(log, *kind) for log in self.logs]
             thin = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
             filtered = partial(self._filtered, strides=strides, thin=thin)
-            starts = range(0, len(of_kind), _TOGETHER)
-            batches = [of_kind[k : k + _TOGETHER] for k in starts]
+            starts = range(0, len(of_kind), _BATCH)
+            batches = [of_kind[k : k + _BATCH] for k in starts]
             threads = min(own_threads(), len(batches))
             yield from itertools.chain.from_iterable(in_order(filtered, batches, threads))
 
@@ -196,14 +196,14 @@ class Seen:
             thin: the thinned logs.
         """
         parts = []
-        found: list[Columns] = []
+        of_batch: list[Columns] = []
         for log, stride, s, torques in zip(self.logs, strides, thin, self.torques, strict=True):
-            found = [candidate.columns(s, torques) for candidate in batch]
-            raw = [x for columns in found for x in columns.values()]
+            of_batch = [candidate.columns(s, torques) for candidate in batch]
+            raw = [x for columns in of_batch for x in columns.values()]
             parts.append(log.unmasked.compared(np.concatenate(raw, axis=1), stride))
         band, at = np.concatenate(parts), 0
         out: list[Columns] = []
-        for columns in found:  # all logs have columns on the same joints
+        for columns in of_batch:  # all logs have columns on the same joints
             of_candidate = {}
             for j, x in columns.items():
                 end = at + x.shape[1]
@@ -264,25 +264,25 @@ class Score:
         return self.candidate.key
 
 
-def odds_together(own: Score, scores: Iterable[Score]) -> float:
+def total_odds(score: Score, scores: Iterable[Score]) -> float:
     """Return the log-odds of an effect plus those of the effects that require it."""
-    return own.odds + sum(s.odds for s in scores if s.candidate.presumes(own.candidate))
+    return score.odds + sum(s.odds for s in scores if s.candidate.presumes(score.candidate))
 
 
-def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Candidate]:
+def candidates(robot: Robot, logs: Logs, *, fixed: bool = False) -> Iterator[Candidate]:
     """Yield the candidates of a robot: all effects, joints and constants that it does not declare.
 
     Args:
         robot: the robot. Ranges in its file replace those of the library.
         logs: define the ranges of constants that are relative to the motion.
-        given: whether the parameters are fixed. Then a change of declared friction is a candidate.
+        fixed: whether the parameters are fixed. Then a change of declared friction is a candidate.
     """
     for definition in definitions().values():
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
         elif definition.torque or definition.name == "presliding_friction":
             for position in range(robot.n):
-                yield from _of_library(robot, definition, position, logs, given=given)
+                yield from _of_library(robot, definition, position, logs, fixed=fixed)
     values = robot.values()
     numbers = [joint.number for joint in robot.movable]
     for sought in robot.sought:
@@ -293,12 +293,12 @@ def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Can
 
 
 def _of_library(
-    robot: Robot, definition: Definition, position: int, logs: Logs, *, given: bool
+    robot: Robot, definition: Definition, position: int, logs: Logs, *, fixed: bool
 ) -> Iterator[Candidate]:
     """Yield an effect of the library on one joint, for all constants of its grid."""
     joint = robot.movable[position]
     declared = _declared(robot, definition, position)
-    changes = given and definition.native in names.FRICTION
+    changes = fixed and definition.native in names.FRICTION
     sought = {s.key for s in robot.sought}
     plain = _on_joint(robot, definition, position)
     if (changes or not declared) and (definition.name, joint.number) not in sought:
@@ -391,15 +391,15 @@ def _written(robot: Robot, definition: Definition, position: int) -> Torque:
             parts = tape.run(arithmetic, inputs)
         if definition.offset:
             parts = [*parts, 1.0]
-        found = np.column_stack([np.broadcast_to(np.asarray(c, float), s.t.shape) for c in parts])
-        if definition.own and not np.isfinite(found).all():
+        column = np.column_stack([np.broadcast_to(np.asarray(c, float), s.t.shape) for c in parts])
+        if definition.own and not np.isfinite(column).all():
             values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
             raise RobotError(
                 f"effect {definition.name!r} of {names.joint_label(joint.number, joint.name)}: "
                 "on these logs its torque is "
                 f"not a finite number with {values}; accepted: ranges in which it is"
             )
-        return {position: found}
+        return {position: column}
 
     return columns
 

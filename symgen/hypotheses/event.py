@@ -41,7 +41,7 @@ from symgen.robot.effect import Definition, definitions
 NAME = "external_contact"
 #: Longest contact as a part of its log; ratio of successive lengths; number of starts per length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
-_RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in a contact
+_RANGE = 2 * math.log(1 / MISFIT)  # width of the prior of the log variance of a joint in a contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +73,10 @@ class Span:
         at = np.array(self.joints)
         count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
         floor = score.misfit[at] ** 2
-        ratio = _variance_ratio(count, variance[at] + floor, fit.left[at] + floor)
+        ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
         return gained + float(ratio.sum()) - self.price, fit
 
-    def left_out(self, log: FilteredLog) -> FilteredLog:
+    def mask(self, log: FilteredLog) -> FilteredLog:
         """Return the log with the samples of the span masked, if it is the log of this span."""
         if log.name != self.log:
             return log
@@ -126,12 +126,12 @@ def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Cont
         size: (n,) RMS of the measured torque.
     """
     evidence, fit = span.fit(score)
-    was, joints = score.alone.left, list(span.joints)
-    left = was.copy()
-    left[joints] = np.minimum(was, fit.left)[joints]
+    was, joints = score.alone.variance, list(span.joints)
+    now = was.copy()
+    now[joints] = np.minimum(was, fit.variance)[joints]
     odds = evidence + math.log(priors()[NAME].odds)
-    torque = float(np.sqrt(np.max(was - left)))
-    return Contact(span, odds, *worth_and_gain(was, left, size, joints), torque)
+    torque = float(np.sqrt(np.max(was - now)))
+    return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
 
 
 def likeliest_contact(
@@ -161,9 +161,9 @@ def _variance_ratio(m: FloatArray, variance: FloatArray, usual: FloatArray) -> F
     from scipy.special import gammaln
 
     half, c, scale = m / 2, m * variance / 2, FREEDOM * usual / 2
-    own = gammaln(half) - half * np.log(c) - math.log(_RANGE)
+    separate = gammaln(half) - half * np.log(c) - math.log(_RANGE)
     heavy = gammaln(half + FREEDOM / 2) - gammaln(FREEDOM / 2) + FREEDOM / 2 * np.log(scale)
-    return np.asarray(own - heavy + (half + FREEDOM / 2) * np.log(c + scale))
+    return np.asarray(separate - heavy + (half + FREEDOM / 2) * np.log(c + scale))
 
 
 def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span | None:
@@ -193,8 +193,8 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     most, k, at, m, joints = max(best, key=itemgetter(0))
     contained = np.zeros(score.weight.shape, dtype=bool)
     contained[at : at + m, joints] = True
-    whole = np.concatenate(every)
-    price = math.log(len(whole)) - float(np.logaddexp.reduce(whole) - most)
+    totals = np.concatenate(every)
+    price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
     log, begin = logs[k], kept_spans(logs)[k].start
     first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
@@ -214,13 +214,15 @@ def _lengths(log: FilteredLog) -> Iterator[int]:
 
 
 def _gains(
-    inside: tuple[FloatArray, FloatArray], whole: tuple[FloatArray, FloatArray], floor: FloatArray
+    inside: tuple[FloatArray, FloatArray],
+    all_rows: tuple[FloatArray, FloatArray],
+    floor: FloatArray,
 ) -> FloatArray:
     """Return the gain of a separate variance in each span, less its price, (P, n).
 
     Args:
         inside: squares and counts of rows in each span, (P, n, folds).
-        whole: squares and counts of all rows, (n, folds).
+        all_rows: squares and counts of all rows, (n, folds).
         floor: (n,) variance of the misfit.
     """
 
@@ -230,9 +232,9 @@ def _gains(
 
     squares, counts = (x.sum(axis=2) for x in inside)
     by_fold = floor[:, None]
-    fell = cost(*whole, by_fold).sum(axis=1) - cost(squares, counts, floor)
-    fell = fell - cost(whole[0] - inside[0], whole[1] - inside[1], by_fold).sum(axis=2)
-    larger = squares * whole[1].sum(axis=1) > whole[0].sum(axis=1) * counts
+    fell = cost(*all_rows, by_fold).sum(axis=1) - cost(squares, counts, floor)
+    fell = fell - cost(all_rows[0] - inside[0], all_rows[1] - inside[1], by_fold).sum(axis=2)
+    larger = squares * all_rows[1].sum(axis=1) > all_rows[0].sum(axis=1) * counts
     # The price of a separate variance is the ratio of its prior width to its posterior width.
     price = math.log(_RANGE) + 0.5 * np.log(np.maximum(counts / TEMPERATURE / np.pi, 1))
     return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)

@@ -54,14 +54,14 @@ _LOAD = (*_POINT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
-    robot: Robot, bent: Sequence[Stiffness], *, given: bool = False, logs: Logs = ()
+    robot: Robot, bent: Sequence[Stiffness], *, fixed: bool = False, logs: Logs = ()
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
     Args:
         robot: the mechanism.
         bent: results of second encoders.
-        given: whether the parameters are fixed. Then a load is a candidate. A length is not,
+        fixed: whether the parameters are fixed. Then a load is a candidate. A length is not,
             because it does not change after the parameters are identified.
         logs: logs in which a load may begin.
     """
@@ -71,7 +71,7 @@ def special_candidates(
     yield from _on_joints(robot)
     if variation(robot).gravity.any() and not robot.imu:
         yield _of_links("commanded_torque", (), _dynamic)
-    if given:
+    if fixed:
         yield from _load(robot, _LOAD)
     else:  # the link parameters include a load that is there in all logs
         yield from _lengths(robot)
@@ -138,8 +138,8 @@ def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
     model, without = model[:, size > least], turn[size <= least].T
     others = np.concatenate([_random(v, units, g) @ without for g in fields], axis=1)
     _, values, blend = np.linalg.svd(others - model @ (model.T @ others), full_matrices=False)
-    found = blend[values > least].reshape(-1, len(fields), without.shape[1]) @ without.T
-    return np.asarray(found.reshape(-1, len(fields), len(v.robot.moving), 10))
+    sets = blend[values > least].reshape(-1, len(fields), without.shape[1]) @ without.T
+    return np.asarray(sets.reshape(-1, len(fields), len(v.robot.moving), 10))
 
 
 def _lengths(robot: Robot) -> Iterator[Candidate]:

@@ -19,7 +19,7 @@ from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.effects import Score, Seen, Torques
+from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, with_rests
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
@@ -67,7 +67,7 @@ class Problem:
         return self.base.logs
 
     @property
-    def given(self) -> bool:
+    def is_fixed(self) -> bool:
         """Whether the parameters are fixed."""
         return self.known is not None
 
@@ -114,8 +114,8 @@ class Problem:
         """Return the problem with the samples of contacts masked."""
         logs, held = self.logs, self.held
         for contact in contacts:
-            logs = tuple(map(contact.span.left_out, logs))
-            held = tuple(map(contact.span.left_out, held))
+            logs = tuple(map(contact.span.mask, logs))
+            held = tuple(map(contact.span.mask, held))
         if (logs, held) == (self.logs, self.held):
             return self
         return replace(self, base=self.base.without(logs), held=held)
@@ -189,9 +189,9 @@ class Problem:
         """Return the problem with the columns of some effects."""
         return Stage(self, tuple(effects))
 
-    def seen(self, logs: Sequence[FilteredLog], X: FloatArray) -> Seen:
+    def make_columns(self, logs: Sequence[FilteredLog], X: FloatArray) -> LogColumns:
         """Return the columns of candidates on some logs, for parameters X (p,)."""
-        return Seen(logs, [self.torques_along(log.thinned, X) for log in logs])
+        return LogColumns(logs, [self.torques_along(log.thinned, X) for log in logs])
 
     def torques_along(
         self,
@@ -209,10 +209,10 @@ class Problem:
             inside: (p,) parameters of the declared model that give the link parameters in columns;
                 None for X.
         """
-        whole, load = _split(extended or self.evaluator, X, log)
+        torque, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
         links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
-        return Torques(whole, load, friction, links, partial(self._of_links, links))
+        return Torques(torque, load, friction, links, partial(self._of_links, links))
 
     def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""
@@ -264,17 +264,17 @@ class Stage:
         """The score of further candidates, which are added to these effects."""
         rows, problem = self.rows, self.problem
         misfit = problem.misfit * problem.base.size
-        return PredictiveScore(rows.W, rows.left, rows.moves, rows.sigma, problem.fold, misfit)
+        return PredictiveScore(rows.W, rows.residual, rows.moves, rows.sigma, problem.fold, misfit)
 
     @cached_property
-    def seen(self) -> Seen:
+    def log_columns(self) -> LogColumns:
         """The columns of candidates on the training logs."""
-        return self.problem.seen(self.problem.logs, self.X)
+        return self.problem.make_columns(self.problem.logs, self.X)
 
     @property
     def lost(self) -> FloatArray:
         """(n,) held-out error of each joint, as a part of its torque."""
-        return np.asarray(np.sqrt(self.score.alone.left) / self.problem.base.size)
+        return np.asarray(np.sqrt(self.score.alone.variance) / self.problem.base.size)
 
 
 def make_problem(

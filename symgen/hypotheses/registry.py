@@ -54,16 +54,16 @@ def make_registry(
         robot: the robot whose file has the ranges of constants; None for that of the model.
         chosen: names of effects to try; None for all.
     """
-    source, given = robot or problem.robot, problem.given
+    source, fixed = robot or problem.robot, problem.is_fixed
     bent = stiffnesses(problem.base)
     pool = (
-        *candidates(source, problem.logs, given=given),
-        *special_candidates(source, bent, given=given, logs=problem.logs),
+        *candidates(source, problem.logs, fixed=fixed),
+        *special_candidates(source, bent, fixed=fixed, logs=problem.logs),
     )
     if chosen is None:
-        return Registry(pool, expressions=not given)
+        return Registry(pool, expressions=not fixed)
     tried = tuple(c for c in pool if c.name in chosen)
-    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not given)
+    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not fixed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ Item = Score | Changed | Contact
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchResult:
     """The result of a search.
 
     Attributes:
@@ -141,11 +141,11 @@ class Found:
         """Keys of all accepted hypotheses."""
         return frozenset(x.key for x in self.items)
 
-    def with_effects(self, effects: Iterable[Score]) -> Found:
+    def with_effects(self, effects: Iterable[Score]) -> SearchResult:
         """Return the result with other effects."""
         return replace(self, items=(*self.changes, *self.contacts, *effects))
 
-    def with_items(self, items: Iterable[Item]) -> Found:
+    def with_items(self, items: Iterable[Item]) -> SearchResult:
         """Return the result with other items, and with logs that are corrected by them."""
         other = replace(self, items=tuple(items))
         if (other.changes, other.contacts) == (self.changes, self.contacts):
@@ -173,5 +173,5 @@ def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()
-    columns = problem.stage().seen.each(s.candidate for s in effects)
+    columns = problem.stage().log_columns.each(s.candidate for s in effects)
     return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))

@@ -58,21 +58,21 @@ class Rows:
         return int(self.y.shape[1])
 
     @property
-    def left(self) -> FloatArray:
+    def residual(self) -> FloatArray:
         """Residual y - W X, (K, n)."""
         return self.y - self.W @ self.X
 
     @cached_property
-    def residual(self) -> FloatArray:
+    def whitened_residual(self) -> FloatArray:
         """Whitened residual (K, n)."""
-        return self.moves * self.left / self.sigma
+        return self.moves * self.residual / self.sigma
 
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Return columns (K, n, m) as rows of the fit, (K n, m)."""
         weight = (self.moves / self.sigma)[:, :, None]
         return (columns * weight).reshape(self.y.size, -1)
 
-    def beside(self, rows: FloatArray) -> FloatArray:
+    def orthogonal_part(self, rows: FloatArray) -> FloatArray:
         """Return the part of whitened columns (K n, m) that is orthogonal to the model."""
         basis = self.basis.reshape(self.y.size, -1)
         return rows - basis @ (basis.T @ rows)
@@ -86,8 +86,8 @@ class Rows:
         norms = column_norms(rows)
         _, values, turn = np.linalg.svd(triangle(rows) / norms)
         kept = values > SINGULAR * values[0]
-        left = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
-        return np.ascontiguousarray(left.reshape(*self.y.shape, -1))
+        basis = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
+        return np.ascontiguousarray(basis.reshape(*self.y.shape, -1))
 
     @property
     def rank(self) -> int:
@@ -123,9 +123,10 @@ class Rows:
 def explained(rows: Rows, columns: Columns) -> FloatArray:
     """Return the part of the whitened residual that columns explain after the model, (K, n)."""
     flat = rows.whitened(dense(columns, rows.y.shape))
-    left, values, _ = np.linalg.svd(rows.beside(flat / column_norms(flat)), full_matrices=False)
-    free = left[:, values > _FREE]
-    return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
+    independent = rows.orthogonal_part(flat / column_norms(flat))
+    basis, values, _ = np.linalg.svd(independent, full_matrices=False)
+    free = basis[:, values > _FREE]
+    return np.asarray((free @ (free.T @ rows.whitened_residual.ravel())).reshape(rows.y.shape))
 
 
 def make_rows(

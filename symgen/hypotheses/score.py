@@ -40,7 +40,7 @@ TEMPERATURE = 4.0
 FREEDOM = 3.0  # degrees of freedom of Student's t, the prior of sizes
 _REGIONS = 12  # number of regions of state that form the folds
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
-_APART = 0.5  # distance between rows of two folds, in periods of the comparison band
+_SEPARATION = 0.5  # distance between rows of two folds, in periods of the comparison band
 _LOST = 0.5  # largest part of the rows that may be lost between folds
 #: Distance of equal states, in standard deviations; part of equal states in a repeated motion.
 _SAME, _REPEATED = 0.05, 0.9
@@ -92,10 +92,10 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
-    fold = _set_apart(logs, _filled(region, count))
+    fold = _separate(logs, _filled(region, count))
     if np.mean(fold < 0) > _LOST:
         spans = np.arange(len(state)) * regions // len(state)
-        fold = _set_apart(logs, spans % count)
+        fold = _separate(logs, spans % count)
     return fold
 
 
@@ -109,16 +109,16 @@ def _filled(region: NDArray[np.int32], count: int) -> NDArray[np.intp]:
     return np.asarray(fold_of[region])
 
 
-def _set_apart(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
+def _separate(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return folds with -1 for the rows where two of them meet."""
     out = fold.copy()
-    apart = _APART / min(log.band.comparison_hz for log in logs)
+    separation = _SEPARATION / min(log.band.comparison_hz for log in logs)
     for log, span in zip(logs, kept_spans(logs), strict=True):
         of_log, t = fold[span], log.compared_t
         changes = np.diff(of_log) != 0
         meets = np.r_[changes, False] | np.r_[False, changes]
         # rows on each side of a boundary that are less than half of the distance away
-        rows = math.ceil(apart / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
+        rows = math.ceil(separation / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
         out[span][touched(meets, rows - 1)] = -1
     return out
 
@@ -136,9 +136,9 @@ def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -
         return np.hstack(log.motion)[at]
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
-    asked = np.concatenate([states(log, log.kept) for log in others])
+    other = np.concatenate([states(log, log.kept) for log in others])
     spread = np.maximum(known.std(axis=0), TINY) * np.sqrt(known.shape[1])
-    far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
+    far, _ = cKDTree(known / spread).query(other / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
 
@@ -161,14 +161,14 @@ class ScoreFit(NamedTuple):
 
     Attributes:
         score: log of the predictive density, up to a constant of the rows.
-        left: (n,) held-out variance of each joint.
+        variance: (n,) held-out variance of each joint.
         squares: (n, folds) held-out sums of squares of each fold.
         coefficients: (m,) of the columns, fitted to all folds.
         torque: (n,) RMS torque of the columns on each joint.
     """
 
     score: float
-    left: FloatArray
+    variance: FloatArray
     squares: FloatArray
     coefficients: FloatArray
     torque: FloatArray
@@ -383,7 +383,7 @@ class PredictiveScore:
         squares = np.einsum("jflna,jflnb->jfnab", each, each, optimize=m > 1)
         return Folded(joints, rows, squares)
 
-    def beside(self, columns: Columns, size: float = np.inf) -> ScoreFit:
+    def fit_with(self, columns: Columns, size: float = np.inf) -> ScoreFit:
         """Return the fit of the model with columns (K, m) on some joints.
 
         Args:
@@ -394,11 +394,11 @@ class PredictiveScore:
         return next(self.each(self.folded([columns]), size))
 
     def each(self, columns: Folded, size: FloatArray | float = np.inf) -> Iterator[ScoreFit]:
-        """Yield the fit of the model with each of N candidates, as `beside` returns it.
+        """Yield the fit of the model with each of N candidates, as `fit_with` returns it.
 
         Args:
             columns: columns of the candidates.
-            size: as for `beside`; one for all candidates, or (N,).
+            size: as for `fit_with`; one for all candidates, or (N,).
         """
         own, joints = self._solved(columns, size), list(columns.joints)
         d, b = own.d[:-1], own.b[:-1]
@@ -448,5 +448,5 @@ class PredictiveScore:
 def _of_others(products: FloatArray) -> FloatArray:
     """Return products (J, folds, ...) over the rows outside each fold; over all rows last."""
     by_fold = products.sum(axis=0)
-    whole = by_fold.sum(axis=0)
-    return np.concatenate([whole - by_fold, whole[None]])
+    total = by_fold.sum(axis=0)
+    return np.concatenate([total - by_fold, total[None]])

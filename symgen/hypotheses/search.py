@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Score, odds_together
+from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
 from symgen.hypotheses.priors import prior_of
@@ -30,9 +30,9 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import (
     Changed,
-    Found,
     Item,
     Registry,
+    SearchResult,
     columns_in,
     leave_out,
 )
@@ -66,7 +66,7 @@ def search(
     least: float = LEAST,
     steps: int | None = None,
     progress: Say = silent,
-) -> Found:
+) -> SearchResult:
     """Add the most probable hypothesis and drop improbable ones, until none can be added.
 
     Args:
@@ -80,48 +80,48 @@ def search(
     # An effect that is small on the training motion may matter on other motion. `confirm` decides.
     least = min(least, problem.misfit)
     judge = _Judge(registry, least)
-    found, seen = Found(problem, problem), {frozenset[Key]()}
+    result, visited = SearchResult(problem, problem), {frozenset[Key]()}
     options: list[Score] = []
     for count in itertools.count(1) if steps is None else range(1, steps + 1):
         progress(f"trying {len(registry.pool)} candidates for effect {count}")
-        stage = found.problem.stage(found.effects)
+        stage = result.problem.stage(result.effects)
         options = judge.options(stage)
-        others = judge.others(stage, found)
+        others = judge.others(stage, result)
         every = sorted((*options, *others), key=_odds, reverse=True)
         probable = [o for o in every if o.odds > 0 and o.worth >= least]
         probable = judge.refined(stage, probable)
-        nexts = (judge.pruned(judge.added(found, stage, o)) for o in probable)
-        new = next((f for f in nexts if f.keys not in seen), None)
+        nexts = (judge.pruned(judge.added(result, stage, o)) for o in probable)
+        new = next((f for f in nexts if f.keys not in visited), None)
         if new is None:
             break
-        found = new
-        seen.add(found.keys)
-    found = in_one_log(found)
+        result = new
+        visited.add(result.keys)
+    result = in_one_log(result)
     if registry.contacts:
-        found = _with_contacts_of_held(found, least)
+        result = _with_validation_contacts(result, least)
     if steps is not None:
-        return found
-    rejected = tuple(judge.reasoned(s) for s in options if s.key not in found.keys)
-    found = found.with_effects(sorted(judge.compared(found), key=lambda s: -s.gain))
-    return replace(found, rejected=rejected, tried=len(registry.pool))
+        return result
+    rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
+    result = result.with_effects(sorted(judge.compared(result), key=lambda s: -s.gain))
+    return replace(result, rejected=rejected, tried=len(registry.pool))
 
 
-def _with_contacts_of_held(found: Found, least: float) -> Found:
+def _with_validation_contacts(result: SearchResult, least: float) -> SearchResult:
     """Return the result with the contacts of the validation logs, where no model can fit."""
-    if not found.problem.held:
-        return found
+    if not result.problem.held:
+        return result
     contacts: list[Contact] = []
-    whole = found.problem.joined
-    size, held = whole.base.size, found.problem.held
-    effects = columns_in(whole, found.effects)
+    joined = result.problem.joined
+    size, held = joined.base.size, result.problem.held
+    effects = columns_in(joined, result.effects)
     while True:
-        contact = likeliest_contact(whole.stage(effects).score, held, size)
+        contact = likeliest_contact(joined.stage(effects).score, held, size)
         if contact is None or contact.odds <= 0 or contact.worth < least:
             break
         contacts.append(contact)
-        whole = whole.without([contact])
-        held = whole.logs[: len(held)]
-    return found.with_items((*found.items, *contacts))
+        joined = joined.without([contact])
+        held = joined.logs[: len(held)]
+    return result.with_items((*result.items, *contacts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,29 +159,29 @@ class _Judge:
             judged = self._judged(stage, candidate, columns, fit)
             entries.setdefault(candidate.key, []).append(judged)
         out = []
-        for key, found in entries.items():
-            odds = np.array([s.odds for s in found])
-            best = found[int(np.argmax(odds))]
-            count = len(found)
+        for key, scores in entries.items():
+            odds = np.array([s.odds for s in scores])
+            best = scores[int(np.argmax(odds))]
+            count = len(scores)
             if key[0] == UNNAMED and self._terms is not None:
                 count = self._terms.count
-            whole = float(np.logaddexp.reduce(odds)) - np.log(count)
-            out.append(replace(best, odds=whole, cost=best.odds - whole))
+            total = float(np.logaddexp.reduce(odds)) - np.log(count)
+            out.append(replace(best, odds=total, cost=best.odds - total))
         return sorted(out, key=_odds, reverse=True)
 
-    def others(self, stage: Stage, found: Found) -> Iterator[Changed | Contact]:
+    def others(self, stage: Stage, result: SearchResult) -> Iterator[Changed | Contact]:
         """Yield the most probable contact, and the changes of the logs that may be undone."""
         problem = stage.problem
         if self.registry.contacts:
             contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
             if contact is not None:
                 yield contact
-        if not self.registry.changes or problem.given:
+        if not self.registry.changes or problem.is_fixed:
             return
-        undone = frozenset(c.key for c in found.changes)
+        undone = frozenset(c.key for c in result.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
         # Accepted hypotheses may already explain the error that a change of the motion explains.
-        doubted, key = bool(loud) or not found.items, (undone, bool(loud))
+        doubted, key = bool(loud) or not result.items, (undone, bool(loud))
         if doubted and key not in self._moved:
             self._moved[key] = [*motion_trials(problem, loud)]
         moved = self._moved[key] if doubted else ()
@@ -206,56 +206,56 @@ class _Judge:
             out.append(o)
         return sorted(out, key=_odds, reverse=True)
 
-    def added(self, found: Found, stage: Stage, new: Item) -> Found:
+    def added(self, result: SearchResult, stage: Stage, new: Item) -> SearchResult:
         """Return the result with one more hypothesis."""
         if isinstance(new, Score):
             exact = new.candidate.first_order
             new = exact_change(stage, new) if exact else _refined(stage, new)
-        return found.with_items((*found.items, new))
+        return result.with_items((*result.items, new))
 
-    def pruned(self, found: Found) -> Found:
+    def pruned(self, result: SearchResult) -> SearchResult:
         """Drop hypotheses that are improbable in a model with the others, the least probable first.
 
         Changes of all logs stay.
         """
-        effects = list(found.effects)
+        effects = list(result.effects)
         while effects:
-            again = [self._scored(found.problem.stage(leave_out(effects, s)), s) for s in effects]
-            odds = [odds_together(s, again) for s in again]
+            again = [self._scored(result.problem.stage(leave_out(effects, s)), s) for s in effects]
+            odds = [total_odds(s, again) for s in again]
             failing = [k for k, s in enumerate(again) if odds[k] <= 0 or s.worth < self.least]
             if not failing:
                 effects = again
                 break
-            worst = min(failing, key=lambda k: (odds[k], again[k].worth))
-            effects = leave_out(effects, effects[worst])
-        found = found.with_effects(effects)
-        for contact in found.contacts:
-            rest = found.with_items(x for x in found.items if x is not contact)
+            weakest = min(failing, key=lambda k: (odds[k], again[k].worth))
+            effects = leave_out(effects, effects[weakest])
+        result = result.with_effects(effects)
+        for contact in result.contacts:
+            rest = result.with_items(x for x in result.items if x is not contact)
             stage = rest.problem.stage(rest.effects)
             again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
             if again_contact.odds <= 0 or again_contact.worth < self.least:
-                found = rest
-        return found
+                result = rest
+        return result
 
-    def compared(self, found: Found) -> list[Score]:
+    def compared(self, result: SearchResult) -> list[Score]:
         """Return the effects with their probabilities and their alternatives."""
         from scipy.special import softmax
 
         out = []
-        for own in found.effects:
-            stage = found.problem.stage(leave_out(found.effects, own))
-            again = self._scored(stage, own)
+        for effect in result.effects:
+            stage = result.problem.stage(leave_out(result.effects, effect))
+            again = self._scored(stage, effect)
             e = explained(stage.rows, again.columns)
             rivals = []
-            for s in self.options(stage, frozenset(own.columns)):
-                if s.key in found.keys:
+            for s in self.options(stage, frozenset(effect.columns)):
+                if s.key in result.keys:
                     continue
                 if s.odds < again.odds + math.log(_LISTED):
                     break
                 alike = _correlation(e, explained(stage.rows, s.columns))
                 if alike > _ALIKE:
                     rivals.append((alike, s))
-            odds = [odds_together(again, found.effects), *(s.odds for _, s in rivals), 0.0]
+            odds = [total_odds(again, result.effects), *(s.odds for _, s in rivals), 0.0]
             weight = softmax(odds)
             same = weight[0]
             alternatives = []
@@ -287,9 +287,9 @@ class _Judge:
         if stage.problem is self._problem:
             return
         self._problem, pool = stage.problem, self.registry.pool
-        found = zip(pool, stage.seen.each(pool), strict=True)
-        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
-        self._groups = self._together(stage, finite)
+        pairs = zip(pool, stage.log_columns.each(pool), strict=True)
+        finite = (x for x in pairs if all(np.isfinite(c).all() for c in x[1].values()))
+        self._groups = self._group(stage, finite)
         self._terms = expressions(stage.problem) if self.registry.expressions else None
 
     def _fits(
@@ -302,7 +302,7 @@ class _Judge:
         """
         self._prepare(stage)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
-        for group in (*self._groups, *self._together(stage, terms)):
+        for group in (*self._groups, *self._group(stage, terms)):
             free = [self._admitted(c, stage, joints) for c, _ in group.members]
             if any(free):
                 fits = stage.score.each(group.folded, group.sizes)
@@ -310,7 +310,7 @@ class _Judge:
                 for (candidate, columns), fit in itertools.compress(rows, free):
                     yield candidate, columns, fit
 
-    def _together(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
+    def _group(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
         """Return candidates and their columns in groups that share one score call."""
         alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
         for candidate, columns in found:
@@ -358,7 +358,7 @@ class _Judge:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score
         joints = candidate.joints or tuple(columns)
-        worth, gain = worth_and_gain(alone.left, fit.left, base, joints)
+        worth, gain = worth_and_gain(alone.variance, fit.variance, base, joints)
         torque = float(np.max(fit.torque))
         fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
         return Score(
@@ -378,22 +378,24 @@ class _Judge:
             kept = [k for k in kept if k not in wrong]
             if not any(k < named for k in kept):
                 return stage.score.alone
-            left = {j: c[:, kept] for j, c in columns.items()}
-            fit = stage.score.beside(left, self._expected(stage, candidate, columns))
+            signed = {j: c[:, kept] for j, c in columns.items()}
+            fit = stage.score.fit_with(signed, self._expected(stage, candidate, columns))
         return fit
 
-    def _scored(self, stage: Stage, own: Score) -> Score:
+    def _scored(self, stage: Stage, score: Score) -> Score:
         """Return an effect with its score in a stage; the cost of its grid stays."""
-        columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
-        fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
-        found = self._judged(stage, own.candidate, columns, fit)
-        return replace(found, odds=found.odds - own.cost, cost=own.cost)
+        columns = score.columns
+        if score.candidate.uses_model:
+            columns = stage.log_columns(score.candidate)
+        fit = stage.score.fit_with(columns, self._expected(stage, score.candidate, columns))
+        judged = self._judged(stage, score.candidate, columns, fit)
+        return replace(judged, odds=judged.odds - score.cost, cost=score.cost)
 
 
 def _refined(stage: Stage, new: Score) -> Score:
     """Return an effect with its constants fitted; the constants of the stage stay."""
-    beside = replace(stage.problem, base=stage.rows)
-    return settled_constants(beside, [new], stage.seen)[0]
+    problem = replace(stage.problem, base=stage.rows)
+    return settled_constants(problem, [new], stage.log_columns)[0]
 
 
 def _odds(s: Item) -> float:

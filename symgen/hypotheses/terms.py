@@ -27,7 +27,7 @@ from symgen.robot.types import Robot
 
 NAME = "unnamed"
 _BEST = 12  # number of terms of a joint that are scored
-_FREE = 0.05  # smallest norm of a scored term's part orthogonal to the model, of the term's norm
+_FREE = 0.05  # a scored term has at least this part of its norm orthogonal to the model
 
 
 class _Function(NamedTuple):
@@ -160,7 +160,7 @@ class Expressions:
         rows = self.columns * (system.moves[:, j] / system.sigma[j])[:, None]
         squares = np.sum(rows**2, axis=0)
         free = squares - np.sum((system.basis[:, j].T @ rows) ** 2, axis=0)
-        along = system.residual[:, j] @ rows
+        along = system.whitened_residual[:, j] @ rows
         scored = free > _FREE**2 * squares
         return np.where(scored, along**2 / np.where(scored, free, 1.0), 0.0)
 
@@ -170,5 +170,5 @@ def expressions(baseline: Problem) -> Expressions:
     robot = baseline.robot
     terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
-    columns = [found[0] for found in baseline.stage().seen.each(candidates)]
+    columns = [of_joint[0] for of_joint in baseline.stage().log_columns.each(candidates)]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

@@ -74,7 +74,7 @@ def exact_change(stage: Stage, new: Score) -> Changed:
     for _ in range(_ROUNDS):
         other = problem if size == 1.0 else problem.changed(geared_by(j, size))
         rows = other.stage()
-        fit = rows.score.beside(rows.seen(new.candidate))
+        fit = rows.score.fit_with(rows.log_columns(new.candidate))
         size *= 1 + float(fit.coefficients[0])
     return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
 
@@ -82,13 +82,13 @@ def exact_change(stage: Stage, new: Score) -> Changed:
 def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
     """Return the most probable point of a grid of changes of the torques, refined."""
     fits = [_fit_of_torque(stage, c, torque) for c in grid]
-    found = _best_of(stage, grid, fits)
-    if not (found.change.delay or found.change.lag) or found.odds <= 0:
-        return found
-    change = _refined_change(stage, found.change)
+    best = _best_of(stage, grid, fits)
+    if not (best.change.delay or best.change.lag) or best.odds <= 0:
+        return best
+    change = _refined_change(stage, best.change)
     fit = _fit_of_torque(stage, change, torque)
     again = _best_of(stage, [change], [fit])
-    return again if again.odds > found.odds else found
+    return again if again.odds > best.odds else best
 
 
 def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
@@ -101,7 +101,7 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     before, after = alone.score.density(counts), score.density(counts)
     more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
     gained = alone.score.alone.score + after - more - before
-    return score.alone._replace(score=gained, left=score.alone.left * scale**2)
+    return score.alone._replace(score=gained, variance=score.alone.variance * scale**2)
 
 
 def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> Changed:
@@ -113,8 +113,9 @@ def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> 
     # Each wrong sign costs the same. A set and its complement fit alike: the smaller one counts.
     few = min(len(change.joints), len(size) - len(change.joints))
     prior = math.log(prior_of(change.definition).odds) * max(1, few)
-    whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
-    return Changed(change, whole, *worth_and_gain(alone.left, fits[k].left, size, ()))
+    odds_of_grid = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
+    worth, gain = worth_and_gain(alone.variance, fits[k].variance, size, ())
+    return Changed(change, odds_of_grid, worth, gain)
 
 
 def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:

@@ -176,7 +176,7 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     run = _without(run, answer.contacts)
     # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
-    worst = 0.0 if masked else answer.worst
+    worst = 0.0 if masked else answer.largest_fold_error
     return replace(run, shown=answer.shown, suspected=answer.suspected, worst=worst)
 
 
@@ -194,7 +194,7 @@ def _without(run: Run, contacts: Sequence[Contact]) -> Run:
             kind=contact.definition.name,
             joints=contact.joints,
         )
-        train, held = (tuple(map(span.left_out, group)) for group in (run.train, run.held))
+        train, held = (tuple(map(span.mask, group)) for group in (run.train, run.held))
         run = replace(run, train=train, held=held, repairs=(*run.repairs, fault))
     return run
 

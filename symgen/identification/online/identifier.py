@@ -135,7 +135,9 @@ class Identifier:
 
         Args:
             t: times (N,), s.
-            q, qd, tau: (N, n), units as for `step`.
+            q: joint variables (N, n), rad or m.
+            qd: speeds (N, n), rad/s or m/s.
+            tau: torques (N, n), N m or N.
 
         Raises:
             LogError: the identifier refuses a sample. The estimate contains the samples before it.
