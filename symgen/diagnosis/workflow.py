@@ -60,7 +60,7 @@ from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
-from symgen.identification.parameters import read_given
+from symgen.identification.parameters import read_known
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
 from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
@@ -133,7 +133,7 @@ def diagnose(
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
-    known = None if parameters is None else read_given(parameters, evaluator.model)
+    known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
     band = band or choose_band(evaluator, opened.train, cutoff, threads=own_threads())
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
@@ -162,7 +162,7 @@ class _Opened:
     Attributes:
         train, held: the repaired logs. Without validation logs, `held` is the end of each training
             log.
-        given: whether there are validation logs from the user.
+        has_validation: whether there are validation logs from the user.
         repairs: the repairs.
         changed: the channels that the repairs changed.
         unmended: both groups without masks of faults and with the measured speeds; None if no
@@ -172,7 +172,7 @@ class _Opened:
 
     train: Sequence[Samples]
     held: Sequence[Samples]
-    given: bool
+    has_validation: bool
     repairs: tuple[Fault, ...]
     changed: Sequence[MendedChannel] = ()
     unmended: Groups | None = None
@@ -192,14 +192,14 @@ def _open(
 ) -> _Opened:
     """Read each log once and repair it."""
     require_logs(sources[0])
-    given = bool(sources[1])
+    has_validation = bool(sources[1])
     if is_long([*chain(*sources)]):
         sampled = sample_logs(robot, *sources, reading or Reading(), 0.0, progress)
         words = sampled.in_words("read; the diagnosis is that of")
         train, held, more = join_bands(sampled.train, sampled.held)
-        groups = (train, held) if given else hold_out(train)
+        groups = (train, held) if has_validation else hold_out(train)
         done = (*sampled.repairs, *more)
-        return _Opened(*groups, given, done, notes=(*sampled.notes, *words))
+        return _Opened(*groups, has_validation, done, notes=(*sampled.notes, *words))
 
     def opened(source: Source) -> Log:
         progress(f"reading {getattr(source, 'name', source)}")
@@ -212,15 +212,15 @@ def _open(
     train, held, more = join_bands(train, held)
     logs, done = [*chain(*recorded)], (*repairs, *more)
     changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
-    groups = (train, held) if given else hold_out(train)
+    groups = (train, held) if has_validation else hold_out(train)
     unmended = None
     if any(r.kind in _REPAIRED for r in done):
         first, last = (
             [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
             for group in recorded
         )
-        unmended = (first, last) if given else hold_out(first)
-    return _Opened(*groups, given, done, changed, unmended)
+        unmended = (first, last) if has_validation else hold_out(first)
+    return _Opened(*groups, has_validation, done, changed, unmended)
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
@@ -410,7 +410,7 @@ def _notes(opened: _Opened, band: Band, c: _Concluded) -> tuple[str, ...]:
     """Return the changes of the logs, and the effects that the extended robot does not contain."""
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
-    if not opened.given:
+    if not opened.has_validation:
         out.append(
             "no validation log is given: the torque error is that of the last fifth of each log"
         )

@@ -110,18 +110,18 @@ class Comparison(Viewable):
             return f"No standard deviation of the {count} common parameters is known."
         # expected number beyond 3 standard deviations of a normal distribution
         chance = f"{judged * math.erfc(BEYOND / math.sqrt(2)):.2g}"
-        told = (
+        text = (
             f"{len(self.moved)} of {judged} parameters moved by more than {BEYOND:g} combined "
             f"standard deviations; chance alone would move {chance} of them on average."
         )
         if self.verdict == "unknown" and self.shared:
-            told += " Both used the same training data, so that this shows no agreement."
+            text += " Both used the same training data, so that this shows no agreement."
         elif self.verdict == "unknown":
-            told += (
+            text += (
                 f" Both used a training log named {', '.join(self.alike)}: where that is one file, "
                 "this shows no agreement; two files are told apart by their names."
             )
-        return told
+        return text
 
     def to_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values (schema symgen.comparison/1)."""

@@ -147,12 +147,14 @@ def identified_file(
             )
     if mjcf:
         text = updated_mjcf(path, dynamics)
-        held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
-        held |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
-        held |= {*_springs(model.robot).values()}
+        contained = {
+            f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings
+        }
+        contained |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
+        contained |= {*_springs(model.robot).values()}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
-        text, held = updated_urdf(text, dynamics, str(path)), set()
+        text, contained = updated_urdf(text, dynamics, str(path)), set()
         if any(joint.armature for joint in dynamics.joints):
             notes.append(
                 "rotor inertia stands in <dynamics armature>, which symgen reads; other programs "
@@ -163,7 +165,7 @@ def identified_file(
                 "Coulomb friction stands in <dynamics friction>, which Drake and some simulators "
                 "ignore"
             )
-    left_out = tuple(_left_out(model, links, held))
+    left_out = tuple(_not_contained(model, links, contained))
     if mjcf:
         absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
         _require_read(text, path, model, {**links.values, **absent})
@@ -229,20 +231,20 @@ def _springs(robot: Robot) -> dict[int, str]:
     return {e.joints[0]: e.linear[0][0] for e in robot.effects if e.name == SPRING}
 
 
-def _left_out(
-    model: Model, links: LinkParameters, held: Collection[str]
+def _not_contained(
+    model: Model, links: LinkParameters, contained: Collection[str]
 ) -> Iterator[tuple[str, float, str]]:
     """Yield the non-zero parameters that a format cannot hold.
 
     Args:
         model: model of the robot.
         links: parameters of the robot.
-        held: names of parameters that the file holds in addition to links, rotors and friction.
+        contained: names of parameters in the file in addition to links, rotors and friction.
     """
     always = {*names.LINK, names.ROTOR, "FS", "FV"}
     for p in model.base.standard:
         value = links.values[p.name]
-        if value and p.prefix not in always and p.name not in held:
+        if value and p.prefix not in always and p.name not in contained:
             yield p.name, value, p.unit
 
 
@@ -325,9 +327,9 @@ def read_identified(
     """
     known = read_estimate(estimate)
     path = Path(estimate)
-    beside = (path if path.is_dir() else path.parent) / "robot.toml"
-    if robot is None and beside.is_file():
-        robot = beside
+    in_folder = (path if path.is_dir() else path.parent) / "robot.toml"
+    if robot is None and in_folder.is_file():
+        robot = in_folder
     if robot is not None:
         robot = read_robot(robot)
         digest = hashlib.sha256(robot_toml(robot).encode()).hexdigest()
@@ -370,6 +372,8 @@ def file_errors(
     """
     robot = read_robot(robot)
     model = derive(robot, JUDGING)
-    given = [*(read_parameters(path, model) for path in paths), estimate.X]
-    *files, own = torque_errors(robot, log, given, estimate.band, estimate.shifts, reading)
-    return FileErrors(files, own)
+    parameters = [*(read_parameters(path, model) for path in paths), estimate.X]
+    *files, of_estimate = torque_errors(
+        robot, log, parameters, estimate.band, estimate.shifts, reading
+    )
+    return FileErrors(files, of_estimate)

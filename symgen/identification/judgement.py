@@ -40,19 +40,19 @@ _SCALED = (
 
 
 def prediction_use(
-    run: Run, settled: Settled, seen: TorqueFit, noise: Residual, accept: float, least: float
+    run: Run, settled: Settled, held: TorqueFit, noise: Residual, accept: float, least: float
 ) -> PredictionUse:
     """Judge the torque error on held-out motion, for joints in motion if any joint moves.
 
     Args:
         run: the logs, with the faults that are shown.
         settled: the solution, and whether a robot can have its parameters.
-        seen: torques of the validation logs.
+        held: torques of the validation logs.
         noise: torque error that noise alone causes on them.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
-    error, worst = seen.in_motion.residual.relative, run.worst
+    error, fold = held.in_motion.residual.relative, run.largest_fold_error
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
@@ -66,13 +66,13 @@ def prediction_use(
         if not reasons:
             text += f"; {_SEARCH}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
-    if worst > VARIES * error and worst**2 - error**2 > least**2:
+    if fold > VARIES * error and fold**2 - error**2 > least**2:
         text = (
-            f"the error depends on the motion: {percent(worst)} on another part of the motion that "
+            f"the error depends on the motion: {percent(fold)} on another part of the motion that "
             f"the fit did not use; {_SEARCH}"
         )
-        reasons.append(Reason("varies", value=worst, limit=VARIES * error, text=text))
-    large = _large_errors(run.held, seen, run.evaluator.model.robot)
+        reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
+    large = _large_errors(run.held, held, run.evaluator.model.robot)
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
 
 
@@ -121,11 +121,11 @@ def parameters_use(
     return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
-def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> list[Reason]:
+def suspicions(run: Run, solution: Solution, held: TorqueFit, accept: float) -> list[Reason]:
     """Return possible faults of the logs, and reasons against predicting other motions."""
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
-    if seen.in_motion.residual.relative < MISFIT:
+    if held.in_motion.residual.relative < MISFIT:
         reasons += _without_friction(run, solution.X)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
@@ -167,11 +167,13 @@ def _mostly_noise(noise: Residual) -> list[Reason]:
     return [Reason("noise", value=noise.relative, limit=half, text=text)]
 
 
-def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) -> list[Reason]:
+def _large_errors(
+    logs: Sequence[FilteredLog], fit_to_logs: TorqueFit, robot: Robot
+) -> list[Reason]:
     """Return the joints whose torque error in motion is large, with the error in N m or N."""
-    each = seen.in_motion.residual.per_joint or ()
+    each = fit_to_logs.in_motion.residual.per_joint or ()
     squares, counts = np.zeros(robot.n), np.zeros(robot.n)
-    for log in held:
+    for log in logs:
         rows = log.free if log.resting is None else log.free & ~log.resting
         squares += np.sum(rows * log.measured**2, axis=0)
         counts += rows.sum(axis=0)
@@ -207,10 +209,10 @@ def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
     return reasons
 
 
-def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
+def restrictions(proportional: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
     """Return a reason for each group of joints that moved in proportion in all training logs."""
     reasons = []
-    for group in together:
+    for group in proportional:
         text = (
             f"this model holds only for motion in which {robot.listed(group)} move in "
             "proportion, as in the training logs"

@@ -60,15 +60,15 @@ def open_in_band(
     """
     (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
     samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
-    found = band or choose_band(evaluator, samples, cutoff)
+    chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
-        found = replace(found, cutoff_hz=cutoff)
-    progress(f"band: {found.in_words()}")
+        chosen = replace(chosen, cutoff_hz=cutoff)
+    progress(f"band: {chosen.in_words()}")
     repairs += more
     logs = []
     for s in samples:
         shifted, done = with_known_shifts(s, shifts)
         repairs += done
-        logs.append(filter_log(shifted, found))
-    notes = (*(note for s in samples for note in s.notes), f"band: {found.in_words()}")
-    return LogsInBand(tuple(logs), found, tuple(repairs), notes)
+        logs.append(filter_log(shifted, chosen))
+    notes = (*(note for s in samples for note in s.notes), f"band: {chosen.in_words()}")
+    return LogsInBand(tuple(logs), chosen, tuple(repairs), notes)

@@ -67,8 +67,8 @@ class Load:
         """Return the LABELS of the quantities that no undetermined direction changes."""
         slopes = _slopes(UNITS * np.arange(1.0, 11.0)) * UNITS  # of a load without symmetries
         open_ = np.linalg.norm(slopes @ self.null, axis=1)
-        whole = np.linalg.norm(slopes, axis=1)
-        return tuple(name for name, x in zip(LABELS, open_ / whole, strict=True) if x < SMALL)
+        norms = np.linalg.norm(slopes, axis=1)
+        return tuple(name for name, x in zip(LABELS, open_ / norms, strict=True) if x < SMALL)
 
     def std(self) -> FloatArray:
         """Return the standard deviations of mass, centre of mass and inertia about it, (10,)."""

@@ -65,13 +65,13 @@ class Solved(NamedTuple):
     solution: Solution
     system: LinearSystem
 
-    def by_given(self) -> FloatArray:
+    def derivative_by_known(self) -> FloatArray:
         """Return the derivative of the solution with respect to known parameters X, (k, p)."""
-        rows = (*self.problem.carried, *self.problem.alone)
+        rows = (*self.problem.loaded, *self.problem.bare)
         weights = self.solution.weights
-        own = [w * e.W for w, e in zip(weights, self.system.logs, strict=True)]
-        given = [w * e.W for w, e in zip(weights, rows, strict=True)]
-        slope = np.linalg.lstsq(np.concatenate(own), np.concatenate(given), rcond=None)[0]
+        fitted = [w * e.W for w, e in zip(weights, self.system.logs, strict=True)]
+        known = [w * e.W for w, e in zip(weights, rows, strict=True)]
+        slope = np.linalg.lstsq(np.concatenate(fitted), np.concatenate(known), rcond=None)[0]
         return -np.asarray(slope)
 
 
@@ -83,7 +83,7 @@ class LoadProblem:
         evaluator: the compiled model.
         model: model of the equations.
         logs: logs with the load, and logs without it.
-        carried, alone: equations of the logs with the load, and of those without it.
+        loaded, bare: equations of the logs with the load, and of those without it.
         G: (p, 10) matrix from the parameters of the load to X.
         V: (10, r) determined directions of the load, orthonormal in UNITS.
         known: (10,) known parameters of the load: its mass or 0, and zeros.
@@ -93,8 +93,8 @@ class LoadProblem:
     evaluator: Evaluator
     model: EquationModel
     logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
-    carried: Sequence[Equations]
-    alone: Sequence[Equations]
+    loaded: Sequence[Equations]
+    bare: Sequence[Equations]
     G: FloatArray
     V: FloatArray
     known: FloatArray
@@ -102,7 +102,7 @@ class LoadProblem:
 
     def on_link(self, link: int) -> LoadProblem:
         """Return the problem of a load on another link."""
-        G, V = _directions(self.evaluator, self.carried, link, bool(self.known.any()))
+        G, V = _directions(self.evaluator, self.loaded, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
 
     def solve(self, start: LoadFit) -> Solved:
@@ -111,14 +111,14 @@ class LoadProblem:
         Raises:
             IdentificationError: the steps do not converge.
         """
-        found = self.step(start)
+        solved = self.step(start)
         if not self.evaluator.model.robot.loaded:
-            return found
+            return solved
         for _ in range(ROUNDS):
-            found = self.around(found.fit).step(found.fit)
-            change = np.abs(found.solution.X)
-            if (change <= SETTLED * found.solution.std + 1e-12).all():
-                return found
+            solved = self.around(solved.fit).step(solved.fit)
+            change = np.abs(solved.solution.X)
+            if (change <= SETTLED * solved.solution.std + 1e-12).all():
+                return solved
         raise IdentificationError(
             "load and friction do not converge; accepted: logs with and without the load, of "
             "motions that turn it against gravity"
@@ -126,20 +126,20 @@ class LoadProblem:
 
     def around(self, fit: LoadFit) -> LoadProblem:
         """Return the problem with load-dependent effects evaluated at a fit."""
-        carried, alone = self.logs
-        whole = fit.X + self.in_X(fit)
+        loaded, bare = self.logs
+        with_load = fit.X + self.in_X(fit)
         return replace(
             self,
-            carried=_rows(self.evaluator, self.model, carried, whole),
-            alone=_rows(self.evaluator, self.model, alone, fit.X),
+            loaded=_rows(self.evaluator, self.model, loaded, with_load),
+            bare=_rows(self.evaluator, self.model, bare, fit.X),
         )
 
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""
         columns, load = self.G * UNITS @ self.V, self.in_X(at)
         rows = []
-        logs = [(e, at.X + load, columns) for e in self.carried]
-        logs += [(e, at.X, 0 * columns) for e in self.alone]
+        logs = [(e, at.X + load, columns) for e in self.loaded]
+        logs += [(e, at.X, 0 * columns) for e in self.bare]
         for e, X, shown in logs:
             W = np.hstack([e.W @ shown, e.W[:, self.free]])
             rows.append(replace(e, W=W, y=e.y - e.W @ X))
@@ -149,9 +149,9 @@ class LoadProblem:
         system = LinearSystem(tuple(labels), tuple(rows))
         solution = Wls().solve(system)
         a, X = np.split(solution.X, [len(at.a)])
-        whole = at.X.copy()
-        whole[self.free] += X
-        return Solved(self, LoadFit(whole, at.a + a), solution, system)
+        updated = at.X.copy()
+        updated[self.free] += X
+        return Solved(self, LoadFit(updated, at.a + a), solution, system)
 
     def in_X(self, fit: LoadFit) -> FloatArray:
         """Return the contribution of the load to X, (p,)."""
@@ -191,12 +191,12 @@ def load_problem(
     """
     features = features_of([*logs[0], *logs[1]], evaluator.model.robot.sigma)
     model = EquationModel("torque", 0.0, features=features)
-    carried, alone = (_rows(evaluator, model, group, X) for group in logs)
+    loaded, bare = (_rows(evaluator, model, group, X) for group in logs)
     known = np.array([*[0.0] * 9, mass or 0.0])
-    G, V = _directions(evaluator, carried, link, mass is not None)
-    rows = np.concatenate([e.W for e in (*carried, *alone)])
+    G, V = _directions(evaluator, loaded, link, mass is not None)
+    rows = np.concatenate([e.W for e in (*loaded, *bare)])
     free = [k for k in identifiable_columns(rows).kept if k >= fixed]
-    return LoadProblem(evaluator, model, logs, carried, alone, G, V, known, free)
+    return LoadProblem(evaluator, model, logs, loaded, bare, G, V, known, free)
 
 
 def _rows(

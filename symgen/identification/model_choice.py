@@ -74,7 +74,7 @@ class OpenLogs:
         evaluator: the compiled model.
         train, held: the training and the validation logs.
         repairs: repairs of the logs.
-        given: whether there are validation logs from the user.
+        has_validation: whether there are validation logs from the user.
         progress: called with a text about the current step.
         threads: number of threads that choose the band.
     """
@@ -83,7 +83,7 @@ class OpenLogs:
     train: Sequence[Samples]
     held: Sequence[Samples] = ()
     repairs: Sequence[Fault] = ()
-    given: bool = True
+    has_validation: bool = True
     progress: Say = silent
     threads: int = 1
 
@@ -97,12 +97,12 @@ class Run:
         band: the filters.
         train, held: the training and the validation logs.
         repairs: repairs of the logs.
-        given: whether there are validation logs from the user.
+        has_validation: whether there are validation logs from the user.
         shown: faults of recorder or robot file that are shown as the cause.
         suspected: other possible faults and missing effects.
         delay: delay of the torques that is undone, s.
-        worst: largest torque error of a fold, predicted by the fit to the other folds; 0.0 if
-            samples are masked.
+        largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds;
+            0.0 if samples are masked.
     """
 
     evaluator: Evaluator
@@ -110,11 +110,11 @@ class Run:
     train: tuple[FilteredLog, ...]
     held: tuple[FilteredLog, ...] = ()
     repairs: tuple[Fault, ...] = ()
-    given: bool = True
+    has_validation: bool = True
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delay: float = 0.0
-    worst: float = 0.0
+    largest_fold_error: float = 0.0
 
     @property
     def logs(self) -> tuple[FilteredLog, ...]:
@@ -143,7 +143,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     progress(f"band: {band.in_words()}")
     logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)
-    return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
+    return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.has_validation)
 
 
 def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -> Run:
@@ -176,8 +176,8 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     run = _without(run, answer.contacts)
     # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
-    worst = 0.0 if masked else answer.largest_fold_error
-    return replace(run, shown=answer.shown, suspected=answer.suspected, worst=worst)
+    largest = 0.0 if masked else answer.largest_fold_error
+    return replace(run, shown=answer.shown, suspected=answer.suspected, largest_fold_error=largest)
 
 
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:
@@ -255,17 +255,17 @@ class ChosenModel:
         run: the logs.
         best: the chosen model. Its solution is None if the robot has load-dependent effects.
         held: the validation logs with the equations of the model.
-        found: the results of all fitted models, the chosen one first.
+        alternatives: the results of all fitted models, the chosen one first.
         fault: a text on a fault of the motion, or "".
-        together: groups of joints whose speeds are proportional in all training logs.
+        proportional: groups of joints whose speeds are proportional in all training logs.
     """
 
     run: Run
     best: ModelCandidate
     held: list[EquatedLog]
-    found: tuple[Alternative, ...]
+    alternatives: tuple[Alternative, ...]
     fault: str
-    together: tuple[tuple[int, ...], ...]
+    proportional: tuple[tuple[int, ...], ...]
 
 
 def choose_model(
@@ -289,11 +289,11 @@ def choose_model(
         LogError: a mask leaves too few samples, or a validation log is too short.
     """
     evaluator, robot = run.evaluator, run.evaluator.model.robot
-    together = proportional_joints(run.train)
-    fault = motion_fault(together, robot)
+    proportional = proportional_joints(run.train)
+    fault = motion_fault(proportional, robot)
     known = features_of(run.train, robot.sigma)
     models = [replace(model, features=known) for model in models]
-    found: tuple[Alternative, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
     if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
@@ -303,9 +303,9 @@ def choose_model(
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
         # A prior determines the parameters that the motion does not.
-        reduce = bool(together) and method.prior is None
+        reduce = bool(proportional) and method.prior is None
         with blame_motion(fault):
-            best, found = _best_model(run, models, reduce)
+            best, alternatives = _best_model(run, models, reduce)
     train = []
     for k, part in enumerate(best.train):
         if method.name == "iv" or method.is_tested(part.log):
@@ -320,7 +320,7 @@ def choose_model(
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
     _require_equations(held, robot)
-    return ChosenModel(run, replace(best, train=train), held, found, fault, together)
+    return ChosenModel(run, replace(best, train=train), held, alternatives, fault, proportional)
 
 
 def _equations(run: Run, model: EquationModel) -> list[EquatedLog]:
@@ -369,10 +369,10 @@ def _best_model(
         raise next(iter(errors.values()))
     candidates.sort(key=lambda candidate: candidate.held_out)
     best = candidates[0]
-    found = [_alternative(candidate, best) for candidate in candidates]
+    alternatives = [_alternative(candidate, best) for candidate in candidates]
     for name, reason in errors.items():
-        found.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
-    return best, tuple(found)
+        alternatives.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
+    return best, tuple(alternatives)
 
 
 def _solved(run: Run, candidate: ModelCandidate) -> ModelCandidate:
@@ -400,18 +400,20 @@ def _determined_columns(
     return None if len(columns.known) == W.shape[1] else columns
 
 
-def _alternative(own: ModelCandidate, best: ModelCandidate) -> Alternative:
+def _alternative(candidate: ModelCandidate, best: ModelCandidate) -> Alternative:
     """Return the result of a model, compared with the best one."""
     number, train, held = math.inf, None, None
-    reason = f"{percent(own.held_out)} torque error on folds left out"
-    if own is not best:
-        reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
-    if own.error is not None:
-        reason += f"; {own.error}"
-    if own.solution is not None:
-        number = own.solution.condition_number
-        train, held = (fit.residual for fit in own.torques)
-    return Alternative(own.model.name, number, train, held, own.held_out, own is best, reason)
+    reason = f"{percent(candidate.held_out)} torque error on folds left out"
+    if candidate is not best:
+        reason += f", {candidate.held_out / max(best.held_out, 1e-300):.3g} times the best"
+    if candidate.error is not None:
+        reason += f"; {candidate.error}"
+    if candidate.solution is not None:
+        number = candidate.solution.condition_number
+        train, held = (fit.residual for fit in candidate.torques)
+    return Alternative(
+        candidate.model.name, number, train, held, candidate.held_out, candidate is best, reason
+    )
 
 
 @contextmanager
@@ -445,21 +447,21 @@ def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], .
 
     qd = np.concatenate([log.qd for log in logs])
     unit = qd / column_norms(qd)
-    apart = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
-    count, label = connected_components(apart < PROPORTIONAL, directed=False)
+    sines = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
+    count, label = connected_components(sines < PROPORTIONAL, directed=False)
     groups = (np.flatnonzero(label == k) for k in range(count))
     return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)
 
 
-def motion_fault(together: Sequence[Sequence[int]], robot: Robot) -> str:
+def motion_fault(proportional: Sequence[Sequence[int]], robot: Robot) -> str:
     """Return a text that says why a motion cannot excite a model, or "".
 
     Args:
-        together: groups of joints whose speeds are proportional.
+        proportional: groups of joints whose speeds are proportional.
         robot: gives the names of joints.
     """
     return "; ".join(
         f"the speeds of {robot.listed(group)} are proportional to each other "
         "throughout; move the joints independently"
-        for group in together
+        for group in proportional
     )

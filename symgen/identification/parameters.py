@@ -34,7 +34,7 @@ _SAME = 1e-6  # m or rad, tolerance between the frames of two files of one robot
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class KnownParameters:
     """Parameters that are an input of a command.
 
     Attributes:
@@ -57,7 +57,7 @@ class Given:
         return () if self.estimate is None else self.estimate.shifts
 
 
-def read_given(path: str | Path, model: Model) -> Given:
+def read_known(path: str | Path, model: Model) -> KnownParameters:
     """Read the base parameters of a model, and their estimate if there is one.
 
     Args:
@@ -71,8 +71,8 @@ def read_given(path: str | Path, model: Model) -> Given:
     X, file = _base(named, model, path), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        return Given(file, X, named, estimate, estimate.band)
-    return Given(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
+        return KnownParameters(file, X, named, estimate, estimate.band)
+    return KnownParameters(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
 
 
 def parameters_file(path: str | Path) -> Path:
@@ -124,12 +124,12 @@ def read_values(path: str | Path, model: Model) -> Values:
         model: model of the robot.
 
     Raises:
-        ParameterError: as `read_given` and `estimate_facts`.
+        ParameterError: as `read_known` and `estimate_facts`.
     """
-    given = read_given(path, model)
-    own = (f"From {Path(path).name}.",)
-    facts = own if given.estimate is None else estimate_facts(given.estimate)
-    return named_values(given.X.tolist(), given.named, model.base, facts)
+    known = read_known(path, model)
+    source = (f"From {Path(path).name}.",)
+    facts = source if known.estimate is None else estimate_facts(known.estimate)
+    return named_values(known.X.tolist(), known.named, model.base, facts)
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
@@ -232,13 +232,13 @@ def values_of_file(robot: Any, model: Model) -> FloatArray | None:
     if not isinstance(robot, (str, Path)) or not Path(robot).is_file():
         return None  # a name of the library has no file
     path = Path(robot)
-    beside = path.with_name(f"{model.robot.name}_parameters.toml")
+    imported = path.with_name(f"{model.robot.name}_parameters.toml")
     try:
         if path.suffix.lower() in FORMATS:
             values = cad_parameters(path, model)
-        elif beside.is_file():
-            found = {name: value for name, (value, _) in read_named(beside, model).items()}
-            values = _with_drives(found, model)
+        elif imported.is_file():
+            named = {name: value for name, (value, _) in read_named(imported, model).items()}
+            values = _with_drives(named, model)
         else:
             return None
         return base_values(values, model, str(path))
@@ -326,12 +326,12 @@ def is_finite(value: Any) -> bool:
 
 
 def base_values(
-    given: Mapping[str, Any], model: Model, where: str, partial: bool = False
+    named: Mapping[str, Any], model: Model, where: str, partial: bool = False
 ) -> FloatArray:
     """Return X (p,) from base or standard parameters by name, and regroup standard ones.
 
     Args:
-        given: values by name.
+        named: values by name.
         model: model of the robot.
         where: name of the source in error messages.
         partial: whether missing parameters become NaN instead of an error.
@@ -339,24 +339,25 @@ def base_values(
     Raises:
         ParameterError: a name is unknown or missing, or a value is not a finite number.
     """
-    for name, value in given.items():
+    for name, value in named.items():
         if not is_finite(value):
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, standard = model.base, [p.name for p in model.base.standard]
     known = {*standard, *base.names}
-    given = {k: v for k, v in given.items() if k in known or not _undeclared(k, v, model.robot)}
-    unknown = sorted(set(given) - known)
+    named = {k: v for k, v in named.items() if k in known or not _undeclared(k, v, model.robot)}
+    unknown = sorted(set(named) - known)
     if unknown:
         raise ParameterError(
             f"{where}: {', '.join(unknown[:5])} is no parameter of {model.robot.name}; accepted: "
             f"{', '.join(base.names[:8])}, ... or standard parameters"
         )
-    X, s = (np.array([float(given.get(n, np.nan)) for n in own]) for own in (base.names, standard))
+    X = np.array([float(named.get(n, np.nan)) for n in base.names])
+    s = np.array([float(named.get(n, np.nan)) for n in standard])
     G = regrouping(model) if np.isnan(X).any() else np.zeros((len(X), len(s)))
     X = np.where(np.isnan(X), np.sum(np.where(G == 0, 0.0, G * s), axis=1), X)
     for name in () if partial else np.array(base.names)[np.isnan(X)]:
         row = G[base.names.index(name)]
-        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in given]
+        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in named]
         raise ParameterError(
             f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
         )
@@ -390,9 +391,9 @@ def read_prior(path: str | Path, model: Model) -> Prior:
     pairs = read_named(path, model)
     if path.suffix.lower() in FORMATS:
         links = {p.name for p in model.base.standard if p.inertial and p.prefix in names.LINK}
-        pairs = {name: own for name, own in pairs.items() if own[0] or name in links}
-    given = {name: value for name, (value, _) in pairs.items()}
-    values = base_values(given, model, str(path), partial=True)
+        pairs = {name: pair for name, pair in pairs.items() if pair[0] or name in links}
+    named = {name: value for name, (value, _) in pairs.items()}
+    values = base_values(named, model, str(path), partial=True)
     known = np.isfinite(values)
     if not known.any():
         raise ParameterError(f"{path}: it gives no base parameter of {model.robot.name}")
@@ -402,7 +403,7 @@ def read_prior(path: str | Path, model: Model) -> Prior:
     share = SHARE * np.maximum(size, _LEAST * largest)
     std = np.where(known & (share > 0), share, np.inf)
     for k in np.flatnonzero(known):
-        own = pairs.get(model.base.names[k], (None, None))[1]
-        if is_finite(own) and own > 0:
-            std[k] = own
+        stated = pairs.get(model.base.names[k], (None, None))[1]
+        if is_finite(stated) and stated > 0:
+            std[k] = stated
     return Prior(np.where(known, values, 0.0), std)

@@ -33,7 +33,7 @@ from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
 from symgen.identification.load import COM, LABELS, Load, read_off
 from symgen.identification.load_problem import LoadFit, LoadProblem, load_problem
-from symgen.identification.parameters import Given, read_given
+from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
 from symgen.policy import BEYOND, SHOWN
@@ -60,7 +60,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Left:
+class LoadErrors:
     """Torque error of joints in motion, ||tau - model|| / ||tau||, on the logs with the load.
 
     Attributes:
@@ -109,7 +109,7 @@ class Payload(Viewable):
     inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
     identifiable: tuple[str, ...]
     gain_uncertainty_percent: float | None
-    residual: Left
+    residual: LoadErrors
     method: str
     band: Band
     repairs: tuple[Fault, ...]
@@ -216,9 +216,9 @@ def payload(
         gain = source.drive.gain_uncertainty_percent
     progress("deriving and compiling the model")
     model = derive(source, JUDGING)
-    given = None if parameters is None else read_given(parameters, model)
+    in_file = None if parameters is None else read_known(parameters, model)
     evaluator = load(model)
-    band, shifts = (None, ()) if given is None else (given.band, given.shifts)
+    band, shifts = (None, ()) if in_file is None else (in_file.band, in_file.shifts)
     opened = open_in_band(
         evaluator, [*loaded, *bare], reading,
         band=band, shifts=shifts, cutoff=cutoff, progress=progress,
@@ -226,41 +226,41 @@ def payload(
     require_other_data([log.samples for log in opened.logs], [])
     groups = opened.logs[: len(loaded)], opened.logs[len(loaded) :]
     progress("solving")
-    known = None if bare else given  # with logs without the load, X comes from them
+    known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
     start = LoadFit(X, np.zeros(problem.V.shape[1]))
-    found = problem.solve(start)
-    covariance, notes = found.solution.covariance, opened.notes
+    solved = problem.solve(start)
+    covariance, notes = solved.solution.covariance, opened.notes
     how = "logs with and without the load, solved together"
     if known is not None:
         how = "logs with the load and given parameters, with the friction fitted again"
         spread, doubts = _known_covariance(known, model)
         notes += doubts
         if spread is not None:
-            shift = found.by_given()[:, : model.inertial]
+            shift = solved.derivative_by_known()[:, : model.inertial]
             covariance = covariance + shift @ spread[: model.inertial, : model.inertial] @ shift.T
-    unloaded = found.fit.X if known is None else X
-    whole = found.fit.X + problem.in_X(found.fit)
-    left, traces = _left(evaluator, groups[0], unloaded, whole)
-    r = len(found.fit.a)
-    carried = problem.load(found.fit, covariance[:r, :r])
+    unloaded = solved.fit.X if known is None else X
+    with_load = solved.fit.X + problem.in_X(solved.fit)
+    errors, traces = _load_errors(evaluator, groups[0], unloaded, with_load)
+    r = len(solved.fit.a)
+    body = problem.load(solved.fit, covariance[:r, :r])
     if in_frame is not None:
-        carried = carried.in_frame(in_frame)
-    _require_link(found.problem, start, link, left.after)
+        body = body.in_frame(in_frame)
+    _require_link(solved.problem, start, link, errors.after)
     if mass is None:
-        _require_mass(carried, source.label(link))
-    quantities, more = _quantities(carried, mass, (gain or 0.0) / 100)
-    own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
+        _require_mass(body, source.label(link))
+    quantities, more = _quantities(body, mass, (gain or 0.0) / 100)
+    body_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
         robot=source.name,
         frame=frame or link,
-        mass=own_mass,
+        mass=body_mass,
         com=(x, y, z),
         inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=carried.determined(),
+        identifiable=body.determined(),
         gain_uncertainty_percent=gain,
-        residual=left,
+        residual=errors,
         method=f"weighted least squares of torque: {how}",
         band=opened.band,
         repairs=opened.repairs,
@@ -278,20 +278,20 @@ def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArr
     return np.array(settle_load(evaluator, logs, EquationModel("torque", 0.0)).at)
 
 
-def _left(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, whole: FloatArray
-) -> tuple[Left, tuple[Trace, ...]]:
+def _load_errors(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, with_load: FloatArray
+) -> tuple[LoadErrors, tuple[Trace, ...]]:
     """Return the torque errors and traces of the model without the load and with it.
 
     Args:
         evaluator: the compiled model.
         logs: the logs with the load.
         X: (p,) parameters without the load.
-        whole: (p,) parameters with the load.
+        with_load: (p,) parameters with the load.
     """
-    first, second = (fit(evaluator, logs, x, "train") for x in (X, whole))
-    before, after = first.in_motion.residual, motion_error(evaluator, logs, whole, second)
-    left = Left(
+    first, second = (fit(evaluator, logs, x, "train") for x in (X, with_load))
+    before, after = first.in_motion.residual, motion_error(evaluator, logs, with_load, second)
+    errors = LoadErrors(
         before.relative,
         after.error.relative,
         after.noise.relative,
@@ -299,22 +299,24 @@ def _left(
         after.error.per_joint or (),
     )
     traces = []
-    for quantity, found in ((WITHOUT, first), (WITH, second)):
-        traces += [replace(trace, quantity=quantity, raw=None) for trace in found.traces]
-    return left, tuple(traces)
+    for quantity, torques in ((WITHOUT, first), (WITH, second)):
+        traces += [replace(trace, quantity=quantity, raw=None) for trace in torques.traces]
+    return errors, tuple(traces)
 
 
-def _known_covariance(given: Given, model: Model) -> tuple[FloatArray | None, tuple[str, ...]]:
+def _known_covariance(
+    known: KnownParameters, model: Model
+) -> tuple[FloatArray | None, tuple[str, ...]]:
     """Return the covariance of known parameters, None if there is none, and notes on it."""
-    estimate = given.estimate
+    estimate = known.estimate
     if estimate is None:
         return None, ("std leaves out the errors of the given parameters: the file states none",)
-    doubt = () if estimate.verdict == "trusted" else (f"{given.file}: a doubtful estimate",)
+    doubt = () if estimate.verdict == "trusted" else (f"{known.file}: a doubtful estimate",)
     if len(estimate.correlation) != len(model.base.names):
         return None, doubt
     if not np.isfinite(estimate.covariance).all():
         raise ParameterError(
-            f"{given.file}: it does not determine all parameters; accepted: an estimate that does"
+            f"{known.file}: it does not determine all parameters; accepted: an estimate that does"
         )
     return estimate.covariance, doubt
 
@@ -327,14 +329,14 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
     """
     if not name:
         return None
-    found = robot.frame(name)
-    if found.joint != link:
-        own = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
+    chosen = robot.frame(name)
+    if chosen.joint != link:
+        listed = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
         raise RobotError(
-            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load "
-            f"on that of {robot.label(link)}; accepted: {own}"
+            f"--frame {shortened(name)}: it is on the link of joint {chosen.joint}, and the load "
+            f"on that of {robot.label(link)}; accepted: {listed}"
         )
-    return found
+    return chosen
 
 
 def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float) -> None:
@@ -349,36 +351,36 @@ def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float)
     Raises:
         IdentificationError: a load on another link has less than half of the error.
     """
-    evaluator, left = problem.evaluator, {link: after}
+    evaluator, errors = problem.evaluator, {link: after}
     robot = evaluator.model.robot
     for joint in robot.movable:
         other = problem.on_link(joint.number)
         if joint.number == link or not other.V.size:
             continue
-        found = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
-        torques = fit(evaluator, problem.logs[0], found.X + other.in_X(found))
-        left[joint.number] = torques.in_motion.residual.relative
-    best = min(left, key=lambda number: left[number])
-    if left[best] < SHOWN * after:
+        moved = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
+        torques = fit(evaluator, problem.logs[0], moved.X + other.in_X(moved))
+        errors[joint.number] = torques.in_motion.residual.relative
+    best = min(errors, key=lambda number: errors[number])
+    if errors[best] < SHOWN * after:
         raise IdentificationError(
-            f"a load on another link fits better: the torque error is {percent(left[best])} "
+            f"a load on another link fits better: the torque error is {percent(errors[best])} "
             f"with a load on {robot.label(best)}, {percent(after)} with one on "
             f"{robot.label(link)}; accepted: joint = {best} in [payload] of the robot file"
         )
 
 
-def _require_mass(carried: Load, link: str) -> None:
+def _require_mass(body: Load, link: str) -> None:
     """Refuse a load whose mass the logs do not show.
 
     Raises:
         IdentificationError: the mass is not determined, or below 3 standard deviations.
     """
-    if "mass" not in carried.determined():
+    if "mass" not in body.determined():
         raise IdentificationError(
             f"the logs do not determine the mass of a load on the link of {link}; accepted: logs "
             "in which it is turned against gravity, or --mass"
         )
-    mass, std = read_off(carried.s)[0], carried.std()[0]
+    mass, std = read_off(body.s)[0], body.std()[0]
     if mass < BEYOND * std:
         raise IdentificationError(
             f"the logs show no load on the link of {link}: its mass is {mass:.3g} kg with a "
@@ -387,24 +389,24 @@ def _require_mass(carried: Load, link: str) -> None:
 
 
 def _quantities(
-    carried: Load, mass: float | None, gain: float
+    estimated: Load, mass: float | None, gain: float
 ) -> tuple[list[Quantity], tuple[str, ...]]:
     """Return mass, centre of mass and inertia of the nearest possible load, and notes.
 
     Args:
-        carried: the load of the equations.
+        estimated: the load of the equations.
         mass: known mass, kg; None if unknown.
         gain: relative standard deviation of the gains of the drives, which scale masses and
             inertias.
     """
-    body, notes = carried, list[str]()
+    body, notes = estimated, list[str]()
     try:
-        body = carried.nearest(mass)
-        if body is not carried:
+        body = estimated.nearest(mass)
+        if body is not estimated:
             notes.append("the load is the most probable one that is physically possible")
     except ParameterError as error:
         notes.append(f"not checked whether the load is physically possible: {error}")
-    values, std, known = read_off(body.s), carried.std(), carried.determined()
+    values, std, known = read_off(body.s), estimated.std(), estimated.determined()
     scaled = np.array([1.0, 0, 0, 0, *[1.0] * 6])
     if mass is not None:
         std[0] = scaled[0] = 0.0

@@ -300,9 +300,9 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
     least, most = float(masses.min()), float(masses.max())
     if least <= HEAVIEST and most >= LIGHTEST:
         return ""
-    seen = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
+    mass = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
     return (
-        f"every joint moves like {seen} at the end of the arm: look at the units of the log "
+        f"every joint moves like {mass} at the end of the arm: look at the units of the log "
         "(N m, not N mm; N; rad; m; s)"
     )
 

@@ -60,7 +60,7 @@ _ROUNDING = 1e-12
 #: Smallest share of a link in the violated constraints for which a message names it.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
-_TIED = 1e-10
+_SMALLEST = 1e-10
 #: Accuracy of the solver.
 _ACCURACY = 1e-10
 #: Statuses of the solver: solved to the accuracy, or to a hundred times that for decisions.
@@ -281,9 +281,9 @@ class Constraints:
         value, _, blame = self.margin()
         if value > CERTAIN:
             return ""
-        worst = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
+        blamed = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
         standard = self.model.base.standard
-        numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in worst]
+        numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in blamed]
         links = " and ".join(f"link {number}" for number in numbers)
         return f"the inertia of {links} cannot be positive definite"
 
@@ -387,5 +387,5 @@ def deviation_axes(covariance: FloatArray) -> FloatArray:
     std = np.sqrt(np.diag(covariance))
     unit = np.where(std > 0, std, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
-    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _TIED))
+    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _SMALLEST))
     return L

@@ -24,7 +24,7 @@ from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
-from symgen.identification.parameters import read_given
+from symgen.identification.parameters import read_known
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -110,31 +110,33 @@ def predict(
     """
     source = read_robot(robot)
     model = derive(source, (*JUDGING, "energy"))
-    given, evaluator = read_given(parameters, model), load(model)
+    known, evaluator = read_known(parameters, model), load(model)
     opened = open_in_band(
-        evaluator, [log], reading, band=given.band, shifts=given.shifts, cutoff=cutoff
+        evaluator, [log], reading, band=known.band, shifts=known.shifts, cutoff=cutoff
     )
-    (seen,) = opened.logs
-    compared = fit(evaluator, [seen], given.X)
-    judged = motion_error(evaluator, [seen], given.X, compared)
-    torque = torque_at(evaluator, given.X, *seen.motion)
-    measured = seen.tau
-    if seen.rows.cutoff is not None:
-        measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
-    kinetic = potential = np.full((len(seen.t), 1), np.nan)  # on a base that moves
+    (filtered,) = opened.logs
+    compared = fit(evaluator, [filtered], known.X)
+    judged = motion_error(evaluator, [filtered], known.X, compared)
+    torque = torque_at(evaluator, known.X, *filtered.motion)
+    measured = filtered.tau
+    if filtered.rows.cutoff is not None:
+        measured, torque = (
+            lowpass(x, filtered.step, filtered.rows.cutoff) for x in (measured, torque)
+        )
+    kinetic = potential = np.full((len(filtered.t), 1), np.nan)  # on a base that moves
     if not source.imu:
-        kinetic, potential = evaluator["energy"](seen.q, seen.qd, given.X)
+        kinetic, potential = evaluator["energy"](filtered.q, filtered.qd, known.X)
     return Prediction(
         robot=source.name,
         joints=joints_of(source),
-        log=seen.name,
+        log=filtered.name,
         error=compared.residual,
         moving=judged.error,
         noise=judged.noise,
         band=opened.band,
         repairs=opened.repairs,
         notes=(*opened.notes, *compared.told_apart),
-        torque=Trace(seen.name, "validation", "torque", seen.t, measured, torque),
+        torque=Trace(filtered.name, "validation", "torque", filtered.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
     )

@@ -205,9 +205,9 @@ class SampledLogs:
         Args:
             what: text between the numbers of all samples and of those in the sample.
         """
-        own = sum(len(s.t) for s in (*self.train, *self.held))
+        count = sum(len(s.t) for s in (*self.train, *self.held))
         total = sum(s.count for s in self.logs)
-        return (f"{total:,} samples were {what} {own:,} of them",) if own < total else ()
+        return (f"{total:,} samples were {what} {count:,} of them",) if count < total else ()
 
 
 def sample_logs(
@@ -241,16 +241,16 @@ def sample_logs(
     short: list[str] = []
     for k, name in enumerate(every):
         for s in stretches(name, robot, reading):
-            own = [replace(s, kind=_KINDS[k >= len(logs)])] if validation else _split(s)
-            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in own):
-                parts += own
+            new = [replace(s, kind=_KINDS[k >= len(logs)])] if validation else _split(s)
+            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in new):
+                parts += new
             else:
                 short.append(s.name)
-    said = first_of(short, 3)
+    listed = first_of(short, 3)
     for kind in _KINDS:
         if not any(s.kind == kind for s in parts):
-            raise LogError(f"{said}: too short a {kind} log; accepted: longer ones, without gaps")
-    notes = (f"{len(short)} stretches are too short and left out: {said}",) if short else ()
+            raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
+    notes = (f"{len(short)} stretches are too short and left out: {listed}",) if short else ()
     repairs: list[Fault] = []
     plain, groups = replace(reading, start=None, until=None), list[list[Samples]]()
     for kind, budget in zip(_KINDS, (SAMPLE, HELD_SAMPLE), strict=True):
@@ -298,14 +298,14 @@ def open_long_logs(
 ) -> LongLogs:
     """Open a sample of long logs; the arguments are those of `sample_logs` and `identify`."""
     window = max(model.gap for model in models)
-    seen = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
+    data = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
     kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
     text = robot_toml(robot)
     progress("deriving and compiling the model")
     return LongLogs(
-        load_model(text, kernels), seen.train, seen.held, seen.repairs, bool(validation), progress,
+        load_model(text, kernels), data.train, data.held, data.repairs, bool(validation), progress,
         own_threads() if executor is None else 1,
-        sampled=seen, about=(text, kernels), executor=executor,
+        sampled=data, about=(text, kernels), executor=executor,
     )  # fmt: skip
 
 
@@ -334,18 +334,18 @@ class LongLogs(OpenLogs):
             *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
         )
         segments = [x for k, log in enumerate(logs) for x in segments_of(k, log)]
-        found: dict[tuple[int, int], Summary] = {}
+        summaries: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")
         again: list[Segment] = []
-        for segment, (own, repairs) in zip(segments, folded, strict=True):
+        for segment, (joints, repairs) in zip(segments, folded, strict=True):
             mended += repairs
             again.append(replace(segment, clean=not (repairs or settings.reading.mask)))
-            for j, s in enumerate(own):
+            for j, s in enumerate(joints):
                 key = segment.number, j
-                found[key] = merge_summaries([found[key], s]) if key in found else s
+                summaries[key] = merge_summaries([summaries[key], s]) if key in summaries else s
         train, held = (
-            {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
+            {key: s for key, s in summaries.items() if logs[key[0]].kind == kind} for kind in _KINDS
         )
         names = run.evaluator.model.base.names
         kept = list(range(len(names)) if chosen.best.kept is None else chosen.best.kept)
@@ -364,8 +364,8 @@ class LongLogs(OpenLogs):
         X = settled.solution.X
         if X is not solution.X:
             _, fits = self._errors(settings, X, summed, again)
-        seen = run.torques(X)
-        fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
+        sample_fits = run.torques(X)
+        fits = [replace(a, traces=b.traces) for a, b in zip(fits, sample_fits, strict=True)]
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
             settled,
@@ -382,9 +382,9 @@ class LongLogs(OpenLogs):
         """Return the sums of scores for X, and the torque errors of both kinds of logs."""
         fits = {kind: TorqueFit.none(self.evaluator.model.robot.n) for kind in _KINDS}
         meat = np.zeros((len(X), len(X)))
-        left = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
-        for segment, (own, fit) in zip(segments, left, strict=True):
-            meat += own
+        results = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
+        for segment, (part, fit) in zip(segments, results, strict=True):
+            meat += part
             fits[segment.rows.kind] += fit
         return meat, list(fits.values())
 
@@ -392,7 +392,7 @@ class LongLogs(OpenLogs):
         self, fold: Callable[[Segment], Result], segments: Sequence[Segment], what: str
     ) -> Iterator[Result]:
         """Yield the result of each segment in order, and report the progress."""
-        found = in_order(fold, segments, self.threads, self.executor)
-        for k, result in enumerate(found, 1):
+        results = in_order(fold, segments, self.threads, self.executor)
+        for k, result in enumerate(results, 1):
             yield result
             self.progress(f"{what}: {k} of {len(segments)} segments")

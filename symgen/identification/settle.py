@@ -77,7 +77,7 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
     free, bounded = errors
     held_out = free.relative, bounded.relative
     if not method.is_bounded:
-        reason = _not_asked(near)
+        reason = _not_possible(near)
     elif method.name != CONSISTENT and bounded.relative > largest_error(free.relative):
         reason = _missing(near, free, bounded, model.robot)
     if reason is not None:
@@ -140,7 +140,7 @@ def held_out_errors(
     return relative_error(free, size), relative_error(bounded, size)
 
 
-def _not_asked(near: Possible) -> Reason:
+def _not_possible(near: Possible) -> Reason:
     """Return the reason for parameters that are not possible, by a method without constraints."""
     text = (
         f"{near.fault}; the nearest possible robot is {near.distance:.3g} standard deviations "

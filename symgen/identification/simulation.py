@@ -38,7 +38,7 @@ def simulation_use(
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
     restrictions: Sequence[Reason],
-    own_values: FloatArray | None,
+    file_values: FloatArray | None,
 ) -> SimulationUse:
     """Judge whether the model can be simulated over the range of the motion.
 
@@ -53,7 +53,7 @@ def simulation_use(
         parameters: the same with their standard deviations.
         restrictions: reasons that restrict the model to some motion, which a simulation would
             leave.
-        own_values: (p,) parameters in the robot file; None if it has none.
+        file_values: (p,) parameters in the robot file; None if it has none.
     """
     if restrictions:
         return SimulationUse(tuple(restrictions))
@@ -64,7 +64,7 @@ def simulation_use(
         return SimulationUse((*reasons, moves))
     windows = _windows(held)
     horizons, diverged = _play(evaluator, windows, X)
-    before, _ = _play(evaluator, windows, own_values)
+    before, _ = _play(evaluator, windows, file_values)
     if horizons:
         reasons += _position_reasons(horizons)
     elif not reasons:

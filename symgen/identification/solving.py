@@ -99,13 +99,13 @@ class Method:
         name: one of ALL_METHODS, or the name of the estimator object.
         forgetting: weight of the past for method recursive, in (0, 1].
         prior: prior for methods auto, wls and consistent.
-        given: the estimator object from the user, or None.
+        custom: the estimator object from the user, or None.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
-    given: Estimator | None = None
+    custom: Estimator | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -119,7 +119,7 @@ class Method:
         return cls(method.name, forgetting, None, method)
 
     def __post_init__(self) -> None:
-        if self.given is None and self.name not in ALL_METHODS:
+        if self.custom is None and self.name not in ALL_METHODS:
             raise IdentificationError(f"method {self.name!r}; accepted: {', '.join(ALL_METHODS)}")
         if not (math.isfinite(self.forgetting) and 0 < self.forgetting <= 1):
             raise IdentificationError(
@@ -137,7 +137,7 @@ class Method:
     @property
     def plain(self) -> bool:
         """Whether sums over segments are enough to solve the method."""
-        return self.name in FOLDED and self.prior is None and self.given is None
+        return self.name in FOLDED and self.prior is None and self.custom is None
 
     @property
     def is_bounded(self) -> bool:
@@ -163,8 +163,8 @@ class Method:
     @property
     def excludes(self) -> str:
         """The errors that its standard deviations do not include."""
-        if self.given is not None and self.prior is None:
-            return self.given.excludes
+        if self.custom is not None and self.prior is None:
+            return self.custom.excludes
         if self.name == "recursive":
             return NOISE_BIAS
         if self.is_bounded:
@@ -178,7 +178,7 @@ class Method:
     @property
     def estimator(self) -> Estimator:
         """The estimator, without constraints."""
-        return self.given or self.prior or ESTIMATORS[self.unconstrained.name]
+        return self.custom or self.prior or ESTIMATORS[self.unconstrained.name]
 
 
 def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
@@ -216,13 +216,13 @@ def solve_equations(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
         system = system.columns(kept)
-    if method.given is not None or method.name != "recursive":
-        found = method.estimator.solve(system)
+    if method.custom is not None or method.name != "recursive":
+        solution = method.estimator.solve(system)
     elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
     else:
-        found = weighed(system, _memory(train, method.forgetting))
-    return found if kept is None else with_the_others_zero(found, kept, p)
+        solution = weighed(system, _memory(train, method.forgetting))
+    return solution if kept is None else with_the_others_zero(solution, kept, p)
 
 
 def noise_columns(

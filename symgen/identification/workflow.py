@@ -110,37 +110,37 @@ def identify(
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    asked = fit or Fit()
-    by = Method.of(method, asked.forgetting)
-    sources, given = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    motions = asked.motions(len(sources), by.name)
+    options = fit or Fit()
+    by = Method.of(method, options.forgetting)
+    sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    motions = options.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
     models = _equation_models(source, model, window, by)
     opened: LogsInMemory | LongLogs
-    if is_long([*sources, *given]):
-        if whole := _whole(source, by, asked):
+    if is_long([*sources, *held]):
+        if option := _needs_memory(source, by, options):
             raise IdentificationError(
-                f"{whole} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
+                f"{option} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
                 f"on a disk of {LIMIT:,} samples together"
             )
-        about = sources, given, models, reading, executor, progress
+        about = sources, held, models, reading, executor, progress
         opened = open_long_logs(source, *about)
     else:
-        opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
-    if asked.prior is not None:
-        by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+        opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
+    if options.prior is not None:
+        by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
     progress("asking what else could be wrong")
     run = ask_search(opened, run, cutoff, least)
     chosen = choose_model(run, models, by, motions, progress)
     with blame_motion(chosen.fault):
-        found = opened.solve(chosen, by)
+        result = opened.solve(chosen, by)
     progress("judging")
-    own_values = values_of_file(robot, opened.evaluator.model)
-    return assess(chosen, found, own_values, accept, least)
+    file_values = values_of_file(robot, opened.evaluator.model)
+    return assess(chosen, result, file_values, accept, least)
 
 
 def _equation_models(
@@ -155,10 +155,10 @@ def _equation_models(
     return tuple(EquationModel(name, window) for name in tried)
 
 
-def _whole(robot: Robot, method: Method, asked: Fit) -> str:
+def _needs_memory(robot: Robot, method: Method, options: Fit) -> str:
     """Return the option that needs all samples in memory, or ""."""
     needed = {
-        "prior": asked.prior,
+        "prior": options.prior,
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
     }
@@ -195,8 +195,8 @@ def _open_in_memory(
     """Read and repair every log; without validation logs, hold out the end of each log."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
     require_other_data(train, held)
-    given = bool(held)
-    if not given:
+    has_validation = bool(held)
+    if not has_validation:
         train, held = hold_out(train)
     require_motion(train, source)
     progress("deriving and compiling the model")
@@ -206,4 +206,4 @@ def _open_in_memory(
         evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
     ):
         evaluator = load(derive(source, tuple(kernels)))
-    return LogsInMemory(evaluator, train, held, repairs, given, progress)
+    return LogsInMemory(evaluator, train, held, repairs, has_validation, progress)

@@ -100,11 +100,11 @@ class Identifier:
 
     def _call(self, function: str, *arguments: Any) -> Any:
         """Call a C function of the identifier, with arrays as pointers."""
-        given = (
+        pointers = (
             self._ffi.from_buffer("double *", a) if isinstance(a, np.ndarray) else a
             for a in arguments
         )
-        return getattr(self._lib, self._prefix + function)(*given)
+        return getattr(self._lib, self._prefix + function)(*pointers)
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
