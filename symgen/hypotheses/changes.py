@@ -163,7 +163,7 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
 def gravities(robot: Robot) -> Iterator[list[Change]]:
     """Yield gravity along both directions of each axis of frame 0, and zero gravity.
 
-    The gravity of the file, and a direction near it, are left out.
+    It skips the gravity of the file and directions near it.
     """
     for g in _gravities(robot):
         constants = {f"g{x}": (v, "m/s2") for x, v in zip("xyz", g, strict=True)}

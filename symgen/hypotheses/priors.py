@@ -50,13 +50,13 @@ def priors() -> Mapping[str, EffectPrior]:
     """Return the priors of the effects of the library by name."""
     reader, expected = TableReader(), keys(EffectPrior)
     described = {*keys(Definition), "nonlinear", "scale"}
-    found = {}
+    out = {}
     for name, table in effect_tables().items():
         place = f"effects.toml: [{name}]"
         require_keys(table, sorted({*described, *expected}), place)
         kept = {key: value for key, value in table.items() if key not in described}
-        found[name] = reader.table(EffectPrior, kept, place)
-    return found
+        out[name] = reader.table(EffectPrior, kept, place)
+    return out
 
 
 def prior_of(definition: Definition) -> EffectPrior:

@@ -97,9 +97,9 @@ class Rows:
     @cached_property
     def size(self) -> FloatArray:
         """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
-        found = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
-        found = bounded_deviation(found, found)
-        return np.where(found > 0, found, 1.0)
+        torque = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
+        torque = bounded_deviation(torque, torque)
+        return np.where(torque > 0, torque, 1.0)
 
     def with_columns(self, columns: Iterable[Columns]) -> Rows:
         """Return the rows of the model with more columns."""
@@ -151,11 +151,11 @@ def make_rows(
         W = np.concatenate([torque_rows(evaluator, log.unmasked, X) for log in logs])
         return fitted(logs, W, y)
 
-    found = at(None)
+    rows = at(None)
     base = evaluator.model.base
     for _ in range(SETTLING if base.linear < len(base.parameters) else 0):
-        found = at(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
-    return found
+        rows = at(np.pad(rows.X, (0, len(base.parameters) - len(rows.X))))
+    return rows
 
 
 def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
@@ -168,12 +168,12 @@ def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:
 
     Rows that a rest of their joint affects are used only if the other rows lack rank.
     """
-    found = solved(logs, W, y, np.concatenate([_moving(log, 0.0) for log in logs]))
+    moving = solved(logs, W, y, np.concatenate([_moving(log, 0.0) for log in logs]))
     if all(log.resting is None for log in logs):
-        return found
+        return moving
     moves = np.concatenate([_moving(log, 1.0) for log in logs])
-    whole = replace(found, moves=moves)
-    return found if found.rank == whole.rank else solved(logs, W, y, moves)
+    all_rows = replace(moving, moves=moves)
+    return moving if moving.rank == all_rows.rank else solved(logs, W, y, moves)
 
 
 def with_rests(rows: Rows) -> Rows:

@@ -312,8 +312,8 @@ class PredictiveScore:
             d: (folds, N, p) change of X for each fold.
         """
         moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
-        left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
-        return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))
+        change = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
+        return np.asarray(np.moveaxis(self._rr[..., None] + change, 2, 0))
 
     def density(self, counts: FloatArray) -> float:
         """Return the score of the model for other counts of rows, (n, folds), with equal variances.
@@ -337,8 +337,8 @@ class PredictiveScore:
         moved = (self._RR @ d[..., None])[..., 0]
         squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
         squares = self._in_units(squares)
-        score, left = self._scored(squares)
-        return ScoreFit(float(score), left, squares, np.zeros(0), np.zeros(len(self.sigma)))
+        score, variance = self._scored(squares)
+        return ScoreFit(float(score), variance, squares, np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def held_out(self) -> FloatArray:
@@ -400,22 +400,22 @@ class PredictiveScore:
             columns: columns of the candidates.
             size: as for `fit_with`; one for all candidates, or (N,).
         """
-        own, joints = self._solved(columns, size), list(columns.joints)
-        d, b = own.d[:-1], own.b[:-1]
+        solved, joints = self._solved(columns, size), list(columns.joints)
+        d, b = solved.d[:-1], solved.b[:-1]
         squares = self._squares(d)
-        slope = (own.CC @ b[..., None])[..., 0] - 2 * own.Cr
-        slope += 2 * np.einsum("fnp,jfnap->jfna", d, own.CR)
+        slope = (solved.CC @ b[..., None])[..., 0] - 2 * solved.Cr
+        slope += 2 * np.einsum("fnp,jfnap->jfna", d, solved.CR)
         squares[:, joints] += np.einsum("fna,jfna->njf", b, slope)
         squares = self._in_units(squares)
-        scores, left = self._scored(squares)
-        rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
-        power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
+        scores, variance = self._scored(squares)
+        rows, last = np.sqrt(self.counts.sum(axis=1)), solved.b[-1]
+        power = np.einsum("na,jnab,nb->nj", last, solved.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
         part = self.sigma[joints] / np.maximum(rows[joints], TINY)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
-        coefficients = last / own.norms
+        coefficients = last / solved.norms
         for k, score in enumerate(scores):
-            yield ScoreFit(float(score), left[k], squares[k], coefficients[k], torque[k])
+            yield ScoreFit(float(score), variance[k], squares[k], coefficients[k], torque[k])
 
     def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
         """Fit the model with each candidate to the rows outside each fold, and to all rows."""

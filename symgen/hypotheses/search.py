@@ -310,10 +310,10 @@ class _Judge:
                 for (candidate, columns), fit in itertools.compress(rows, free):
                     yield candidate, columns, fit
 
-    def _group(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
+    def _group(self, stage: Stage, pairs: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
         """Return candidates and their columns in groups that share one score call."""
         alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
-        for candidate, columns in found:
+        for candidate, columns in pairs:
             count = next(iter(columns.values())).shape[1]
             key = candidate.joints, tuple(columns), count
             alike.setdefault(key, []).append((candidate, columns))

@@ -118,8 +118,8 @@ class Comparison(Viewable):
             text += " Both used the same training data, so that this shows no agreement."
         elif self.verdict == "unknown":
             text += (
-                f" Both used a training log named {', '.join(self.alike)}: where that is one file, "
-                "this shows no agreement; two files are told apart by their names."
+                f" Both used a training log named {', '.join(self.alike)}: if that is one file, "
+                "this shows no agreement; give different files different names."
             )
         return text
 

@@ -276,16 +276,16 @@ def read_estimate(path: str | Path) -> Estimate:
             f"{path}: the folder has {', '.join(others)} and no {file.name}; accepted: a result of "
             "symgen identify, for a diagnosis that of the line next: which it printed"
         )
-    found = read_result(Estimate, file, *READ)
-    wrong = _torn(found)
+    estimate = read_result(Estimate, file, *READ)
+    wrong = _torn(estimate)
     if wrong:
         raise ParameterError(
             f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
         )
-    torque = found.torque_validation and found.torque_validation.per_joint
+    torque = estimate.torque_validation and estimate.torque_validation.per_joint
     joints = (JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
     traces, moving = read_traces(file.with_name(FILE))
-    return replace(found, joints=found.joints or tuple(joints), traces=traces, moving=moving)
+    return replace(estimate, joints=estimate.joints or tuple(joints), traces=traces, moving=moving)
 
 
 def _torn(e: Estimate) -> str:

@@ -120,15 +120,15 @@ def identified_file(
         ParameterError: the file is of another robot, or cannot hold the values.
     """
     path = Path(path)
-    found = read_imported(path)
-    model = derive(with_fixed_links(robot or found.robot, found.robot, path))
+    imported = read_imported(path)
+    model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
     ours, theirs = model.base.names, (p.name for p in estimate.parameters)
     if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
-        prior=cad_parameters(path, model) if found.parameters else None,
+        prior=cad_parameters(path, model) if imported.parameters else None,
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
@@ -271,8 +271,8 @@ def export(
         ParameterError: symgen cannot read the estimate, the estimate is of another robot, or the
             file cannot hold its values.
     """
-    found, robot = read_identified(estimate, robot)
-    return identified_file(source, found, robot, folder=folder)
+    known, robot = read_identified(estimate, robot)
+    return identified_file(source, known, robot, folder=folder)
 
 
 def export_samples(
@@ -299,19 +299,19 @@ def export_samples(
         RobotError: symgen cannot read a robot.
         ParameterError: as for `export`, or the estimate has no covariance.
     """
-    found, robot = read_identified(estimate, robot)
-    p = len(found.parameters)
-    if found.covariance.shape != (p, p) or not np.isfinite(found.covariance).all():
+    known, robot = read_identified(estimate, robot)
+    p = len(known.parameters)
+    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
         raise ParameterError(
             f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
             "parameters all have a standard deviation"
         )
-    values, vectors = np.linalg.eigh(found.covariance)
+    values, vectors = np.linalg.eigh(known.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, X, folder)
+        X = known.X + root @ rng.normal(size=p)
+        yield identified_file(source, known, robot, X, folder)
 
 
 def read_identified(

@@ -72,16 +72,16 @@ def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
         LogError: it is the log itself, which has the same noise.
     """
     if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".csv":
-        t, found = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
-        if "tau" not in found:  # a log needs torques, but nothing uses these
-            ones = np.ones_like(found["q"])
+        t, columns = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
+        if "tau" not in columns:  # a log needs torques, but nothing uses these
+            ones = np.ones_like(columns["q"])
             name = Path(source).name
-            return prepare(make_log(name, t, found["q"], ones, found.get("qd"), n=robot.n))
+            return prepare(make_log(name, t, columns["q"], ones, columns.get("qd"), n=robot.n))
     motion = prepare(open_log(source, robot))
     if np.array_equal(motion.q, samples.q):
         raise LogError(
             f"{motion.name}: the commanded motion is the measured one of {samples.name}, with its "
-            "noise; accepted: the motion that was asked for"
+            "noise; accepted: the motion that the controller was to follow"
         )
     return motion
 

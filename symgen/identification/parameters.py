@@ -197,11 +197,11 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
     Raises:
         ParameterError: the file has no parameters, or its frames are not those of the model.
     """
-    found = read_imported(path)
-    if not found.parameters:
+    imported = read_imported(path)
+    if not imported.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
-    robot = with_fixed_links(model.robot, found.robot, path)
-    values = dict(found.parameters)
+    robot = with_fixed_links(model.robot, imported.robot, path)
+    values = dict(imported.parameters)
     if robot == model.robot:
         return _with_drives(values, model)
     there = derive(robot)

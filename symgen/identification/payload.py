@@ -310,7 +310,7 @@ def _known_covariance(
     """Return the covariance of known parameters, None if there is none, and notes on it."""
     estimate = known.estimate
     if estimate is None:
-        return None, ("std leaves out the errors of the given parameters: the file states none",)
+        return None, ("std does not include the errors of the parameters: their file has no std",)
     doubt = () if estimate.verdict == "trusted" else (f"{known.file}: a doubtful estimate",)
     if len(estimate.correlation) != len(model.base.names):
         return None, doubt

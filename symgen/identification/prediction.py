@@ -179,15 +179,15 @@ def read_prediction(path: str | Path) -> Prediction:
     """
     file = result_file(path, MARKER)
     curves = dict.fromkeys(("torque", "kinetic", "potential"))
-    found = read_result(Prediction, file, SCHEMA, **curves)
+    prediction = read_result(Prediction, file, SCHEMA, **curves)
     try:
-        n = len(found.joints)
+        n = len(prediction.joints)
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
-        errors = (found.error, found.moving, found.noise)
+        errors = (prediction.error, prediction.moving, prediction.noise)
         if n == 0 or any(len(each.per_joint or ()) != n for each in errors):
             raise ValueError("torque_error")
     except (OSError, ValueError) as error:
@@ -195,5 +195,5 @@ def read_prediction(path: str | Path) -> Prediction:
             f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
             "as predict writes them"
         ) from error
-    trace = Trace(found.log, "validation", "torque", t[:, 0], measured, predicted)
-    return replace(found, torque=trace, kinetic=kinetic[:, 0], potential=potential[:, 0])
+    trace = Trace(prediction.log, "validation", "torque", t[:, 0], measured, predicted)
+    return replace(prediction, torque=trace, kinetic=kinetic[:, 0], potential=potential[:, 0])

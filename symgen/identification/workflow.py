@@ -133,7 +133,7 @@ def identify(
         by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
-    progress("asking what else could be wrong")
+    progress("searching for faults of the logs and missing effects")
     run = ask_search(opened, run, cutoff, least)
     chosen = choose_model(run, models, by, motions, progress)
     with blame_motion(chosen.fault):
