@@ -72,13 +72,14 @@ class FoundEffect:
         joints: joint numbers in the robot file; empty for an effect on all joints.
         parameters: coefficients and constants, with units and standard deviations.
         expression: the torque ON the joint.
-        p_value: of the most significant coefficient, corrected for the number of coefficients.
+        p_value: p-value of the most significant coefficient, corrected for their number.
         gap_reduction: share of the squared gap on its joints that the effect closes.
         indistinguishable_from: (name, joints) of effects that these data cannot distinguish from
             it.
         separate: the motion that would distinguish them.
         declared: whether the extended robot.toml and its C code contain the effect.
-        probability: that this effect, or one that the data cannot distinguish from it, is present.
+        probability: probability that this effect, or one that the data cannot distinguish from it,
+            is present.
         torque_rms: RMS of its torque on its joint, N m or N.
         adopted: whether it lowers the error on the validation logs. The extended robot contains
             only adopted effects.

@@ -88,7 +88,7 @@ class Candidate:
     """One effect on certain joints with certain constants.
 
     Attributes:
-        definition: from the library, the robot file, or the search for expressions.
+        definition: its row of the library or of the robot file, or an unnamed expression.
         joints: indices of the movable joints; empty for an effect on all joints.
         torque: function that returns the columns.
         size: number of coefficients.
@@ -226,13 +226,13 @@ class Score:
 
     Attributes:
         candidate: the effect with its constants.
-        columns: by joint, in the band at the kept samples.
+        columns: columns by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
         cost: log-odds of the best constants minus `odds`.
         worth: square root of the reduction of the squared error, as a part of a joint's torque.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
-        probability: that the effect, or one of its class, is present.
+        probability: probability that the effect, or one of its class, is present.
         alike: alternative effects with almost the same torque, each with a probability.
         fault: reason why it is not accepted, or "".
     """

@@ -222,7 +222,7 @@ def _of_links(
     """Return a candidate whose columns come from the links' torque.
 
     Args:
-        name: of the effect.
+        name: name of the effect.
         joints: positions; empty for all.
         torque: function that returns the columns.
         sizes: factor of each coefficient on its expected size.

@@ -387,7 +387,7 @@ class PredictiveScore:
         """Return the fit of the model with columns (K, m) on some joints.
 
         Args:
-            columns: by position of the joint.
+            columns: columns by position of the joint.
             size: scale of the normal prior of a column's RMS torque, N m or N. The prior draws the
                 coefficient to zero.
         """

@@ -42,7 +42,6 @@ SCHEMA = "symgen.estimate/2"
 MARKER = "estimate.json"
 #: Separator of the sentences of a headline, which is one line in the file.
 BETWEEN_USES = " | "
-_PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
 #: Schemas that symgen can read.
 READ = (SCHEMA, "symgen.estimate/1")
 #: Labels in the provenance: that of the robot, and the end of that of a log.
@@ -120,7 +119,7 @@ class Alternative:
 
     Attributes:
         model: energy, momentum or torque.
-        condition_number: of its regressor with columns scaled to unit norm.
+        condition_number: condition number of its regressor with columns scaled to unit norm.
         train, validation: torque residuals; None if the logs do not determine the parameters.
         held_out: torque error on held-out folds, RMS over the joints.
         chosen: whether this model is the estimate.
@@ -146,7 +145,7 @@ class Estimate(Viewable):
         model: energy, momentum or torque.
         method: name of the estimator.
         parameters: the base parameters, in the order of X.
-        condition_number: of the regressor with its columns scaled to unit norm.
+        condition_number: condition number of the regressor with its columns scaled to unit norm.
         train: residual of the equations of the model on the training data.
         validation: the same on the validation data.
         torque_train: torque residual of the same parameters on the training data.

@@ -117,7 +117,7 @@ def link_parameters(
     set, in units of a typical length and mass of the robot.
 
     Args:
-        model: from `derive`.
+        model: model from `derive`.
         X: base parameters (p,), for example `estimate.X`.
         prior: standard parameters by name, for example from CAD. Parameters without a prior become
             small, with a thousandth of the weight.

@@ -1,8 +1,7 @@
 """The nearest physically possible robot to an estimate, by a semidefinite program.
 
 Base parameters X = G s determine only combinations of the standard parameters s. X is possible if
-some s gives X, every link of s is a body of positive mass density, and friction and rotor inertia
-of s are not negative:
+some s gives X with bodies of positive mass density and non-negative friction and rotor inertia:
 
     G s = X,   pseudo-inertia P_j positive definite for each link j,   IA, FS, FV >= 0
 
