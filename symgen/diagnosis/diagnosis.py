@@ -1,4 +1,4 @@
-"""The result of a diagnosis: the gap before and after, its place, and the effects that close it."""
+"""The result of a diagnosis: gap before and after, joints with a gap, and effects that close it."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ VERDICTS = ("consistent", "explained", "partly-explained", "unexplained", "bad-m
 
 @dataclass(frozen=True)
 class Gap:
-    """RMS of measured minus modelled torque over RMS of measured torque, in the motion's band.
+    """RMS of measured minus modelled torque, divided by the RMS of measured torque.
 
-    This is the torque error of `identify`, per joint and over all joints stacked.
+    This is the torque error of `identify`, in the comparison band, per joint and over all joints
+    stacked.
     """
 
     per_joint: tuple[OrNan, ...]
@@ -38,7 +39,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class Gaps:
-    """The gap of the model before and after, and its noise floor."""
+    """The gap of the declared model, the gap of the extended model, and the noise floor."""
 
     before: Gap
     after: Gap
@@ -47,7 +48,7 @@ class Gaps:
 
 @dataclass(frozen=True)
 class FoundParameter:
-    """A coefficient or a constant of an effect; std is NaN for a constant that was searched."""
+    """A coefficient or a constant of an effect; std is NaN if it is unknown."""
 
     name: str
     value: OrNan
@@ -64,23 +65,26 @@ class Alike(NamedTuple):
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """One effect that the data show.
+    """One effect that the search accepts.
 
     Attributes:
         name: name in the library or in the robot file, or "unnamed".
-        joints: joint numbers in the robot file; empty for an effect on the whole arm.
+        joints: joint numbers in the robot file; empty for an effect on all joints.
         parameters: coefficients and constants, with units and standard deviations.
         expression: the torque ON the joint.
-        p_value: of the most significant coefficient, corrected for the number of coefficients.
+        p_value: p-value of the most significant coefficient, corrected for their number.
         gap_reduction: share of the squared gap on its joints that the effect closes.
         indistinguishable_from: (name, joints) of effects that these data cannot distinguish from
             it.
         separate: the motion that would distinguish them.
         declared: whether the extended robot.toml and its C code contain the effect.
-        probability: that this effect, or one that the data cannot distinguish from it, is present.
+        probability: probability that this effect, or one that the data cannot distinguish from it,
+            is present.
         torque_rms: RMS of its torque on its joint, N m or N.
-        adopted: whether it lowers the error on other motion; only then the extended robot has it.
-        shown: whether it is shown as the cause: it leaves at most half of its joint's error.
+        adopted: whether it lowers the error on the validation logs. The extended robot contains
+            only adopted effects.
+        shown: whether it is shown as the cause, because it removes at least half of its joint's
+            error above the noise floor.
     """
 
     name: str
@@ -100,7 +104,10 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class Place:
-    """The place of a gap: a joint, its share of the gap, and the pattern of its residual."""
+    """A joint with a gap, its share of the gap, and the pattern of its residual.
+
+    `time_window` is the span of a contact on the joint, in s; None if there is no contact.
+    """
 
     joint: int
     share: float
@@ -110,7 +117,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A candidate that was tried, and the reason why it is not named."""
+    """A candidate that is not adopted, and the reason."""
 
     name: str
     joints: tuple[int, ...]
@@ -119,9 +126,9 @@ class Rejected:
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Torques (K, n) and motion of one validation log, in the band of the motion.
+    """Torques (K, n) and motion (K, n) of one validation log, in the comparison band.
 
-    If `free` (K, n) is given, torques count only where it is true; the user masked the others.
+    If `free` (K, n) is not None, torques count only where it is true. The user masked the others.
     """
 
     name: str
@@ -143,13 +150,14 @@ class Diagnosis(Viewable):
         verdict: one of VERDICTS.
         cutoff_hz: cutoff of the low-pass for all torques, Hz; None if no low-pass fits.
         metric: the quantity that the gap measures: "torque".
-        before, after, floor: gap before and after, and noise floor, on held-out data.
-        moving: the same of joints in motion; None in an older file.
+        before, after, floor: gap of the declared and of the extended model, and noise floor, on
+            held-out data.
+        moving: the same for joints in motion; None in an older file.
         where: joints with a gap, the largest share first; empty if consistent.
         effects: the effects, the largest share in closing the gap first.
-        rejected: other candidates that were tried.
+        rejected: the most probable of the other candidates.
         advice: what to do next.
-        notes: changes that were made to the logs, and what the extended robot leaves out.
+        notes: changes of the logs, and effects that the extended robot does not contain.
         extended: the robot with the effects added.
         joints: joint numbers of the movable joints.
         curves: torques of the validation logs, for plots.
@@ -158,10 +166,10 @@ class Diagnosis(Viewable):
         declared: the robot as its file declares it.
         values: base parameters X of the declared model.
         repairs: repairs of the logs.
-        digests: SHA-256 of the other files of that folder.
+        digests: SHA-256 of the other files of the result folder.
         mended: the channels that repairs changed most, for plots.
         band: filters of the logs.
-        command: the command to run next, "" where nobody typed one.
+        command: the command to run next; "" if there is none.
     """
 
     GONE: ClassVar = ("replay", "free_functions", "energy")
@@ -201,7 +209,7 @@ class Diagnosis(Viewable):
 
     @property
     def gaps(self) -> Gaps:
-        """The gaps that are stated first: of joints in motion, where the file has them."""
+        """The gaps of joints in motion; those of all samples if the file does not have them."""
         return self.moving or Gaps(self.before, self.after, self.floor)
 
     def to_json(self) -> dict[str, Any]:
@@ -210,26 +218,27 @@ class Diagnosis(Viewable):
 
 
 def read_diagnosis(path: str | Path) -> Diagnosis:
-    """Read a diagnosis from diagnosis.json and the extended robot.toml beside it.
+    """Read a diagnosis from diagnosis.json and the extended robot.toml in the same folder.
 
-    The files do not contain the curves over time: `curves` is empty.
+    The files do not contain the curves over time, so `curves` is empty.
 
     Args:
         path: the folder that `diagnose` wrote, or the diagnosis.json in it.
 
     Raises:
         ParameterError: the file does not exist or is damaged.
-        RobotError: the robot.toml beside it cannot be read.
+        RobotError: symgen cannot read the robot.toml.
     """
     file = result_file(path, MARKER)
     content, extended = read_json(file, SCHEMA), read_robot(file.with_name("robot.toml"))
     joints = tuple(j.number for j in extended.movable)
-    found = from_json(Diagnosis, content, file, extended=extended, joints=joints)
-    whole, moving = (found.before, found.after, found.floor), vars(found.gaps).values()
-    sizes = {len(gap.per_joint) for gap in (*whole, *moving)}
-    if found.verdict not in VERDICTS or sizes != {len(joints)}:
-        what = "gap.per_joint" if found.verdict in VERDICTS else f"verdict {found.verdict!r}"
+    diagnosis = from_json(Diagnosis, content, file, extended=extended, joints=joints)
+    gaps = [diagnosis.before, diagnosis.after, diagnosis.floor, *vars(diagnosis.gaps).values()]
+    sizes = {len(gap.per_joint) for gap in gaps}
+    verdict = diagnosis.verdict
+    if verdict not in VERDICTS or sizes != {len(joints)}:
+        what = "gap.per_joint" if verdict in VERDICTS else f"verdict {verdict!r}"
         raise ParameterError(
             f"{file}: damaged at {what}; accepted: schema {SCHEMA} as diagnose writes it"
         )
-    return found
+    return diagnosis

@@ -16,7 +16,7 @@ from symgen.robot.expressions import exact
 from symgen.robot.tables import Coupling
 from symgen.robot.types import Joint, Robot
 
-#: Effects with a key of their own in robot.toml.
+#: Effects with a separate key in robot.toml.
 _NATIVE = (*names.FRICTION, "rotor", "coupling")
 
 
@@ -63,7 +63,7 @@ def extended(
     rounded = {name: _rounded(value) for name, value in constants.items()}
     joint = robot.joint(numbers[0])
     if definition.own:
-        effect = _own(robot, definition, joint.number, rounded)
+        effect = _custom_effect(robot, definition, joint.number, rounded)
     else:
         effect = of_library(definition, joint.number, joint.sigma, rounded)
     out = replace(robot, effects=(*robot.effects, effect))
@@ -73,11 +73,11 @@ def extended(
 def with_effect(robot: Robot, text: str) -> Robot:
     """Return the robot with one more effect, to plan a motion that shows the effect.
 
-    Its constants are in the middle of the range that `diagnose` searches.
+    The constants of the effect are in the middle of the ranges that `diagnose` searches.
 
     Args:
         robot: the robot.
-        text: NAME:JOINT, for example gravity_spring:2; the two joints of a coupling as 5-6.
+        text: NAME:JOINT, for example gravity_spring:2; coupling:5-6 for the two joints of a drive.
 
     Raises:
         ParameterError: the effect or joint does not exist, or a robot file cannot declare it.
@@ -103,13 +103,13 @@ def with_effect(robot: Robot, text: str) -> Robot:
         constants = {"ratio": 1.0}
     else:
         constants = {k: _middle(robot, positions[0], s) for k, s in definition.nonlinear.items()}
-    found = extended(robot, definition, positions, constants, {})
-    assert found is not None  # checked above
-    return found
+    out = extended(robot, definition, positions, constants, {})
+    assert out is not None  # checked above
+    return out
 
 
 def _middle(robot: Robot, position: int, search: SearchRange) -> float:
-    """Return the middle of a range, in the units of a joint."""
+    """Return the middle of a range, in the units of the joint."""
     value = (search.low * search.high) ** 0.5 if search.by_ratio else (search.low + search.high) / 2
     limits = robot.limits
     if search.scale == "speed" and limits is not None and limits.velocity is not None:
@@ -120,7 +120,7 @@ def _middle(robot: Robot, position: int, search: SearchRange) -> float:
 
 
 def _tilted(robot: Robot, coefficients: Mapping[str, float]) -> Robot:
-    """Return the robot with gravity g - beta x g: its base is rotated by beta."""
+    """Return the robot with its base rotated by beta, so that gravity is g - beta x g."""
     gravity = np.array([float(g) for g in robot.with_values().gravity])
     beta = np.array([coefficients.get(f"T{axis}", 0.0) for axis in "XYZ"])
     turned = gravity - np.cross(beta, gravity)
@@ -138,12 +138,12 @@ def _rounded(value: float) -> sp.Expr:
     return exact(float(f"{value:.6g}"))
 
 
-def _own(
+def _custom_effect(
     robot: Robot, definition: Definition, number: int, constants: Mapping[str, sp.Expr]
 ) -> Effect:
-    """Return an effect whose torque is written in the variables of the joints."""
+    """Return an effect whose torque is an expression in the variables of any joint."""
     name, taken = definition.name, {e.name for e in robot.effects}
-    if name in definitions():  # effects without a torque expression in a file
+    if name in definitions():  # a robot file cannot use a name of the library
         name = f"{name}_{number}"
         while name in taken:
             name += "_more"

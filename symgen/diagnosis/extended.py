@@ -1,4 +1,4 @@
-"""The extended model: the robot with the adopted effects declared, derived and identified again."""
+"""The extended model: the robot with its adopted effects, derived and identified again."""
 
 from __future__ import annotations
 
@@ -21,35 +21,35 @@ from symgen.estimation.system import Equations, LinearSystem, joint_equations
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.changes import Change
 from symgen.hypotheses.confirm import Weighed, settled
-from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.effects import Candidate, LogColumns, Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.problem import Problem, Stage, model_of
 from symgen.hypotheses.refine import slopes
-from symgen.hypotheses.registry import Changed, Found
+from symgen.hypotheses.registry import Changed, SearchResult
 from symgen.hypotheses.rows import Rows, make_rows, with_rests
 from symgen.identification.parameters import base_values
 from symgen.robot.effect import numbered
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-_CORRELATION = 2  # rows at four a period of the band that count as one
+_CORRELATION = 2  # number of correlated rows that count as one, at four rows a period
 
 
 @dataclass(frozen=True, eq=False)
 class Extended:
-    """The model with the effects that were adopted, identified again.
+    """The model with the adopted effects, identified again.
 
     Attributes:
         problem: the declared model on the corrected logs.
         robot: the robot with the effects that a robot file can declare.
         evaluator: the compiled model of that robot.
-        effects: the effects with columns.
-        declared: those of them that the robot file declares.
-        beside: the others, whose columns stand beside the model.
-        alone: coefficients of each effect, fitted together beside the declared model.
-        X, std: parameters of the robot, then the coefficients of the effects beside it, then (std
-            alone) the searched constants.
-        covariance: of the parameters of the robot.
+        effects: the adopted effects with columns.
+        declared: effects that the robot file declares.
+        as_columns: effects that are columns added to the model.
+        alone: coefficients of each effect, from one fit of all effects with the declared model.
+        X, std: values and standard deviations. Both have the parameters of the robot, then the
+            coefficients of `as_columns`. std also has the searched constants.
+        covariance: covariance of the parameters of the robot.
     """
 
     problem: Problem
@@ -57,7 +57,7 @@ class Extended:
     evaluator: Evaluator
     effects: tuple[Score, ...]
     declared: tuple[Score, ...]
-    beside: tuple[Score, ...]
+    as_columns: tuple[Score, ...]
     alone: tuple[tuple[FoundParameter, ...], ...]
     X: FloatArray
     std: FloatArray
@@ -66,49 +66,49 @@ class Extended:
     @property
     def count(self) -> int:
         """Number of the robot's parameters in X."""
-        return 0 if self.problem.given else len(self.evaluator.model.base.parameters)
+        return 0 if self.problem.is_fixed else len(self.evaluator.model.base.parameters)
 
     @property
     def of_robot(self) -> FloatArray:
-        """Parameters of the robot, (p,): identified with the effects, or given."""
+        """(p,) parameters of the robot: fixed, or identified with the effects."""
         known = self.problem.known
         return self.X[: self.count] if known is None else known
 
 
-def extend_model(found: Found) -> Extended:
+def extend_model(result: SearchResult) -> Extended:
     """Declare the adopted effects that a robot file can hold, and identify the robot again.
 
     Raises:
         IdentificationError: the logs do not determine the extended model.
-        RobotError: with its constants, the column of an effect depends on the others.
+        RobotError: with its constants, the column of an effect depends on other columns.
     """
-    problem = found.problem
-    effects, seen = settled(problem, found.effects)
+    problem = result.problem
+    effects, log_columns = settled(problem, result.effects)
     robot, declared = problem.robot, []
     stage = problem.stage(effects)
     fitted = iter(stage.coefficients)
     for score in effects:
         c = score.candidate
         pairs = zip(_named(problem.robot, c), [*islice(fitted, c.size)], strict=False)
-        values = {} if problem.given else {name: value for (name, _), value in pairs}
+        values = {} if problem.is_fixed else {name: value for (name, _), value in pairs}
         more = extended(robot, c.definition, c.joints, c.constants, values)
         if more is not None:
             robot = more
             declared.append(score)
     evaluator, rows = problem.evaluator, problem.base
-    if not problem.given and robot is not problem.robot:
+    if not problem.is_fixed and robot is not problem.robot:
         evaluator = model_of(robot)
         rows = make_rows(evaluator, rows.logs)
-    # With given parameters, the columns of all effects stand beside the model.
-    beside = tuple(s for s in effects if problem.given or s not in declared)
-    rows = rows.with_columns(seen(s.candidate) for s in beside)
-    names = () if problem.given else evaluator.model.base.names
-    names += _coefficient_names(beside)
+    # With fixed parameters, all effects are columns added to the model.
+    as_columns = tuple(s for s in effects if problem.is_fixed or s not in declared)
+    rows = rows.with_columns(log_columns(s.candidate) for s in as_columns)
+    names = () if problem.is_fixed else evaluator.model.base.names
+    names += _coefficient_names(as_columns)
     solution = _solve(problem, names, rows)
-    std = _with_constants(stage, seen, names, rows, solution.std)
+    std = _with_constants(stage, log_columns, names, rows, solution.std)
     alone = tuple(map(tuple, _alone(stage)))
-    about = problem, robot, evaluator, effects, tuple(declared), beside, alone
-    p = len(names) - sum(s.candidate.size for s in beside)
+    about = problem, robot, evaluator, effects, tuple(declared), as_columns, alone
+    p = len(names) - sum(s.candidate.size for s in as_columns)
     return Extended(*about, solution.X, std, solution.covariance[:p, :p])
 
 
@@ -117,14 +117,14 @@ def _coefficient_names(effects: Sequence[Score]) -> tuple[str, ...]:
 
 
 def _with_constants(
-    stage: Stage, seen: Seen, names: tuple[str, ...], rows: Rows, std: FloatArray
+    stage: Stage, log_columns: LogColumns, names: tuple[str, ...], rows: Rows, std: FloatArray
 ) -> FloatArray:
     """Return standard deviations that include the uncertainty of the searched constants.
 
-    The slopes of the columns along the constants enter the covariance (linearised model of
-    nonlinear least squares).
+    The derivatives of the columns with respect to the constants are additional columns, as in
+    linearised nonlinear least squares.
     """
-    along = slopes(stage, seen)
+    along = slopes(stage, log_columns)
     if not along:
         return std
     count = sum(next(iter(columns.values())).shape[1] for columns in along)
@@ -136,15 +136,15 @@ def _with_constants(
 
 
 def _alone(stage: Stage) -> Iterator[list[FoundParameter]]:
-    """Yield the coefficients of each effect, fitted together beside the declared model.
+    """Yield the coefficients of each effect, from one fit of all effects with the declared model.
 
-    A coefficient that the declared model can absorb has no std of its own, for example the inertia
-    of a drive that turns two parallel joints. Its value is then that of the minimum-norm solution.
+    The declared model may absorb a coefficient, for example the inertia of a drive that turns two
+    parallel joints. The values are then those of the minimum-norm solution, and std is NaN.
     """
     problem, effects, rows = stage.problem, stage.effects, stage.rows
     if not effects:
         return
-    names = () if problem.given else problem.evaluator.model.base.names
+    names = () if problem.is_fixed else problem.evaluator.model.base.names
     try:
         solution = _solve(problem, (*names, *_coefficient_names(effects)), rows)
         X, std = solution.X, solution.std
@@ -157,7 +157,7 @@ def _alone(stage: Stage) -> Iterator[list[FoundParameter]]:
 
 
 def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
-    """Solve rows for parameters with standard deviations; none if no parameter is unknown."""
+    """Solve rows for parameters and standard deviations; empty if there are no parameters."""
     if not names:
         none = np.zeros((0, 0))
         return Solution(np.zeros(0), none, none, 1.0, ())
@@ -174,36 +174,37 @@ def _solve(problem: Problem, names: tuple[str, ...], rows: Rows) -> Solution:
     return Wls().solve(LinearSystem(names, tuple(out)))
 
 
-def found_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEffect, ...]:
-    """Return what was adopted, and what is suspected, with values and standard deviations.
+def list_effects(model: Extended, weighed: Sequence[Weighed]) -> tuple[FoundEffect, ...]:
+    """Return the adopted and the suspected effects, with values and standard deviations.
 
     Args:
         model: the extended model.
-        weighed: all that the search accepted.
+        weighed: the grades of all hypotheses that the search accepted.
     """
     robot, p = model.problem.robot, model.count
     rows = zip(model.evaluator.model.base.parameters[:p], model.X, model.std, strict=False)
-    known = {own.name: FoundParameter(own.name, float(x), float(s), own.unit) for own, x, s in rows}
-    beside = iter(zip(model.X[p:], model.std[p:], strict=False))
+    known = {b.name: FoundParameter(b.name, float(x), float(s), b.unit) for b, x, s in rows}
+    values = iter(zip(model.X[p:], model.std[p:], strict=False))
     constants = iter(model.std[len(model.X) :])
     by_key = {w.item.key: w for w in weighed}
     out = []
     for score, alone in zip(model.effects, model.alone, strict=True):
         c, d = score.candidate, score.candidate.definition
-        if score in model.beside:
-            pairs = zip(alone, list(islice(beside, c.size)), strict=False)
+        if score in model.as_columns:
+            pairs = zip(alone, list(islice(values, c.size)), strict=False)
             parameters = [replace(a, value=float(x), std=float(s)) for a, (x, s) in pairs]
-        else:  # built-in effects without a parameter belong to the extended geometry or gravity
+        else:  # a native effect without a parameter is part of the geometry or the gravity
             parameters = [known.get(a.name, a) for a in alone if a.name in known or not d.native]
         searched = [
             FoundParameter(name, value, float(next(constants)) if c.smooth else math.nan, unit)
             for name, value, unit in _constants(robot, c)
         ]
         declared = score in model.declared
-        out.append(_found(robot, by_key[score.key], score, (*parameters, *searched), declared))
+        w, numbers = by_key[score.key], (*parameters, *searched)
+        out.append(_with_columns(robot, w, score, numbers, declared))
     for w in weighed:
         if not w.adopted and isinstance(w.item, Score):
-            out.append(_found(robot, w, w.item, (), False))
+            out.append(_with_columns(robot, w, w.item, (), False))
     undone = [_undone(robot, w, w.item.change) for w in weighed if isinstance(w.item, Changed)]
     contacts: dict[tuple[int, ...], list[Weighed]] = {}
     for w in weighed:
@@ -240,14 +241,14 @@ def _plain(robot: Robot, w: Weighed) -> FoundEffect:
     )
 
 
-def _found(
+def _with_columns(
     robot: Robot,
     w: Weighed,
     score: Score,
     parameters: tuple[FoundParameter, ...],
     declared: bool,
 ) -> FoundEffect:
-    """Return an effect with columns, as `score` has it, with its parameters."""
+    """Return an effect with columns, with its score and its parameters."""
     d = score.definition
     suffix, _ = _place(robot, score.candidate)
     alike = tuple(Alike(s.definition.name, joint_numbers(robot, s.joints)) for s in score.alike)
@@ -277,7 +278,7 @@ def _undone(robot: Robot, w: Weighed, change: Change) -> FoundEffect:
 
 
 def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
-    """Return contacts of the same joints as one effect, with the share of the largest."""
+    """Return contacts on the same joints as one effect, with the share of the largest contact."""
     plain = _plain(robot, max(same, key=lambda w: w.item.gain))
     spans = [w.item.span for w in same if isinstance(w.item, Contact)]
     times = []
@@ -296,54 +297,59 @@ def _touched(robot: Robot, same: Sequence[Weighed]) -> FoundEffect:
 
 
 def joint_numbers(robot: Robot, positions: Sequence[int]) -> tuple[int, ...]:
-    """Return the joint numbers, as in the robot file, of some positions."""
+    """Return the joint numbers in the robot file of some positions."""
     return tuple(robot.movable[j].number for j in positions)
 
 
 def _named(robot: Robot, candidate: Candidate) -> Sequence[tuple[str, str]]:
-    """Return name and unit of the coefficients of an effect that have a physical meaning."""
+    """Return the name and the unit of each coefficient of an effect with a physical meaning."""
     return candidate.coefficients or candidate.definition.coefficients(*_place(robot, candidate))
 
 
 def _place(robot: Robot, candidate: Candidate) -> tuple[int | str, int]:
-    """Return the joint number that ends the names of an effect, and the type of its first joint."""
+    """Return the joint number in the parameter names of an effect, and sigma of its first joint."""
     joints = joint_numbers(robot, candidate.joints)
     return (joints[-1], robot.movable[candidate.joints[0]].sigma) if joints else ("", 0)
 
 
 def _p_value(parameters: Sequence[FoundParameter]) -> float:
-    """Return the p-value of the most significant coefficient, corrected for their number."""
+    """Return the p-value of the most significant coefficient, with Bonferroni's correction."""
     sure = [abs(p.value) / p.std for p in parameters if p.std > 0]
     return min(1.0, len(sure) * math.erfc(max(sure, default=0.0) / math.sqrt(2)))
 
 
-def robot_parameters(model: Extended, found: Sequence[FoundEffect]) -> tuple[FoundParameter, ...]:
-    """Return the base parameters of the extended robot; given values plus what effects add."""
-    whole, X, std = model.evaluator.model, model.X, model.std
-    if model.problem.given:
+def robot_parameters(model: Extended, effects: Sequence[FoundEffect]) -> tuple[FoundParameter, ...]:
+    """Return the base parameters of the extended robot.
+
+    Fixed parameters get the values that declared effects add, and no standard deviation.
+    """
+    extended_model, X, std = model.evaluator.model, model.X, model.std
+    if model.problem.is_fixed:
         if model.robot is not model.problem.robot:
-            whole = derive(model.robot, ())
-        added = [p for e in found if e.declared for p in e.parameters]
-        X = _with_added(model.problem, whole, added)
+            extended_model = derive(model.robot, ())
+        added = [p for e in effects if e.declared for p in e.parameters]
+        X = _with_added(model.problem, extended_model, added)
         std = np.full(len(X), np.nan)
-    rows = zip(whole.base.parameters, X, std, strict=False)
+    rows = zip(extended_model.base.parameters, X, std, strict=False)
     return tuple(FoundParameter(p.name, float(x), float(s), p.unit) for p, x, s in rows)
 
 
-def _with_added(problem: Problem, whole: Model, added: Sequence[FoundParameter]) -> FloatArray:
-    """Return the base parameters of an extended model: given values plus what effects add.
+def _with_added(
+    problem: Problem, extended_model: Model, added: Sequence[FoundParameter]
+) -> FloatArray:
+    """Return the base parameters of an extended model: fixed values plus those of effects.
 
     Args:
-        problem: the declared model with the given parameters.
-        whole: the model with the effects declared.
-        added: standard parameters of `whole` that effects change or add.
+        problem: the declared model with its fixed parameters.
+        extended_model: the model with the effects declared.
+        added: standard parameters of `extended_model` that effects change or add.
     """
-    values = {p.name: 0.0 for p in whole.base.standard}
-    for value, given in zip(problem.X, problem.evaluator.model.base.parameters, strict=True):
-        values[given.head] = float(value)
+    values = {p.name: 0.0 for p in extended_model.base.standard}
+    for value, base in zip(problem.X, problem.evaluator.model.base.parameters, strict=True):
+        values[base.head] = float(value)
     for p in added:
-        # A parameter of the load that regroups others has R appended.
+        # R is appended to the name of a load parameter with which others are regrouped.
         name = p.name if p.name in values else p.name.removesuffix("R")
         if name in values:
             values[name] += p.value
-    return base_values(values, whole, "the extended model")
+    return base_values(values, extended_model, "the extended model")

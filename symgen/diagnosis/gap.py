@@ -1,4 +1,4 @@
-"""The gap: the torque error before and after, its noise floor, and where it lies."""
+"""The gap: the torque error of the declared and of the extended model, and its joints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from symgen.estimation.motion_error import floor_below
 from symgen.estimation.system import torque_at
 from symgen.estimation.torque_error import TorqueFit, squares
 from symgen.estimation.values import FloatArray, Residual
-from symgen.hypotheses.registry import Found
+from symgen.hypotheses.registry import SearchResult
 from symgen.hypotheses.score import dense
 from symgen.robot.effect import definitions
 
@@ -27,34 +27,34 @@ class Measured:
     """Gaps on the validation data.
 
     Attributes:
-        whole: of all samples.
-        moving: of joints in motion.
+        all_samples: gaps over all samples.
+        moving: gaps over samples of joints in motion.
         curves: torques of each validation log.
     """
 
-    whole: Gaps
+    all_samples: Gaps
     moving: Gaps
     curves: tuple[Curves, ...]
 
     @property
     def grew(self) -> bool:
         """Whether the gap after is above the gap before."""
-        return any(g.after.total > g.before.total for g in (self.whole, self.moving))
+        return any(g.after.total > g.before.total for g in (self.all_samples, self.moving))
 
 
-def measure_gap(found: Found, model: Extended) -> Measured:
-    """Measure the gap of the declared model on the logs as they were, and of the extended one.
+def measure_gap(result: SearchResult, model: Extended) -> Measured:
+    """Measure the gap of the declared model and of the extended model on the validation logs.
 
     Args:
-        found: what is adopted.
-        model: the extended model on the corrected logs.
+        result: the adopted hypotheses; the declared model is compared with the logs as read.
+        model: the extended model, which is compared with the corrected logs.
     """
-    declared, problem = found.declared, found.problem
+    declared, problem = result.declared, result.problem
     n = problem.base.n
     was, now, curves = TorqueFit.none(n), TorqueFit.none(n), []
     first = partial(torque_at, declared.evaluator, declared.estimate)
     modelled = [log.unmasked.modelled(first) for log in declared.held]
-    corrected = _torques(model) if found.items else modelled
+    corrected = _torques(model) if result.items else modelled
     logs = zip(declared.held, problem.held, modelled, corrected, strict=True)
     for recorded, log, before, after in logs:
         measured = recorded.unmasked.measured
@@ -70,7 +70,7 @@ def measure_gap(found: Found, model: Extended) -> Measured:
 
 
 def error_in_motion(model: Extended) -> float:
-    """Return the torque error of an extended model on the validation logs, of joints in motion."""
+    """Return the torque error of an extended model for joints in motion on the validation logs."""
     out = TorqueFit.none(model.problem.base.n)
     for log, torque in zip(model.problem.held, _torques(model), strict=True):
         out += squares(log.clear[log.kept], log.unmasked.measured, torque, log.resting)
@@ -83,12 +83,12 @@ def _torques(model: Extended) -> list[FloatArray]:
     inside = problem.stage(model.effects).X
     for log in problem.held:
         torques = problem.torques_along(log, model.of_robot, model.evaluator, inside)
-        whole, at = torques.model, model.count
-        for c in (s.candidate for s in model.beside):
+        torque, at = torques.model, model.count
+        for c in (s.candidate for s in model.as_columns):
             columns = dense(c.columns(log, torques), log.tau.shape)
-            whole = whole + columns @ model.X[at : at + c.size]
+            torque = torque + columns @ model.X[at : at + c.size]
             at += c.size
-        out.append(log.unmasked.compared(whole))
+        out.append(log.unmasked.compared(torque))
     return out
 
 
@@ -97,18 +97,20 @@ def _gaps(before: Residual, after: Residual, noise: Residual) -> Gaps:
     return Gaps(*(Gap(r.per_joint or (), r.relative) for r in three))
 
 
-def places(found: Found, effects: Sequence[FoundEffect], gaps: Measured) -> tuple[Place, ...]:
+def places(
+    result: SearchResult, effects: Sequence[FoundEffect], gaps: Measured
+) -> tuple[Place, ...]:
     """Return the joints whose gap before is above the noise floor, the largest share first.
 
-    The pattern of a joint is that of the effect that closes most of its gap, or of the most
-    probable candidate that was rejected there.
+    The pattern of a joint is that of its first adopted effect. A joint without an effect has the
+    pattern of its most probable rejected candidate.
 
     Args:
-        found: what is adopted, with the rejected candidates.
-        effects: the effects that were found.
+        result: the adopted hypotheses and the rejected candidates.
+        effects: the adopted effects.
         gaps: gap before and noise floor.
     """
-    robot = found.problem.robot
+    robot = result.problem.robot
     before, floor = gaps.moving.before, gaps.moving.noise_floor
     size = np.sum([np.sum(c.measured**2, axis=0) for c in gaps.curves], axis=0)
     excess = np.square(before.per_joint) - np.nan_to_num(np.square(floor.per_joint))
@@ -119,11 +121,11 @@ def places(found: Found, effects: Sequence[FoundEffect], gaps: Measured) -> tupl
             break
         number = robot.movable[j].number
         named = [e for e in effects if number in e.joints or not e.joints]
-        rows = [s.definition for s in found.rejected if j in s.joints and s.odds > 0]
+        rows = [s.definition for s in result.rejected if j in s.joints and s.odds > 0]
         if named:
             rows = [d for d in definitions().values() if d.name == named[0].name]
         pattern = rows[0].pattern if rows else ANY
-        spans = [c.span for c in found.contacts if j in c.joints]
+        spans = [c.span for c in result.contacts if j in c.joints]
         window = (spans[0].start, spans[0].end) if spans else None
         out.append(Place(number, float(excess[j] / excess.sum()), pattern, window))
     return tuple(out)

@@ -28,7 +28,7 @@ def on_joints(joints: Sequence[int], robot: Robot) -> str:
 
 
 def placed(effect: FoundEffect, robot: Robot) -> str:
-    """Return the name of an effect and where it acts."""
+    """Return the name of an effect and the joints on which it acts."""
     return f"{effect.name} on {on_joints(effect.joints, robot)}"
 
 
@@ -38,11 +38,11 @@ def summary(diagnosis: Diagnosis) -> str:
     before, after, noise = (
         percent(gap.total) for gap in (moving.before, moving.after, moving.noise_floor)
     )
-    floor, left = moving.noise_floor.total, moving.after.total
-    told = f", {left / floor:.2g} times the noise" if left > BEYOND * floor > 0 else ""
-    fell = left < moving.before.total
+    floor, remaining = moving.noise_floor.total, moving.after.total
+    ratio = f", {remaining / floor:.2g} times the noise" if remaining > BEYOND * floor > 0 else ""
+    fell = remaining < moving.before.total
     change = f"falls from {before} to {after}" if fell else f"is {after}"
-    gap = f"The torque error {change}{told} (noise floor: {noise})."
+    gap = f"The torque error {change}{ratio} (noise floor: {noise})."
     adopted = [e for e in diagnosis.effects if e.adopted]
     effects = _counted(len(adopted))
     recorded = sum(e.name in priors() and priors()[e.name].side == RECORDER for e in adopted)
@@ -64,7 +64,7 @@ def _counted(count: int) -> str:
 
 
 def alike(effect: FoundEffect, robot: Robot) -> str:
-    """Return a text on the effects that these data cannot distinguish from an effect, or ''."""
+    """Return the effects that these data cannot distinguish from an effect, or ""."""
     return ", ".join(
         name if joints == effect.joints else f"{name} on {on_joints(joints, robot)}"
         for name, joints in effect.indistinguishable_from
@@ -72,25 +72,25 @@ def alike(effect: FoundEffect, robot: Robot) -> str:
 
 
 def tie(effect: FoundEffect, robot: Robot) -> str:
-    """Return a text on the alternatives of an effect, and the motion that distinguishes them."""
-    said = (
+    """Return the alternatives of an effect and the motion that distinguishes them, as a text."""
+    text = (
         f"these logs cannot distinguish {placed(effect, robot)} from {alike(effect, robot)}; this "
         f"motion can: {effect.separate}"
     )
     if not effect.declared or effect.name not in definitions():
-        return said
+        return text
     where = "-".join(map(str, effect.joints))
-    return f"{said} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
+    return f"{text} (symgen excite --for {effect.name}:{where} --into motion.csv plans one)"
 
 
 def undeclared(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Return a line on the adopted effects that no robot file can declare, or nothing."""
-    left = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
-    return (f"robot.toml and its C code cannot contain {', '.join(left)}",) if left else ()
+    """Return a line with the adopted effects that no robot file can declare, if there are any."""
+    missing = dict.fromkeys(e.name for e in diagnosis.effects if e.adopted and not e.declared)
+    return (f"robot.toml and its C code cannot contain {', '.join(missing)}",) if missing else ()
 
 
-def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
-    """Return one line per effect name: where it acts and what it is."""
+def describe_effects(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
+    """Return one line per effect name, with its joints and its description."""
     joints: dict[str, list[str]] = {}
     for effect in effects:
         joints.setdefault(effect.name, []).append(on_joints(effect.joints, robot))
@@ -103,7 +103,7 @@ def told_once(effects: Sequence[FoundEffect], robot: Robot) -> tuple[str, ...]:
 
 
 def grade(effect: FoundEffect) -> str:
-    """Return what is said of an effect: shown (as the cause), adopted, or suspected."""
+    """Return the grade of an effect: shown (as the cause), adopted, or suspected."""
     if effect.shown:
         return "shown"
     return "adopted" if effect.adopted else "suspected"
@@ -112,13 +112,13 @@ def grade(effect: FoundEffect) -> str:
 def advice_of(
     effects: Sequence[FoundEffect], robot: Robot, verdict: str, after: Gap
 ) -> tuple[str, ...]:
-    """Return what to do next.
+    """Return texts on what to do next.
 
     Args:
-        effects: what was found.
-        robot: for the names of joints.
-        verdict: of the diagnosis.
-        after: gap after of joints in motion.
+        effects: the adopted and the suspected effects.
+        robot: gives the names of joints.
+        verdict: the verdict of the diagnosis.
+        after: the gap after, for joints in motion.
     """
     known = definitions()
     out = []

@@ -1,4 +1,4 @@
-"""The stiffness of a second encoder in a diagnosis."""
+"""The joint stiffness that a second encoder measures, in a diagnosis."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from symgen.robot.types import Robot
 _EXPRESSION = "-K{0}*(q{0} - qs{0}) - D{0}*(qd{0} - qsd{0})"
 
 
-def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness]) -> Diagnosis:
+def with_stiffness(diagnosis: Diagnosis, robot: Robot, results: Sequence[Stiffness]) -> Diagnosis:
     """Return a diagnosis with the results of the second encoders.
 
-    A joint with a measured deflection is named even if that closes no part of the gap, because its
-    stiffness is measured separately. An elasticity that the search named gets this stiffness.
+    Each joint with a second encoder gets an elasticity, even if it closes no part of the gap. An
+    elasticity that the search accepted gets the measured stiffness.
     """
     effects, notes = list(diagnosis.effects), list(diagnosis.notes)
-    for s in found:
+    for s in results:
         number, sigma = robot.movable[s.joint].number, robot.movable[s.joint].sigma
         if s.fault:
             notes.append(f"{robot.label(number)}, second encoder: {s.fault}")
             continue
         same = [e for e in effects if (e.name, e.joints) == (NAME, (number,))]
         rotor = (p for e in same for p in e.parameters if p.name.startswith("IA"))
-        own = FoundEffect(
+        measured = FoundEffect(
             name=NAME,
             joints=(number,),
             parameters=(
@@ -41,8 +41,8 @@ def with_stiffness(diagnosis: Diagnosis, robot: Robot, found: Sequence[Stiffness
             gap_reduction=sum(e.gap_reduction for e in same),
             declared=False,
         )
-        effects = [own if e in same else e for e in effects] + ([] if same else [own])
+        effects = [measured if e in same else e for e in effects] + ([] if same else [measured])
     verdict = diagnosis.verdict
-    if verdict == "consistent" and any(not s.fault for s in found):
+    if verdict == "consistent" and any(not s.fault for s in results):
         verdict = "explained"
     return replace(diagnosis, effects=tuple(effects), notes=tuple(notes), verdict=verdict)

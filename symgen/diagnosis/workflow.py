@@ -25,8 +25,8 @@ from symgen.diagnosis.diagnosis import (
 from symgen.diagnosis.extended import (
     Extended,
     extend_model,
-    found_effects,
     joint_numbers,
+    list_effects,
     robot_parameters,
 )
 from symgen.diagnosis.gap import Measured, error_in_motion, measure_gap, places
@@ -56,11 +56,11 @@ from symgen.hypotheses.effects import Score
 from symgen.hypotheses.held import held_squares
 from symgen.hypotheses.priors import RECORDER, prior_of
 from symgen.hypotheses.problem import Problem, make_problem, model_of
-from symgen.hypotheses.registry import Found, make_registry
+from symgen.hypotheses.registry import SearchResult, make_registry
 from symgen.hypotheses.score import TINY
 from symgen.hypotheses.search import search
 from symgen.hypotheses.stiffness import stiffnesses
-from symgen.identification.parameters import read_given
+from symgen.identification.parameters import read_known
 from symgen.identification.possible import nearest_possible
 from symgen.identification.segments import sample_logs
 from symgen.identification.settle import EFFECT_MISSING, largest_error, like_no_robot
@@ -71,12 +71,12 @@ from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 
 Groups = tuple[Sequence[Samples], Sequence[Samples]]
-#: Effects that repairs of samples are named by.
+#: Kind of a repair -> name of the effect.
 _REPAIRED = {
     "speed": "velocity_sensor_error",
     "saturated": "saturation",
 }
-_LISTED = 12  # rejected candidates
+_LISTED = 12  # largest number of listed rejected candidates
 _GROWS = "with it the torque error on the validation data is not smaller"
 
 
@@ -95,30 +95,30 @@ def diagnose(
 ) -> Diagnosis:
     """Find where a model and measured data disagree, and name the missing effects.
 
-    By default, the parameters are identified from the logs by the torque equations in the motion's
-    band. With `parameters`, of an earlier state of the robot, the logs show what has changed since.
-    Effects of the robot file with ranges as constants are tried together with the library.
-    Hypotheses are accepted by `symgen.hypotheses.search`, and adopted by
-    `symgen.hypotheses.confirm`. The extended model is derived, compiled and identified again. The
-    gap is measured on data that the search did not use.
+    By default, symgen identifies the parameters from the logs, with the torque equations in the
+    motion's band. With `parameters` from an earlier state of the robot, the logs show what changed
+    since. The search tries the effects of the library, and those of the robot file whose constants
+    are ranges. `symgen.hypotheses.search` accepts hypotheses, and `symgen.hypotheses.confirm`
+    adopts them on the validation logs. symgen then derives, compiles and identifies the extended
+    model. The gap is measured on held-out data.
 
     Args:
         robot: a robot, a path or a library name.
-        logs: logs, or paths of logs, to diagnose; a pattern or a folder stands for its files. Of
-            files of more than 2**18 samples, and of those at a URL, evenly spaced pieces are read.
-        validation: logs on which the gap is measured; without any, the last fifth of each log.
-        effects: names of effects to try; None for the whole library and the robot's own.
+        logs: logs or paths of logs; a pattern or a folder stands for its files. symgen reads evenly
+            spaced pieces of files with more than 2**18 samples and of files at a URL.
+        validation: logs on which the gap is measured; if empty, the last fifth of each log.
+        effects: names of effects to try; None for all of the library and of the robot file.
         parameters: fixed parameters: the folder that `identify` wrote, its estimate.json, TOML with
             [parameters], or the URDF of the robot.
         cutoff: cutoff of the zero-phase low-pass, Hz; None for the motion's bandwidth.
         least: smallest torque that matters, as a part of the joint's torque; smaller effects are
             not named.
         misfit: smallest model error to expect, as a part of a joint's torque.
-        reading: how logs are read, and what is masked.
-        progress: called with a text about what is being tried.
+        reading: options of reading and masking.
+        progress: called with a text about the current step.
 
     Raises:
-        LogError: a log cannot be read or belongs to another robot.
+        LogError: symgen cannot read a log, or it belongs to another robot.
         ParameterError: an effect does not exist, or the parameters do not belong to this robot.
         IdentificationError: the logs do not determine the parameters.
     """
@@ -133,7 +133,7 @@ def diagnose(
         require_motion(opened.train, source)
     progress("deriving and compiling the model")
     evaluator = model_of(replace(source, sought=()))
-    known = None if parameters is None else read_given(parameters, evaluator.model)
+    known = None if parameters is None else read_known(parameters, evaluator.model)
     band = known.band if known is not None else None
     band = band or choose_band(evaluator, opened.train, cutoff, threads=own_threads())
     band = band if cutoff is None else replace(band, cutoff_hz=cutoff)
@@ -142,16 +142,16 @@ def diagnose(
     samples = (*opened.train, *opened.held)
     broken = [f for s in samples for f in unmended_faults(s, source.passive)]
     registry = make_registry(problem, source, effects)
-    found = Found(problem, problem)
+    result = SearchResult(problem, problem)
     if not broken:
-        found = search(problem, registry, least, progress=progress)
+        result = search(problem, registry, least, progress=progress)
     progress("deriving, compiling and identifying the extended model")
-    found, weighed = confirm(found, least)
-    found, weighed, model, gaps = _extend(found, weighed)
-    listed = (*_repaired(opened, band, problem, least), *found_effects(model, weighed))
+    result, weighed = confirm(result, least)
+    result, weighed, model, gaps = _extend(result, weighed)
+    listed = (*_repaired(opened, band, problem, least), *list_effects(model, weighed))
     reasons = [Reason(fault.kind, fault.joints, text=fault.fault) for fault in broken]
     reasons = reasons or _impossible(model, gaps)
-    concluded = _Concluded(source, found, weighed, model, gaps, listed, tuple(reasons))
+    concluded = _Concluded(source, result, weighed, model, gaps, listed, tuple(reasons))
     return _conclude(opened, band, concluded, least)
 
 
@@ -160,18 +160,19 @@ class _Opened:
     """The logs of a diagnosis.
 
     Attributes:
-        train, held: the repaired logs; the end of each training log is held out if none is given.
-        given: whether validation logs were given.
+        train, held: the repaired logs. Without validation logs, `held` is the end of each training
+            log.
+        has_validation: whether there are validation logs from the user.
         repairs: the repairs.
         changed: the channels that the repairs changed.
-        unmended: both groups without masks of faults and with the measured speeds, where repairs
-            may be named as effects; otherwise None.
-        notes: texts about a sample of long logs.
+        unmended: both groups without masks of faults and with the measured speeds; None if no
+            repair has the name of an effect.
+        notes: texts about the pieces of long logs.
     """
 
     train: Sequence[Samples]
     held: Sequence[Samples]
-    given: bool
+    has_validation: bool
     repairs: tuple[Fault, ...]
     changed: Sequence[MendedChannel] = ()
     unmended: Groups | None = None
@@ -189,16 +190,16 @@ def _open(
     reading: Reading | None,
     progress: Callable[[str], None],
 ) -> _Opened:
-    """Read each log once, and repair it."""
+    """Read each log once and repair it."""
     require_logs(sources[0])
-    given = bool(sources[1])
+    has_validation = bool(sources[1])
     if is_long([*chain(*sources)]):
         sampled = sample_logs(robot, *sources, reading or Reading(), 0.0, progress)
         words = sampled.in_words("read; the diagnosis is that of")
         train, held, more = join_bands(sampled.train, sampled.held)
-        groups = (train, held) if given else hold_out(train)
+        groups = (train, held) if has_validation else hold_out(train)
         done = (*sampled.repairs, *more)
-        return _Opened(*groups, given, done, notes=(*sampled.notes, *words))
+        return _Opened(*groups, has_validation, done, notes=(*sampled.notes, *words))
 
     def opened(source: Source) -> Log:
         progress(f"reading {getattr(source, 'name', source)}")
@@ -211,15 +212,15 @@ def _open(
     train, held, more = join_bands(train, held)
     logs, done = [*chain(*recorded)], (*repairs, *more)
     changed = [*mended_channels(zip(logs, (*train, *held), strict=True), done, robot.sigma)]
-    groups = (train, held) if given else hold_out(train)
+    groups = (train, held) if has_validation else hold_out(train)
     unmended = None
     if any(r.kind in _REPAIRED for r in done):
         first, last = (
             [open_samples(log, robot, uncut, mask_faults=False)[0] for log in group]
             for group in recorded
         )
-        unmended = (first, last) if given else hold_out(first)
-    return _Opened(*groups, given, done, changed, unmended)
+        unmended = (first, last) if has_validation else hold_out(first)
+    return _Opened(*groups, has_validation, done, changed, unmended)
 
 
 def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[FilteredLog]]:
@@ -228,26 +229,26 @@ def _in_band(groups: Groups, band: Band) -> tuple[list[FilteredLog], list[Filter
 
 
 def _extend(
-    found: Found, weighed: tuple[Weighed, ...]
-) -> tuple[Found, tuple[Weighed, ...], Extended, Measured]:
-    """Extend the model, without effects with which it cannot be identified or the gap grows."""
+    result: SearchResult, weighed: tuple[Weighed, ...]
+) -> tuple[SearchResult, tuple[Weighed, ...], Extended, Measured]:
+    """Extend the model; drop the weakest hypothesis while identification fails or the gap grows."""
     while True:
-        items = found.items
+        items = result.items
         lost = ""
         try:
-            model = extend_model(found)
-            gaps = measure_gap(found, model)
+            model = extend_model(result)
+            gaps = measure_gap(result, model)
             if not items or not gaps.grew:
-                return found, weighed, model, gaps
+                return result, weighed, model, gaps
         except (IdentificationError, RobotError) as error:
-            if not items:  # this is the declared model
+            if not items:  # the declared model itself
                 raise
             lost = f"the model with it cannot be identified: {error}"
-        fell = {w.item.key: w.fell for w in weighed}  # constants may have moved
+        fell = {w.item.key: w.fell for w in weighed}  # by key, because new constants make new items
         weakest = min(items, key=lambda x: fell.get(x.key, 0.0))
-        found = restricted(found, [x for x in items if x is not weakest])
+        result = restricted(result, [x for x in items if x is not weakest])
         if lost and isinstance(weakest, Score):
-            found = replace(found, rejected=(replace(weakest, fault=lost), *found.rejected))
+            result = replace(result, rejected=(replace(weakest, fault=lost), *result.rejected))
             weighed = tuple(w for w in weighed if w.item.key != weakest.key)
         weighed = tuple(
             replace(w, adopted=False, reason=_GROWS) if w.item.key == weakest.key else w
@@ -256,13 +257,13 @@ def _extend(
 
 
 def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
-    """Return a reason if the model explains the logs, and the nearest possible robot does not."""
+    """Return a reason if the model explains the logs but the nearest possible robot does not."""
     free = gaps.moving.after.total
-    if model.problem.given or free > ACCEPT:
+    if model.problem.is_fixed or free > ACCEPT:
         return []
     try:
         near = nearest_possible(model.evaluator.model, model.of_robot, model.covariance)
-    except ParameterError:  # the covariance is not one, or the solver finds none
+    except ParameterError:  # the covariance is invalid, or the solver fails
         return []
     if not near.fault:
         return []
@@ -279,7 +280,7 @@ def _impossible(model: Extended, gaps: Measured) -> list[Reason]:
 def _repaired(
     opened: _Opened, band: Band, problem: Problem, least: float
 ) -> tuple[FoundEffect, ...]:
-    """Return the repairs of samples that close a part of the gap as effects of the recorder."""
+    """Return repairs of samples as effects of the recorder, if they close a part of the gap."""
     if opened.unmended is None:
         return ()
     measured = replace(band, velocity="measured")
@@ -289,7 +290,7 @@ def _repaired(
         )
     except IdentificationError:  # the logs as recorded determine no model
         return ()
-    (was, size), (now, other) = (held_squares(Found(p, p), []) for p in (raw, problem))
+    (was, size), (now, other) = (held_squares(SearchResult(p, p), []) for p in (raw, problem))
     before, after = np.sqrt(was / size), np.sqrt(now / other)
     if (before - after).max() < least or (after - before).max() >= least:
         return ()
@@ -302,7 +303,7 @@ def _repaired(
 
 
 def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: float) -> FoundEffect:
-    """Return the repairs of one kind as one effect, with the values of each joint once."""
+    """Return the repairs of one kind as one effect, with the first value of each parameter."""
     joints = sorted({j for f in faults for j in f.joints})
     values: dict[str, FoundParameter] = {}
     for fault in faults:
@@ -324,15 +325,15 @@ def _recorder_effect(name: str, faults: Sequence[Fault], robot: Robot, share: fl
 
 @dataclass(frozen=True, eq=False)
 class _Concluded:
-    """What a diagnosis of a robot, as its file declares it, found."""
+    """The intermediate results of a diagnosis; `robot` is as its file declares it."""
 
     robot: Robot
-    found: Found
+    result: SearchResult
     weighed: tuple[Weighed, ...]
     model: Extended
     gaps: Measured
     effects: tuple[FoundEffect, ...]
-    #: Why the measurement is wrong, or the parameters are no robot's.
+    #: Reasons why the measurement is wrong, or why no robot has these parameters.
     reasons: tuple[Reason, ...]
 
 
@@ -351,10 +352,10 @@ def _verdict(c: _Concluded, least: float) -> str:
 
 def _recorder_closes_more(c: _Concluded) -> bool:
     """Whether adopted faults of the recorder explain more of the torque than all other effects."""
-    # A repair left the error with which the search began.
-    left = c.gaps.whole.before.total**2
+    # The search starts from the error after the repairs.
+    before = c.gaps.all_samples.before.total**2
     shares = [e.gap_reduction for e in c.effects if e.name in _REPAIRED.values()]
-    closed = {RECORDER: sum(left * share / max(1 - share, TINY) for share in shares)}
+    closed = {RECORDER: sum(before * share / max(1 - share, TINY) for share in shares)}
     for w in c.weighed:
         side = prior_of(w.item.definition).side
         closed[side] = closed.get(side, 0.0) + w.adopted * w.fell**2
@@ -362,26 +363,26 @@ def _recorder_closes_more(c: _Concluded) -> bool:
 
 
 def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagnosis:
-    """Return the diagnosis: verdict, gap, effects, advice."""
-    found, robot = c.found, c.found.declared.robot
+    """Assemble the diagnosis from its intermediate results."""
+    result, robot = c.result, c.result.declared.robot
     verdict = _verdict(c, least)
     adopted = [e for e in c.effects if e.adopted]
-    where = () if verdict == "consistent" else places(found, adopted, c.gaps)
+    where = () if verdict == "consistent" else places(result, adopted, c.gaps)
     doubts = [(w.item, w.reason) for w in c.weighed if not w.adopted]
     refused = [(s, why) for s, why in doubts if isinstance(s, Score)]
-    refused += [(s, s.fault) for s in found.rejected[:_LISTED]]
+    refused += [(s, s.fault) for s in result.rejected[:_LISTED]]
     rejected = (
         Rejected(s.definition.name, joint_numbers(robot, s.joints), why) for s, why in refused
     )
-    train = found.problem.base
-    cutoffs = [log.rows.cutoff for log in found.problem.held if log.rows.cutoff]
+    train = result.problem.base
+    cutoffs = [log.rows.cutoff for log in result.problem.held if log.rows.cutoff]
     diagnosis = Diagnosis(
         robot=robot.name,
         verdict=verdict,
         cutoff_hz=min(cutoffs, default=None),
-        before=c.gaps.whole.before,
-        after=c.gaps.whole.after,
-        floor=c.gaps.whole.noise_floor,
+        before=c.gaps.all_samples.before,
+        after=c.gaps.all_samples.after,
+        floor=c.gaps.all_samples.noise_floor,
         moving=c.gaps.moving,
         where=where,
         effects=c.effects,
@@ -394,10 +395,10 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
         extended=c.model.robot,
         joints=tuple(j.number for j in robot.movable),
         curves=c.gaps.curves,
-        tried=found.tried,
+        tried=result.tried,
         parameters=robot_parameters(c.model, c.effects),
         declared=robot,
-        values=tuple(map(float, found.declared.estimate)),
+        values=tuple(map(float, result.declared.estimate)),
         repairs=opened.repairs,
         mended=largest_repairs(opened.changed),
         band=band,
@@ -406,10 +407,10 @@ def _conclude(opened: _Opened, band: Band, c: _Concluded, least: float) -> Diagn
 
 
 def _notes(opened: _Opened, band: Band, c: _Concluded) -> tuple[str, ...]:
-    """Return what was done to the logs, and what the extended robot leaves out."""
+    """Return the changes of the logs, and the effects that the extended robot does not contain."""
     out = [note for s in (*opened.train, *opened.held) for note in s.notes]
     out += [*opened.notes, *(r.in_words for r in opened.repairs), f"band: {band.in_words()}"]
-    if not opened.given:
+    if not opened.has_validation:
         out.append(
             "no validation log is given: the torque error is that of the last fifth of each log"
         )

@@ -1,4 +1,4 @@
-"""What identify asks the search: a few steps, and what they say of a log as reasons."""
+"""The short search that `identify` runs, and its results as reasons."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import TIME
 from symgen.hypotheses.priors import PHYSICS, prior_of
 from symgen.hypotheses.problem import Stage, make_problem
-from symgen.hypotheses.registry import Changed, Found, Item, make_registry
+from symgen.hypotheses.registry import Changed, Item, SearchResult, make_registry
 from symgen.hypotheses.search import search
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, SHOWN
 from symgen.runtime.evaluator import Evaluator
 
-#: Hypotheses that are added before an estimate is judged; `diagnose` goes on to the end.
+#: Largest number of hypotheses that `identify` adds; `diagnose` has no limit.
 STEPS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a short search says of the logs of an identification.
+    """Result of a short search on the logs of an identification.
 
     Attributes:
-        shown: faults of recorder or file that are shown as the cause.
-        suspected: everything else that is probable.
-        delays: delays of the torques of all joints, which can be undone.
-        contacts: contacts of training logs, whose samples can be left out.
-        worst: torque error on the fold of motion where it is largest, of fits to the others.
+        shown: faults of recorder or robot file that are shown as the cause.
+        suspected: all other probable hypotheses.
+        delays: delays of the torques of all joints, which `identify` can undo.
+        contacts: contacts in training logs, whose samples `identify` can mask.
+        largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds.
     """
 
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delays: tuple[Change, ...] = ()
     contacts: tuple[Contact, ...] = ()
-    worst: float = 0.0
+    largest_fold_error: float = 0.0
 
 
 def ask(
@@ -53,35 +53,35 @@ def ask(
     least: float = LEAST,
     progress: Say = silent,
 ) -> Answer:
-    """Ask the search what may be missing in a model or wrong with its logs.
+    """Run a short search for what a model lacks and for faults of its logs.
 
     Args:
         evaluator: the compiled model.
         train, held: training and validation logs in the band of the run.
         least: smallest torque that matters, as a part of a joint's torque.
-        progress: called with a text about what is being tried.
+        progress: called with a text about the current trial.
 
     Raises:
         IdentificationError: the logs do not determine the model.
     """
     problem = make_problem(evaluator, train, held)
     stage = problem.stage()
-    worst = _worst(stage)
+    error = _largest_fold_error(stage)
     if (stage.lost < least).all():
-        return Answer(worst=worst)
-    found = search(problem, make_registry(problem), least, STEPS, progress)
-    _, weighed = confirm(found, least)
+        return Answer(largest_fold_error=error)
+    result = search(problem, make_registry(problem), least, STEPS, progress)
+    _, weighed = confirm(result, least)
     shown, suspected, delays = [], [], []
-    # Those of validation logs stay in the error that judges: it would hide what the model lacks.
+    # Contacts in validation logs stay in: masking them could hide what the model lacks.
     names = {log.name for log in train}
     touched = [w.item for w in weighed if w.adopted and isinstance(w.item, Contact)]
     contacts = [c for c in touched if c.span.log in names]
     for w in weighed:
         if w.item in contacts:
             continue
-        reason = reason_of(w, found)
+        reason = reason_of(w, result)
         row = w.item.definition
-        # What changes within a log belongs to no one state of the robot.
+        # A log in which the robot changes belongs to no single state of the robot.
         fault = prior_of(row).side != PHYSICS or row.pattern == TIME
         if w.shown and fault and w.item not in touched:
             shown.append(reason)
@@ -89,31 +89,31 @@ def ask(
             suspected.append(reason)
         if isinstance(w.item, Changed) and w.adopted and w.item.change.delay and not w.item.joints:
             delays.append(w.item.change)
-    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), worst)
+    return Answer(tuple(shown), tuple(suspected), tuple(delays), tuple(contacts), error)
 
 
-def _worst(stage: Stage) -> float:
-    """Return the largest error of a fold over the torque of all motion, all joints together."""
+def _largest_fold_error(stage: Stage) -> float:
+    """Return the largest error of a fold, over all joints, as a part of the torque of all folds."""
     score = stage.score
     counts = np.maximum(score.counts, 1.0)
     error = (score.alone.squares / counts).sum(axis=0)
     return float(np.sqrt(error.max() / np.sum(stage.problem.base.size**2)))
 
 
-def reason_of(w: Weighed, found: Found) -> Reason:
-    """Return a hypothesis with what the validation logs say of it."""
-    robot, item = found.declared.robot, w.item
+def reason_of(w: Weighed, result: SearchResult) -> Reason:
+    """Return a reason that names a hypothesis, its joints, its size and the advice."""
+    robot, item = result.declared.robot, w.item
     row, joints = item.definition, item.joints
     labels = robot.listed(list(joints)) if joints else "the whole arm"
     where = f"{_channels(item)}{row.name.replace('_', ' ')} on {labels}{_size(item)}"
     advice = prior_of(row).advice
     ending = f"; {advice}" if advice else ""
     numbers = tuple(robot.movable[j].number for j in joints)
-    return Reason(row.name, numbers, w.left, SHOWN, f"{where}: {row.says}{ending}")
+    return Reason(row.name, numbers, w.remaining, SHOWN, f"{where}: {row.says}{ending}")
 
 
 def _channels(item: Item) -> str:
-    """Return the channels that a change concerns, as "tau2: "; "" of other items."""
+    """Return the channels of a change, as "tau2: "; "" for other items."""
     if not isinstance(item, Changed) or not item.change.channels:
         return ""
     keys = item.change.channels.split(", ")

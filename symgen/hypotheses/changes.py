@@ -1,8 +1,8 @@
-"""What may be wrong with a log or with the gravity of the robot file: changes that undo it.
+"""Changes: possible faults of all logs, or of the gravity of the robot file, with their undo.
 
-Each change is one point of a hypothesis: a name, its joints, and the size that is undone. Changes
-of torques alone share the regressor and are always tried. A change of positions needs new rows: it
-is tried where the model fails loudly, on a piece of the logs.
+A change is one point of a hypothesis: a name, its joints, and the size to undo. Changes of torques
+alone share the regressor, so the search always tries them. A change of positions needs new rows.
+The search tries it only if the model error is large, and on a piece of the logs.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ from symgen.hypotheses.score import Key
 from symgen.robot.effect import Definition, definitions
 from symgen.robot.types import Robot
 
-#: Gives the torque in the band (K, n) of logs whose torques are so many seconds earlier.
+#: Returns the torque in the band (K, n) of logs whose torques are moved earlier by some seconds.
 Torque = Callable[[float], FloatArray]
 MOTION = ("q", "qd")
-#: Delays and time constants that are tried, s.
+#: Grid of delays and time constants, s.
 _DELAYS = tuple(0.002 * 2**k for k in range(9))
-_STEP = 1e-3  # s, of the slope of a torque
-#: Most joints whose signs are tried in sets.
+_STEP = 1e-3  # s, half width of the central difference of a torque
+#: Largest number of joints for which sets of wrong signs are tried.
 _SETS = 10
 _DEGREES = math.pi / 180
 #: Factors between units of torque, in N m: N mm, kN m, kgf m, per cent, and their inverses.
 _UNITS = (1e-3, 1e3, 9.80665, 1 / 9.80665, 1e-2, 1e2)
-#: Ratios of gears that are tried: whole numbers, halves, and their inverses.
+#: Grid of gear ratios, with their inverses.
 _RATIOS = tuple(r**s for s in (1, -1) for r in (1.25, 1.5, 2.0, 3.0, 5.0, 100.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What is wrong with the channels of all logs, and how to undo it.
+    """A fault of the channels of all logs, and how to undo it.
 
     Attributes:
         definition: its row of the library.
         joints: positions; empty for all.
-        factors: the channels that are wrong, and what undoes them multiplies them by.
+        factors: the wrong channels, each with the factor that corrects it.
         constants: name, value and unit of its size.
-        among: positions of the joints that change where `joints` is empty; empty for all.
-        order: (n,) column of each joint in these channels; empty for its own.
+        among: positions of the joints that change if `joints` is empty; empty for all.
+        order: (n,) correct column of each joint in these channels; empty to keep the order.
         delay: s by which the torques are late.
         lag: s, time constant of a first-order filter of the torques.
         turns: whether the samples are in reversed order.
-        gravity: in frame 0, m/s2, of another gravity; None for that of the file.
+        gravity: corrected gravity in frame 0, m/s2; None for that of the file.
     """
 
     definition: Definition
@@ -71,16 +71,16 @@ class Change:
 
     @property
     def channels(self) -> str:
-        """The channels that are wrong, as "tau" or "q, qd"."""
+        """The wrong channels, as "tau" or "q, qd"."""
         return ", ".join(self.factors)
 
     @property
     def scale(self) -> float:
-        """Size of the recorded torque of its joints over that of the undone one."""
+        """Ratio of the recorded torque of its joints to the corrected one."""
         return 1 / abs(self.factors.get("tau", 1.0))
 
     def undo(self, log: FilteredLog) -> FilteredLog:
-        """Return a log without it."""
+        """Return a log with the change undone."""
         n = log.q.shape[1]
         at = self._columns(n)
         if self.turns:
@@ -96,7 +96,11 @@ class Change:
         return rearranged(log, self.order or range(n), factors) if factors else log
 
     def torque(self, of: Torque) -> FloatArray:
-        """Return the torque in the band (K, n) without it, from that of all delays."""
+        """Return the torque in the band (K, n) with the change undone.
+
+        Args:
+            of: function from a delay in s to the torque.
+        """
         out = of(0.0).copy()
         at = self._columns(out.shape[1])
         if self.order:
@@ -111,16 +115,16 @@ class Change:
         return out
 
     def _columns(self, n: int) -> list[int]:
-        """Return the positions of the joints that change, of n."""
+        """Return the positions of the joints that change, among n joints."""
         return list(self.joints or self.among or range(n))
 
 
 def torque_changes(robot: Robot, work: FloatArray) -> Iterator[list[Change]]:
-    """Yield the hypotheses of which the rows need no other regressor, each with its grid.
+    """Yield the hypotheses that share the regressor of the logs, each with its grid.
 
     Args:
-        robot: whose logs they are.
-        work: (n,) that the torques do in all logs, J.
+        robot: the robot of the logs.
+        work: (n,) work of the torques in all logs, J.
     """
     yield from ([c] for c in _torque_signs(robot, work))
     yield from _orders(robot, ("tau",))
@@ -133,7 +137,7 @@ def torque_changes(robot: Robot, work: FloatArray) -> Iterator[list[Change]]:
 
 
 def motion_changes(robot: Robot) -> Iterator[list[Change]]:
-    """Yield the hypotheses that need other rows, each with its grid."""
+    """Yield the hypotheses that need new rows, each with its grid."""
     rows = definitions()
     n = robot.n
     for keys in (MOTION, (*MOTION, "tau")):
@@ -157,17 +161,21 @@ def motion_changes(robot: Robot) -> Iterator[list[Change]]:
 
 
 def gravities(robot: Robot) -> Iterator[list[Change]]:
-    """Yield gravity along every axis of frame 0, both ways, and none; without the file's."""
+    """Yield gravity along both directions of each axis of frame 0, and zero gravity.
+
+    It skips the gravity of the file and directions near it.
+    """
     for g in _gravities(robot):
         constants = {f"g{x}": (v, "m/s2") for x, v in zip("xyz", g, strict=True)}
         yield [Change(definitions()["gravity_direction"], (), {}, constants, gravity=g)]
 
 
 def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
-    """Yield all sets of torques that are turned, up to half of the joints; single ones if many.
+    """Yield wrong signs of all sets of torques, up to half of the joints.
 
-    A set and the rest of the joints fit alike. Friction takes energy, so the torques of all joints
-    together do positive work: that tells which of the two is turned.
+    A robot with many joints gets single joints only. A set and its complement fit alike. Friction
+    takes energy, so the true torques do positive work in total. This decides which of the two sets
+    has the wrong sign.
     """
     driven = [j for j in range(robot.n) if j not in robot.passive]
     most = len(driven) // 2 if robot.n <= _SETS else 1
@@ -180,7 +188,7 @@ def _torque_signs(robot: Robot, work: FloatArray) -> Iterator[Change]:
 
 
 def _orders(robot: Robot, keys: Iterable[str]) -> Iterator[list[Change]]:
-    """Yield exchanges of some channels of two joints, and channels in the order of the names."""
+    """Yield exchanged channels of two joints, and channels sorted by joint name."""
     rows, same = definitions(), dict.fromkeys(keys, 1.0)
     for j, k in itertools.combinations(range(robot.n), 2):
         order = [*range(robot.n)]
@@ -191,10 +199,9 @@ def _orders(robot: Robot, keys: Iterable[str]) -> Iterator[list[Change]]:
 
 
 def _alphabetical(robot: Robot) -> tuple[int, ...]:
-    """Return the column of each joint if columns are sorted by name; empty if that is the file's.
+    """Return the column of each joint if columns are sorted by joint name.
 
-    Args:
-        robot: with the names of its joints.
+    The order is empty if a joint has no name, or if at most two joints change their column.
     """
     names = [joint.name for joint in robot.movable]
     columns = sorted(names)
@@ -202,23 +209,23 @@ def _alphabetical(robot: Robot) -> tuple[int, ...]:
         return ()
     order = tuple(columns.index(name) for name in names)
     moved = [j for j, column in enumerate(order) if j != column]
-    return order if moved[2:] else ()  # two are an exchange
+    return order if moved[2:] else ()  # `exchanged_channels` covers two joints
 
 
 def late(joints: tuple[int, ...], delay: float) -> Change:
-    """Return the torques of some joints (all for none) that are late by so many seconds."""
+    """Return a delay of the torques of some joints, in s; an empty `joints` means all."""
     size = {"DT": (delay, "s")}
     return Change(definitions()["time_delay"], joints, {"tau": 1.0}, size, delay=delay)
 
 
 def slow(joints: tuple[int, ...], lag: float) -> Change:
-    """Return the torques of some joints (all for none) behind a first-order filter of `lag` s."""
+    """Return a first-order filter of the torques, time constant `lag` s; empty `joints`: all."""
     size = {"TF": (lag, "s")}
     return Change(definitions()["torque_filter"], joints, {"tau": 1.0}, size, lag=lag)
 
 
 def geared_by(j: int, ratio: float) -> Change:
-    """Return the joint that was recorded with 1 / `ratio` times its motion."""
+    """Return the change that multiplies the motion of a joint by `ratio`, its torque by 1/ratio."""
     factors = {"q": ratio, "qd": ratio, "tau": 1 / ratio}
     return Change(definitions()["gear_ratio"], (j,), factors, {"ratio": (ratio, "")})
 
@@ -227,10 +234,10 @@ def _gravities(robot: Robot) -> Iterator[tuple[float, ...]]:
     if robot.imu:
         return
     plain = robot.with_values().gravity
-    own = np.array([float(g) for g in plain])
-    size = float(np.linalg.norm(own)) or 9.81
+    declared = np.array([float(g) for g in plain])
+    size = float(np.linalg.norm(declared)) or 9.81
     for axis in (*np.eye(3), *-np.eye(3)):
-        if np.linalg.norm(size * axis - own) > 0.1 * size:
+        if np.linalg.norm(size * axis - declared) > 0.1 * size:
             yield tuple(float(x) for x in size * axis + 0.0)  # without -0.0
-    if own.any():
+    if declared.any():
         yield (0.0, 0.0, 0.0)

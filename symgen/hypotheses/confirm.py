@@ -1,12 +1,12 @@
-"""What is said of what a search finds: adopted, shown as the cause, or suspected.
+"""Grade the results of a search on the validation logs: adopted, shown as the cause, or suspected.
 
-    adopted     on the validation logs it explains a part of a joint's torque that matters, and
-                raises the error of no joint by that, nor that of all joints
-    shown       besides, it leaves at most half of the error of its joint above the noise floor
+    adopted     explains a part of a joint's torque that matters, raises the error of no joint by
+                such a part, and does not raise the total error
+    shown       is adopted, and removes at least half of its joint's error above the noise floor
     suspected   everything else that is probable
 
-The validation logs are motion that the search has not used. Where they only repeat the motion of
-the training logs, nothing is adopted.
+The search does not use the validation logs. If they only repeat the motion of the training logs,
+nothing is adopted, except contacts and separately measured effects.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ import numpy as np
 from symgen.estimation.floor import noise_fit
 from symgen.estimation.torque_error import percent
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Score, Seen
+from symgen.hypotheses.effects import LogColumns, Score
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.held import following, held_squares
 from symgen.hypotheses.problem import Problem
 from symgen.hypotheses.refine import settled_constants
-from symgen.hypotheses.registry import Found, Item, leave_out
+from symgen.hypotheses.registry import Item, SearchResult, leave_out
 from symgen.hypotheses.score import TINY, repeats_motion
 from symgen.policy import LEAST, SHOWN
 
@@ -33,65 +33,67 @@ REPEATED = "the validation log only repeats the motion of the training logs, whi
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A hypothesis beside the other ones that are adopted, on motion that the search has not used.
+    """A hypothesis and its grade on the validation logs, in a model with the other hypotheses.
 
     Attributes:
         item: the hypothesis.
-        fell: what it explains of a joint's torque, less what it raises the error of another by.
-        left: part of that error above the noise floor that it leaves.
-        adopted: whether the model or the logs are corrected by it.
+        fell: part of a joint's torque that it explains, less the largest rise of an error.
+        remaining: remaining part of its joint's error above the noise floor.
+        adopted: whether it corrects the model or the logs.
         reason: why it is not adopted, or "".
     """
 
     item: Item
     fell: float = 0.0
-    left: float = 1.0
+    remaining: float = 1.0
     adopted: bool = True
     reason: str = ""
 
     @property
     def shown(self) -> bool:
         """Whether it is shown as the cause."""
-        return self.adopted and self.left <= SHOWN
+        return self.adopted and self.remaining <= SHOWN
 
 
-def confirm(found: Found, least: float = LEAST) -> tuple[Found, tuple[Weighed, ...]]:
-    """Keep what lowers the error on the validation logs; what raises it most goes first.
+def confirm(result: SearchResult, least: float = LEAST) -> tuple[SearchResult, tuple[Weighed, ...]]:
+    """Keep the hypotheses that lower the error on the validation logs.
+
+    The weakest hypothesis is rejected first, until all others are adopted.
 
     Args:
-        found: what a search accepts.
+        result: the result of a search.
         least: smallest torque that matters, as a part of a joint's torque.
 
     Returns:
-        What is adopted, and all that was accepted with what these logs say of it.
+        The result with the adopted hypotheses, and the grade of every accepted hypothesis.
     """
-    items: Sequence[Item] = found.items
+    items: Sequence[Item] = result.items
     if not items:
-        return found, ()
+        return result, ()
     out: list[Weighed] = []
-    if repeats_motion(found.declared.logs, found.declared.held):
+    if repeats_motion(result.declared.logs, result.declared.held):
         free = [x for x in items if _needs_none(x)]
         out = [Weighed(x, adopted=False, reason=REPEATED) for x in items if x not in free]
         items = free
     while items:
-        weighed = _weigh(found, items, least)
+        weighed = _weigh(result, items, least)
         failing = [w for w in weighed if not w.adopted]
         if not failing:
             out = [*weighed, *out]
             break
-        for worst in _weakest_of_joints(failing):
-            kept = leave_out(items, worst.item)
+        for weakest in _weakest_of_joints(failing):
+            kept = leave_out(items, weakest.item)
             dropped = [w for w in weighed if w.item in items and w.item not in kept]
-            out += [replace(w, adopted=False, reason=w.reason or worst.reason) for w in dropped]
+            out += [replace(w, adopted=False, reason=w.reason or weakest.reason) for w in dropped]
             items = kept
-    return restricted(found, items), tuple(out)
+    return restricted(result, items), tuple(out)
 
 
 def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
-    """Return the weakest item, and with it the weakest of other joints, which it hardly concerns.
+    """Return the weakest failing item, and the weakest ones on joints that it does not act on.
 
     Args:
-        failing: items that are not adopted beside all the others.
+        failing: items that are not adopted.
     """
     first, *others = sorted(failing, key=lambda w: w.fell)
     out, taken = [first], {*first.item.joints}
@@ -103,51 +105,51 @@ def _weakest_of_joints(failing: Sequence[Weighed]) -> list[Weighed]:
     return out
 
 
-def restricted(found: Found, items: Sequence[Item]) -> Found:
-    """Return what a search accepts without all but some items, with its constants settled."""
-    part = found.with_items(items)
+def restricted(result: SearchResult, items: Sequence[Item]) -> SearchResult:
+    """Return the result of a search with some of its items, and with constants fitted again."""
+    part = result.with_items(items)
     effects, _ = settled(part.problem, part.effects)
     return part.with_effects(effects)
 
 
-def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], Seen]:
-    """Iterate the columns that depend on the model's torque, then the constants of all effects.
+def settled(problem: Problem, effects: Sequence[Score]) -> tuple[tuple[Score, ...], LogColumns]:
+    """Iterate the columns that depend on the model's torque, then fit the constants of all effects.
 
     Returns:
-        The effects, and what gives columns beside them.
+        The effects, and the columns of candidates for the model with these effects.
     """
     effects = following(problem, effects)
-    seen = problem.stage(effects).seen
-    return tuple(settled_constants(problem, effects, seen)), seen
+    log_columns = problem.stage(effects).log_columns
+    return tuple(settled_constants(problem, effects, log_columns)), log_columns
 
 
 def _needs_none(item: Item) -> bool:
-    """Whether no other motion can contradict an item: a contact, or what was measured apart."""
+    """Whether no other motion can contradict an item: a contact, or a separate measurement."""
     if isinstance(item, Contact):
         return True
     return isinstance(item, Score) and item.candidate.measured
 
 
-def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
-    """Return the items, each beside the others on the validation logs."""
-    whole, size = held_squares(found, items)
-    floor = _floor(found)
+def _weigh(result: SearchResult, items: Sequence[Item], least: float) -> list[Weighed]:
+    """Grade each item by the validation error with it and without it."""
+    squares, size = held_squares(result, items)
+    floor = _floor(result)
     out = []
     for item in items:
         if isinstance(item, Contact):
             out.append(_on_training(item))
             continue
-        without, size_without = held_squares(found, leave_out(items, item))
-        if np.array_equal(without, whole):
+        without, size_without = held_squares(result, leave_out(items, item))
+        if np.array_equal(without, squares):
             out.append(_on_training(item))
             continue
-        now, was = np.sqrt(whole / size), np.sqrt(without / size_without)
+        now, was = np.sqrt(squares / size), np.sqrt(without / size_without)
         rise = now - was
-        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # the torque that it explains
-        fell, own = float(fall.max()), list(item.joints) or range(len(fall))
-        j = max(own, key=lambda j: fall[j])  # the joint whose cause it may be
+        fall = np.sqrt(np.maximum(was**2 - now**2, 0.0))  # explained part of the torque
+        fell, joints = float(fall.max()), list(item.joints) or range(len(fall))
+        j = max(joints, key=lambda j: fall[j])  # the joint whose cause it may be
         above = np.sqrt(np.maximum(np.square([now[j], was[j]]) - floor[j], 0.0))
-        left = float(above[0] / max(above[1], TINY))
+        remaining = float(above[0] / max(above[1], TINY))
         reason = ""
         if _needs_none(item):
             pass
@@ -156,26 +158,26 @@ def _weigh(found: Found, items: Sequence[Item], least: float) -> list[Weighed]:
                 f"on the validation data it explains {percent(fell)} of the torque of a joint; "
                 f"what matters: {100 * least:.2g} %"
             )
-        elif rise.max() >= least or whole.sum() / size.sum() > without.sum() / size_without.sum():
+        elif rise.max() >= least or squares.sum() / size.sum() > without.sum() / size_without.sum():
             k = int(np.argmax(rise))
             reason = (
                 "on the validation data it raises a torque error from "
                 f"{percent(was[k])} to {percent(now[k])}"
             )
-        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), left, not reason, reason))
+        out.append(Weighed(item, fell - max(float(rise.max()), 0.0), remaining, not reason, reason))
     return out
 
 
 def _on_training(item: Item) -> Weighed:
-    """Return an item that acts on the training logs alone; the search used other motion of them."""
+    """Adopt an item that changes the training logs alone, by the held-out score of the search."""
     return Weighed(item, item.worth, float(np.sqrt(max(1.0 - item.gain, 0.0))))
 
 
-def _floor(found: Found) -> FloatArray:
-    """Return the squared noise floor of the validation torque, as a part of it, (n,)."""
-    problem = found.problem
-    X = problem.stage(found.effects).X
+def _floor(result: SearchResult) -> FloatArray:
+    """Return the squared ratio of noise floor to torque on the validation logs, (n,)."""
+    problem = result.problem
+    X = problem.stage(result.effects).X
     X = np.pad(X, (0, len(problem.evaluator.model.base.parameters) - len(X)))
     noise = noise_fit(problem.evaluator, problem.held, X).residual
-    # An unknown floor is taken as none.
+    # An unknown floor counts as zero.
     return np.nan_to_num(np.square(noise.per_joint or np.zeros(problem.base.n)))

@@ -1,9 +1,9 @@
 """Candidates: the columns that each effect of the library adds to the torque equations.
 
 A candidate has columns on one or more joints. A column is minus the derivative of the effect's
-torque by one coefficient, so that the motor torque gains columns times coefficients. A torque that
-enters a column is always the model's. The measured torque would correlate with the noise. A
-candidate has one value for each constant that is searched.
+torque with respect to one coefficient. The motor torque gains columns times coefficients. A column
+contains only torques of the model, because the measured torque correlates with the noise. A
+candidate has one value for each searched constant.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from symgen.symbolic.sampling import FUNCTIONS
 from symgen.symbolic.tape import Numbers, Tape
 
 Logs = Sequence[FilteredLog]
-_TOGETHER = 16  # candidates whose columns pass the filter at once
-_PINION = 0.05  # m, radius: play of a rack for a rad of that of its pinion
-_STARTS = 16  # times that are tried for what begins within a log
+_BATCH = 16  # candidates whose columns pass the filter in one call
+_PINION = 0.05  # m, radius of a pinion: converts its play in rad to the play of the rack
+_STARTS = 16  # start times to try for an effect that begins within a log
 Constants = Mapping[str, float]
 
 
@@ -44,7 +44,7 @@ class Torques:
     Attributes:
         model: (N, n) torque of the model.
         load: (N, n) rigid-body torque of the joints: taur of effects.
-        friction: (N, n) friction of the declared model, without found effects.
+        friction: (N, n) friction of the declared model, without accepted effects.
         links: (links, 10) link parameters that give this torque, one of many such sets.
         of_links: function from the arrays of `FilteredLog.motion` to the torque (k, n) of these
             links, in the geometry and gravity of the file.
@@ -71,7 +71,7 @@ class Torques:
         Args:
             s: the log.
             j: position of the joint.
-            along: (3, N), or (3, 1), what is added to them.
+            along: (3, N) or (3, 1), added to position, speed and acceleration.
         """
         state = [x.copy() for x in (s.q, s.qd, s.qdd)]
         for x, a in zip(state, along, strict=True):
@@ -79,28 +79,27 @@ class Torques:
         return self.of_links(*state, *s.base)
 
 
-#: Gives columns at the rate of a log from the log, the model's torques and the constants.
+#: Returns columns at the rate of a log from the log, the model's torques and the constants.
 Torque = Callable[[FilteredLog, Torques, Constants], Columns]
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One effect on given joints with given constants.
+    """One effect on certain joints with certain constants.
 
     Attributes:
-        definition: from the library, the robot file, or the search for expressions.
-        joints: indices of the movable joints; empty for an effect on the whole arm.
-        torque: function that gives the columns.
+        definition: its row of the library or of the robot file, or an unnamed expression.
+        joints: indices of the movable joints; empty for an effect on all joints.
+        torque: function that returns the columns.
         size: number of coefficients.
         constants: value of each searched constant.
-        uses_model: whether the columns contain the model's torque, and change with it.
+        uses_model: whether the columns contain the model's torque.
         analytic: whether the columns are smooth functions of the motion, without sign(qd).
-        coefficients: name and unit of the coefficients, where they differ from the library.
-        change: whether it changes a declared parameter, which may grow or fall.
+        coefficients: name and unit of the coefficients; empty for those of the library.
+        change: whether it changes a declared parameter, which may then have either sign.
         measured: whether a separate measurement in the logs shows the effect.
-        first_order: whether its column is only the first order of a change of the logs.
-        scales: expected size of each coefficient in its unit; None if the size of the torque is
-            the expectation.
+        first_order: whether its column is the first-order approximation of a change of the logs.
+        scales: expected size of each coefficient in its unit; None to use the expected torque.
     """
 
     definition: Definition
@@ -131,7 +130,7 @@ class Candidate:
         return replace(self, constants={**self.constants, **constants})
 
     def only_in(self, logs: Iterable[FilteredLog]) -> Candidate:
-        """Return the candidate without a torque on other logs."""
+        """Return the candidate with zero torque on all other logs."""
         inside = {log.name for log in logs}
 
         def torque(log: FilteredLog, torques: Torques, constants: Constants) -> Columns:
@@ -147,11 +146,11 @@ class Candidate:
 
     @property
     def key(self) -> Key:
-        """Name and joints, without the constants; what begins within a log has one of its own."""
+        """Name and joints, without the constants; "NAME begins" if it begins within a log."""
         return f"{self.name} begins" if START in self.constants else self.name, self.joints
 
     def presumes(self, other: Candidate) -> bool:
-        """Whether it requires another effect, as a friction that builds on Coulomb friction."""
+        """Whether it requires another effect, for example Coulomb friction on the same joint."""
         word = prior_of(self.definition).presumes
         return bool(word) and word == other.definition.native and self.joints == other.joints
 
@@ -161,7 +160,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class LogColumns:
     """The columns of candidates on some logs, for one model.
 
     Attributes:
@@ -177,33 +176,39 @@ class Seen:
         return next(self.each([candidate]))
 
     def each(self, candidates: Iterable[Candidate]) -> Iterator[Columns]:
-        """Yield the columns of several candidates; faster than one by one.
+        """Yield the columns of several candidates.
 
-        One filter call for many columns is faster than one for each. Threads share the batches.
+        It filters many columns in one call, in threads, which is faster than one call for each.
         """
         for kind, group in itertools.groupby(candidates, lambda c: (c.measured, c.analytic)):
             of_kind = [*group]
             strides = [_stride(log, *kind) for log in self.logs]
             thin = [log.every(k) for log, k in zip(self.logs, strides, strict=True)]
             filtered = partial(self._filtered, strides=strides, thin=thin)
-            starts = range(0, len(of_kind), _TOGETHER)
-            batches = [of_kind[k : k + _TOGETHER] for k in starts]
+            starts = range(0, len(of_kind), _BATCH)
+            batches = [of_kind[k : k + _BATCH] for k in starts]
             threads = min(own_threads(), len(batches))
             yield from itertools.chain.from_iterable(in_order(filtered, batches, threads))
 
     def _filtered(
         self, batch: Sequence[Candidate], strides: Sequence[int], thin: Logs
     ) -> list[Columns]:
-        """Return the columns of some candidates in the band, from logs thinned by strides."""
+        """Return the columns of some candidates in the band.
+
+        Args:
+            batch: the candidates.
+            strides: sampling step of each thinned log, in samples of the log.
+            thin: the thinned logs.
+        """
         parts = []
-        found: list[Columns] = []
+        of_batch: list[Columns] = []
         for log, stride, s, torques in zip(self.logs, strides, thin, self.torques, strict=True):
-            found = [candidate.columns(s, torques) for candidate in batch]
-            raw = [x for columns in found for x in columns.values()]
+            of_batch = [candidate.columns(s, torques) for candidate in batch]
+            raw = [x for columns in of_batch for x in columns.values()]
             parts.append(log.unmasked.compared(np.concatenate(raw, axis=1), stride))
         band, at = np.concatenate(parts), 0
         out: list[Columns] = []
-        for columns in found:  # all logs have columns on the same joints
+        for columns in of_batch:  # all logs have columns on the same joints
             of_candidate = {}
             for j, x in columns.items():
                 end = at + x.shape[1]
@@ -214,26 +219,26 @@ class Seen:
 
 
 def _stride(log: FilteredLog, measured: bool, analytic: bool) -> int:
-    """Return the step in samples at which columns along a log are computed."""
-    if measured:  # a measured channel with noise passes the filter at the full rate first
+    """Return the sampling step of columns along a log, in samples."""
+    if measured:  # a noisy channel has to pass the filter at the full rate
         return 1
     return log.smooth_stride if analytic else log.rows.stride
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """The score of an effect beside others.
+    """The score of an effect in a model with other effects.
 
     Attributes:
         candidate: the effect with its constants.
-        columns: by joint, in the band at the kept samples.
+        columns: columns by joint, in the band at the kept samples.
         odds: log-odds that the effect is present, marginalised over the grid of constants.
-        cost: by how much the log-odds of the best constants are larger than these.
-        worth: reduction of the held-out error as a part of the joint's torque, from squares.
+        cost: log-odds of the best constants minus `odds`.
+        worth: square root of the reduction of the squared error, as a part of a joint's torque.
         gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, N m or N.
-        probability: that the effect, or one of its class, is present.
-        alike: effects that explain the same, each with its own probability.
+        probability: probability that the effect, or one of its class, is present.
+        alike: alternative effects with almost the same torque, each with a probability.
         fault: reason why it is not accepted, or "".
     """
 
@@ -255,7 +260,7 @@ class Score:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Positions of its joints; empty for the whole arm."""
+        """Positions of its joints; empty for all."""
         return self.candidate.joints
 
     @property
@@ -264,26 +269,25 @@ class Score:
         return self.candidate.key
 
 
-def odds_together(own: Score, scores: Iterable[Score]) -> float:
-    """Return the log-odds of an effect and of those that require it, as none is without it."""
-    return own.odds + sum(s.odds for s in scores if s.candidate.presumes(own.candidate))
+def total_odds(score: Score, scores: Iterable[Score]) -> float:
+    """Return the log-odds of an effect plus those of the effects that require it."""
+    return score.odds + sum(s.odds for s in scores if s.candidate.presumes(score.candidate))
 
 
-def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Candidate]:
+def candidates(robot: Robot, logs: Logs, *, fixed: bool = False) -> Iterator[Candidate]:
     """Yield the candidates of a robot: all effects, joints and constants that it does not declare.
 
     Args:
-        robot: declared effects are no candidates. Ranges in the robot file replace those of the
-            library.
+        robot: the robot. Ranges in its file replace those of the library.
         logs: define the ranges of constants that are relative to the motion.
-        given: whether the parameters are given: then declared friction may have changed.
+        fixed: whether the parameters are fixed. Then a change of declared friction is a candidate.
     """
     for definition in definitions().values():
         if definition.native == "coupling":
             yield from _couplings(robot, definition)
         elif definition.torque or definition.name == "presliding_friction":
             for position in range(robot.n):
-                yield from _of_library(robot, definition, position, logs, given=given)
+                yield from _of_library(robot, definition, position, logs, fixed=fixed)
     values = robot.values()
     numbers = [joint.number for joint in robot.movable]
     for sought in robot.sought:
@@ -294,12 +298,12 @@ def candidates(robot: Robot, logs: Logs, *, given: bool = False) -> Iterator[Can
 
 
 def _of_library(
-    robot: Robot, definition: Definition, position: int, logs: Logs, *, given: bool
+    robot: Robot, definition: Definition, position: int, logs: Logs, *, fixed: bool
 ) -> Iterator[Candidate]:
-    """Yield an effect of the library on one joint, with the constants of its grid."""
+    """Yield an effect of the library on one joint, for all constants of its grid."""
     joint = robot.movable[position]
     declared = _declared(robot, definition, position)
-    changes = given and definition.native in names.FRICTION
+    changes = fixed and definition.native in names.FRICTION
     sought = {s.key for s in robot.sought}
     plain = _on_joint(robot, definition, position)
     if (changes or not declared) and (definition.name, joint.number) not in sought:
@@ -313,15 +317,15 @@ def _declared(robot: Robot, definition: Definition, position: int) -> bool:
     if definition.native == "rotor":
         return joint.rotor_inertia
     if definition.name == "drive_gain_error" and not joint.actuated:
-        return True  # there is no drive
+        return True  # a passive joint has no drive
     known = {e.name for e in robot.effects if joint.number in e.joints}
     return definition.name in known or definition.native in joint.friction
 
 
 def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
-    """Yield an effect that begins at a time within one of the logs, and lasts to its end.
+    """Yield an effect that begins at a time within one of the logs and lasts to its end.
 
-    The times are spread evenly over all logs. Nothing is yielded if the library gives no odds.
+    The times are spread evenly over all logs. An effect whose odds `begins` are 0 yields nothing.
     """
     definition = candidate.definition
     begins = prior_of(definition).begins
@@ -352,7 +356,7 @@ def begun(candidate: Candidate, logs: Logs) -> Iterator[Candidate]:
 def _after(
     name: str, torque: Torque, s: FilteredLog, torques: Torques, constants: Constants
 ) -> Columns:
-    """Return the columns of an effect in one log from a time on, and zeros elsewhere."""
+    """Return the columns of an effect in one log after its start time, and zeros elsewhere."""
     on = np.clip((s.t - constants[START]) / s.step + 0.5, 0.0, 1.0)
     if s.name.removesuffix(LATE) != name:
         on = np.zeros_like(s.t)
@@ -373,7 +377,7 @@ def _written(robot: Robot, definition: Definition, position: int) -> Torque:
     """Return the columns of an effect whose torque is an expression."""
     joint = robot.movable[position]
     functions: dict[str, Callable[..., Any]] = dict(FUNCTIONS)
-    if definition.own:  # names the variables of any joint
+    if definition.own:  # its expression contains variables of any joint
         tape, joints = definition_tape(definition, robot), slice(None)
     else:
         tape, joints = _tape(definition.name), slice(position, position + 1)
@@ -392,15 +396,15 @@ def _written(robot: Robot, definition: Definition, position: int) -> Torque:
             parts = tape.run(arithmetic, inputs)
         if definition.offset:
             parts = [*parts, 1.0]
-        found = np.column_stack([np.broadcast_to(np.asarray(c, float), s.t.shape) for c in parts])
-        if definition.own and not np.isfinite(found).all():
+        column = np.column_stack([np.broadcast_to(np.asarray(c, float), s.t.shape) for c in parts])
+        if definition.own and not np.isfinite(column).all():
             values = ", ".join(f"{name} = {constants[name]:.6g}" for name in definition.nonlinear)
             raise RobotError(
                 f"effect {definition.name!r} of {names.joint_label(joint.number, joint.name)}: "
                 "on these logs its torque is "
                 f"not a finite number with {values}; accepted: ranges in which it is"
             )
-        return {position: found}
+        return {position: column}
 
     return columns
 
@@ -413,9 +417,9 @@ def _tape(name: str) -> Tape:
 def constant_grid(
     robot: Robot, searches: Mapping[str, SearchRange], logs: Logs, position: int
 ) -> Iterator[dict[str, float]]:
-    """Yield the values of constants that are tried, in the units of the joint.
+    """Yield the values of constants to try, in the units of the joint.
 
-    Nothing is yielded if a range is in turns of the motor and the gear ratio is not known.
+    A range in turns of the motor yields nothing if the gear ratio is unknown.
     """
     axes = []
     for search in searches.values():
@@ -428,7 +432,7 @@ def constant_grid(
 
 
 def _scale(robot: Robot, scale: str, logs: Logs, position: int) -> tuple[float, float]:
-    """Return the origin and the unit of a range; the unit is 0 if it is not known."""
+    """Return the origin and the unit of a range; the unit is 0 if it is unknown."""
     slides = robot.movable[position].sigma == names.PRISMATIC
     if scale == "play":
         return 0.0, _PINION if slides else 1.0
@@ -450,7 +454,7 @@ def _scale(robot: Robot, scale: str, logs: Logs, position: int) -> tuple[float, 
 
 
 def _couplings(robot: Robot, definition: Definition) -> Iterator[Candidate]:
-    """Yield drives that move two joints; the second joint gives the parameters their number."""
+    """Yield drives that move two joints; parameter names take the number of the second joint."""
     known = [{c.first, c.second} for c in robot.couplings]
     for j, k in itertools.combinations(range(robot.n), 2):
         if {robot.movable[j].number, robot.movable[k].number} in known:
@@ -468,9 +472,9 @@ def _coupled(j: int, k: int, s: FilteredLog, _: Torques, constants: Constants) -
 
 
 def _presliding(j: int, s: FilteredLog, _: Torques, constants: Constants) -> Columns:
-    """Return Dahl's friction of 1 N m, dz/dq = (1 - z sign(qd))/xs, from sliding at the start.
+    """Return Dahl's friction of 1 N m, dz/dq = (1 - z sign(qd))/xs.
 
-    It is exact between two samples without a reversal.
+    The joint slides at the start. The solution is exact between samples without a reversal.
     """
     way = np.diff(s.q[:, j])
     kept = np.exp(-np.abs(way) / constants["xs"])

@@ -1,14 +1,15 @@
-"""Contacts: short spans of a log in which the torque of some joints has an error of its own.
+"""Contacts: short spans of a log with a separate error variance on some joints.
 
-A contact or a collision gives a torque of any course, which no other motion predicts. Without its
-rows, the fit predicts other rows better. Beside this gain (`symgen.hypotheses.score`), the squares
-c of its m rows of a joint are those of a variance of their own,
+The torque of a contact or a collision can have any course, and no other motion predicts it. A fit
+without its rows predicts the other rows better. The log-odds of a contact contain this gain
+(`symgen.hypotheses.score`) and a likelihood ratio for the sum of squares c of its m rows on a
+joint. The numerator has a separate variance v:
 
-    log of the integral of p(c | v) over log v, uniform from the misfit to the torque of the joint,
+    log of the integral of p(c | v) over log v, uniform from the misfit to the torque of the joint.
 
-where those of any other span would have the variance of the joint times a factor that varies from
-span to span: the inverse of chi-square over its degrees of freedom, so that its residuals have the
-heavy tails of Student's t. A contact pays for the spans and for the sets of joints that are tried.
+In the denominator, v is the variance of the joint times a factor that varies from span to span.
+The factor is the inverse of chi-square over its degrees of freedom, so residuals have the heavy
+tails of Student's t. A penalty counts the spans and the sets of joints that are tried.
 """
 
 from __future__ import annotations
@@ -38,23 +39,23 @@ from symgen.policy import MISFIT
 from symgen.robot.effect import Definition, definitions
 
 NAME = "external_contact"
-#: Longest contact, as a part of its log; ratio of the lengths that are tried; starts in a length.
+#: Longest contact as a part of its log; ratio of successive lengths; number of starts per length.
 _LONGEST, _RATIO, _STARTS = 0.2, 1.25, 8
-_RANGE = 2 * math.log(1 / MISFIT)  # of the logarithm of the variance of a joint in a contact
+_RANGE = 2 * math.log(1 / MISFIT)  # width of the prior of the log variance of a joint in a contact
 
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """A span of a log in which some joints have an error of their own.
+    """A span of a log in which some joints have a separate error variance.
 
     Attributes:
         log: name of the log.
-        start, end: s, on the clock of the log; half of the low-pass's response lies outside.
-        first, last: samples that may contain it, on both sides more than it lasts: equations in
-            another band reach other rows.
+        start, end: s, on the clock of the log, without half of the low-pass response at each end.
+        first, last: samples of its first and last row. They contain the contact with a margin,
+            because equations in another band reach other rows.
         joints: their positions.
-        rows: (K, n) rows of all logs that it reaches.
-        price: nats, for the spans and sets of joints that are tried.
+        rows: (K, n) rows of all logs that it contains.
+        price: penalty for the spans and sets of joints that are tried, nats.
     """
 
     log: str
@@ -72,11 +73,11 @@ class Span:
         at = np.array(self.joints)
         count = np.sum((score.weight * self.rows)[:, at] ** 2, axis=0) / TEMPERATURE
         floor = score.misfit[at] ** 2
-        ratio = _variance_ratio(count, variance[at] + floor, fit.left[at] + floor)
+        ratio = _variance_ratio(count, variance[at] + floor, fit.variance[at] + floor)
         return gained + float(ratio.sum()) - self.price, fit
 
-    def left_out(self, log: FilteredLog) -> FilteredLog:
-        """Return the log without its samples, if it is the log of this span."""
+    def mask(self, log: FilteredLog) -> FilteredLog:
+        """Return the log with the samples of the span masked, if it is the log of this span."""
         if log.name != self.log:
             return log
         return left_out(log, slice(self.first, self.last + 1), self.joints)
@@ -84,13 +85,13 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """A contact that the score of a model shows.
+    """A contact and its score.
 
     Attributes:
         span: its rows.
         odds: log-odds that it is present.
-        worth: reduction of the error as a part of the joint's torque, from squares.
-        gain: share of the sum of squares of its joints that it contains.
+        worth: square root of the reduction of the squared error, as a part of a joint's torque.
+        gain: share of the held-out sum of squares of its joints that it explains.
         torque: RMS of its torque on its joints, over all rows, N m or N.
     """
 
@@ -117,20 +118,20 @@ class Contact:
 
 
 def judged_contact(score: PredictiveScore, span: Span, size: FloatArray) -> Contact:
-    """Return a span as a contact beside a model.
+    """Return the contact of a span, with its score.
 
     Args:
-        score: the model on the rows of the span.
+        score: the score of the model on the rows of the span.
         span: the span.
         size: (n,) RMS of the measured torque.
     """
     evidence, fit = span.fit(score)
-    was, joints = score.alone.left, list(span.joints)
-    left = was.copy()
-    left[joints] = np.minimum(was, fit.left)[joints]
+    was, joints = score.alone.variance, list(span.joints)
+    now = was.copy()
+    now[joints] = np.minimum(was, fit.variance)[joints]
     odds = evidence + math.log(priors()[NAME].odds)
-    torque = float(np.sqrt(np.max(was - left)))
-    return Contact(span, odds, *worth_and_gain(was, left, size, joints), torque)
+    torque = float(np.sqrt(np.max(was - now)))
+    return Contact(span, odds, *worth_and_gain(was, now, size, joints), torque)
 
 
 def likeliest_contact(
@@ -138,10 +139,10 @@ def likeliest_contact(
 ) -> Contact | None:
     """Return the most probable contact of some logs; None if no span has a larger error.
 
-    Spans are compared by the residuals of the fits that contain them.
+    The spans are compared by held-out residuals of fits that include their rows.
 
     Args:
-        score: the model on the rows of these logs and of any further ones.
+        score: the score of the model; its first rows are those of the logs.
         logs: the logs.
         size: (n,) RMS of the measured torque.
     """
@@ -150,23 +151,23 @@ def likeliest_contact(
 
 
 def _variance_ratio(m: FloatArray, variance: FloatArray, usual: FloatArray) -> FloatArray:
-    """Return the log-likelihood ratio of a variance of its own to a usual one, (n,).
+    """Return the log-likelihood ratio of a separate variance to the usual one, (n,).
 
     Args:
         m: number of independent rows.
-        variance: their mean square.
-        usual: that of other rows.
+        variance: mean square of these rows.
+        usual: mean square of the other rows.
     """
     from scipy.special import gammaln
 
     half, c, scale = m / 2, m * variance / 2, FREEDOM * usual / 2
-    own = gammaln(half) - half * np.log(c) - math.log(_RANGE)
+    separate = gammaln(half) - half * np.log(c) - math.log(_RANGE)
     heavy = gammaln(half + FREEDOM / 2) - gammaln(FREEDOM / 2) + FREEDOM / 2 * np.log(scale)
-    return np.asarray(own - heavy + (half + FREEDOM / 2) * np.log(c + scale))
+    return np.asarray(separate - heavy + (half + FREEDOM / 2) * np.log(c + scale))
 
 
 def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span | None:
-    """Return the span whose rows have the most probable variance of their own; None without any."""
+    """Return the span that most probably has a separate variance; None if there is none."""
     folds = np.arange(-1, len(score.counts[0]))
     of_fold = (score.fold[:, None] == folds)[:, None]
     squares, counts = (
@@ -192,8 +193,8 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
     most, k, at, m, joints = max(best, key=itemgetter(0))
     contained = np.zeros(score.weight.shape, dtype=bool)
     contained[at : at + m, joints] = True
-    whole = np.concatenate(every)
-    price = math.log(len(whole)) - float(np.logaddexp.reduce(whole) - most)
+    totals = np.concatenate(every)
+    price = math.log(len(totals)) - float(np.logaddexp.reduce(totals) - most)
     price += len(score.misfit) * math.log(2)
     log, begin = logs[k], kept_spans(logs)[k].start
     first, last = int(log.kept[at - begin]), int(log.kept[at - begin + m - 1])
@@ -203,7 +204,7 @@ def _likeliest_span(score: PredictiveScore, logs: Sequence[FilteredLog]) -> Span
 
 
 def _lengths(log: FilteredLog) -> Iterator[int]:
-    """Yield the lengths of contacts that are tried in a log, in kept samples."""
+    """Yield the lengths of contacts to try in a log, in kept samples."""
     t = log.compared_t
     reach = math.ceil(log.reach * log.step / (t[1] - t[0])) if len(t) > 1 else 0
     length = 2.0 * reach + 1
@@ -213,13 +214,15 @@ def _lengths(log: FilteredLog) -> Iterator[int]:
 
 
 def _gains(
-    inside: tuple[FloatArray, FloatArray], whole: tuple[FloatArray, FloatArray], floor: FloatArray
+    inside: tuple[FloatArray, FloatArray],
+    all_rows: tuple[FloatArray, FloatArray],
+    floor: FloatArray,
 ) -> FloatArray:
-    """Return what a variance of its own gains in spans, less what it costs, (P, n).
+    """Return the gain of a separate variance in each span, less its price, (P, n).
 
     Args:
         inside: squares and counts of rows in each span, (P, n, folds).
-        whole: squares and counts of all rows, (n, folds).
+        all_rows: squares and counts of all rows, (n, folds).
         floor: (n,) variance of the misfit.
     """
 
@@ -229,9 +232,9 @@ def _gains(
 
     squares, counts = (x.sum(axis=2) for x in inside)
     by_fold = floor[:, None]
-    fell = cost(*whole, by_fold).sum(axis=1) - cost(squares, counts, floor)
-    fell = fell - cost(whole[0] - inside[0], whole[1] - inside[1], by_fold).sum(axis=2)
-    larger = squares * whole[1].sum(axis=1) > whole[0].sum(axis=1) * counts
-    # A variance of some rows costs its prior over its posterior width.
+    fell = cost(*all_rows, by_fold).sum(axis=1) - cost(squares, counts, floor)
+    fell = fell - cost(all_rows[0] - inside[0], all_rows[1] - inside[1], by_fold).sum(axis=2)
+    larger = squares * all_rows[1].sum(axis=1) > all_rows[0].sum(axis=1) * counts
+    # The price of a separate variance is the ratio of its prior width to its posterior width.
     price = math.log(_RANGE) + 0.5 * np.log(np.maximum(counts / TEMPERATURE / np.pi, 1))
     return np.where(larger, 0.5 / TEMPERATURE * fell - price, 0.0)

@@ -1,4 +1,4 @@
-"""What the validation logs say of hypotheses, whose columns are computed on them as well."""
+"""Errors of hypotheses on the validation logs."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ import numpy as np
 from symgen.estimation.values import FloatArray
 from symgen.hypotheses.effects import Score
 from symgen.hypotheses.problem import Problem
-from symgen.hypotheses.registry import Found, Item
+from symgen.hypotheses.registry import Item, SearchResult
 from symgen.hypotheses.score import TINY, dense
 
-#: Rounds in which columns that contain the model's torque follow it, and the relative change of
-#: its parameters that ends them.
+#: Most rounds in which columns follow the model's torque; relative change of the parameters that
+#: ends them.
 _ROUNDS, _SETTLED = 12, 1e-3
 #: Pattern of effects that depend on the time since a log began.
 TIME = "time"
 
 
-def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
-    """Return sums of squares of error and torque on the validation logs in motion, (n,) each.
+def held_squares(result: SearchResult, items: Sequence[Item]) -> tuple[FloatArray, FloatArray]:
+    """Return the sums of squares of the error and of the torque on the validation logs, (n,) each.
+
+    Rows at rest do not count.
 
     Args:
-        found: what a search accepts.
-        items: those of it that are corrected; the model is fitted to the training logs with them.
+        result: the result of a search.
+        items: the hypotheses of it with which the model is fitted to the training logs.
     """
-    part = found.with_items(items)
+    part = result.with_items(items)
     problem, effects = part.problem, following(part.problem, part.effects)
     stage, held = problem.stage(effects), problem.held_rows
-    columns = problem.seen(held.logs, stage.X).each(s.candidate for s in effects)
+    columns = problem.make_columns(held.logs, stage.X).each(s.candidate for s in effects)
     W = np.concatenate([held.W, *(dense(c, held.y.shape) for c in columns)], axis=2)
     weight = held.moves**2
     measured = np.concatenate([log.unmasked.measured for log in held.logs])
@@ -39,35 +41,37 @@ def held_squares(found: Found, items: Sequence[Item]) -> tuple[FloatArray, Float
     return error, np.maximum(size, TINY)
 
 
-def in_one_log(found: Found) -> Found:
-    """Return what is found; what changes in time is left out of validation logs without it."""
-    fading = [s for s in found.effects if s.definition.pattern == TIME]
-    if not fading or not found.problem.held:
-        return found
-    items = found.items
-    least = held_squares(found, items)[0].sum()
+def in_one_log(result: SearchResult) -> SearchResult:
+    """Limit time-dependent effects to the training logs if this lowers the validation error."""
+    fading = [s for s in result.effects if s.definition.pattern == TIME]
+    if not fading or not result.problem.held:
+        return result
+    items = result.items
+    least = held_squares(result, items)[0].sum()
     for item in fading:
-        here = replace(item, candidate=item.candidate.only_in(found.declared.logs))
+        here = replace(item, candidate=item.candidate.only_in(result.declared.logs))
         others = tuple(here if x is item else x for x in items)
-        squares = held_squares(found, others)[0].sum()
+        squares = held_squares(result, others)[0].sum()
         if squares < least:
             items, least = others, squares
-    return found.with_items(items)
+    return result.with_items(items)
 
 
 def following(problem: Problem, effects: Sequence[Score]) -> Sequence[Score]:
-    """Return effects whose columns follow the model's torque, which they change, until it settles.
+    """Iterate the columns that contain the model's torque, which the effects change.
 
-    A gain g takes -g times the error of a round into the next one: the mean of both is nearer.
+    With a gain g, each round has -g times the error of the round before. The mean of two rounds is
+    therefore nearer to the solution.
     """
     X = problem.stage(effects).X
     for _ in range(_ROUNDS if any(s.candidate.uses_model for s in effects) else 0):
-        seen = problem.seen(problem.logs, X)
+        columns_of = problem.make_columns(problem.logs, X)
         effects = [
-            replace(s, columns=seen(s.candidate)) if s.candidate.uses_model else s for s in effects
+            replace(s, columns=columns_of(s.candidate)) if s.candidate.uses_model else s
+            for s in effects
         ]
-        found = problem.stage(effects).X
-        if np.linalg.norm(found - X) < _SETTLED * np.linalg.norm(X):
+        next_X = problem.stage(effects).X
+        if np.linalg.norm(next_X - X) < _SETTLED * np.linalg.norm(X):
             break
-        X = (X + found) / 2
+        X = (X + next_X) / 2
     return effects

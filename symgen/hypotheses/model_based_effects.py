@@ -1,13 +1,13 @@
 """Candidates that need the model: geometry, gravity, elasticity, backlash, and a load.
 
-Their columns are derivatives of the links' torque by a quantity of the file, at the current link
-parameters. Base parameters do not determine all link parameters. An undetermined combination has no
-torque in the file's geometry and gravity, but may have one in another.
+Their columns are derivatives of the links' torque with respect to a quantity of the file, at the
+current link parameters. Base parameters do not determine all link parameters. An undetermined
+combination has no torque in the file's geometry and gravity, but may have one in another.
 
 * Lengths: the undetermined directions Z(d) satisfy Y(d) Z(d) = 0. Hence (dY/dd) Z = -Y dZ/dd, which
-  the model contains. Only non-zero lengths are tried, because others change the base parameters.
-* Gravity: (dY/dg) Z is no torque of the model. Its columns, such as those of MX1 and MY1 of an
-  upright first axis, stand beside those of the tilt. Their coefficients have no meaning.
+  the model contains. Zero lengths are not tried, because they change the base parameters.
+* Gravity: (dY/dg) Z is not a torque of the model, as for MX1 and MY1 of an upright first axis. A
+  tilt therefore has these columns too. Their coefficients have no meaning.
 * Zero offsets: Y(q) Z = 0 in every posture, hence also with another zero.
 * Elasticity, load and gravity compensation leave geometry and gravity unchanged.
 """
@@ -43,46 +43,46 @@ from symgen.robot.types import Robot
 from symgen.symbolic.sampling import random_base, random_states
 from symgen.symbolic.variation import Variation, variation
 
-_STEP = 1e-2  # m or rad; torque is a polynomial of degree two in the lengths
-_SHIFT = 1e-4  # of the range of motion; step of the directional derivative of an elastic joint
+_STEP = 1e-2  # m or rad, of a difference: torque is a polynomial of degree two in the lengths
+_SHIFT = 1e-4  # step of the derivative along an elastic deflection, as a part of the joint's range
 _STATES = 200
-#: Crossing of the play: step in s, smallest over largest link inertia.
+#: Integration step while the play is crossed, s; smallest link inertia as a part of the largest.
 _FINE, _LIGHT = 1e-3, 1e-3
-#: Parameters of the load; if several are equivalent, the first ones are reported.
+#: Parameters of the load; of equivalent ones, the first is reported.
 _POINT = (names.MASS, *names.MOMENT)
 _LOAD = (*_POINT, "ZZ", "XX", "YY", "XY", "XZ", "YZ")
 
 
 def special_candidates(
-    robot: Robot, bent: Sequence[Stiffness], *, given: bool = False, logs: Logs = ()
+    robot: Robot, bent: Sequence[Stiffness], *, fixed: bool = False, logs: Logs = ()
 ) -> Iterator[Candidate]:
     """Yield the candidates of a robot that need its model.
 
     Args:
         robot: the mechanism.
         bent: results of second encoders.
-        given: whether the parameters are given: then a load is a candidate, and a length is not,
-            because the robot always had it.
-        logs: in which a load may begin.
+        fixed: whether the parameters are fixed. Then a load is a candidate. A length is not,
+            because it does not change after the parameters are identified.
+        logs: logs in which a load may begin.
     """
     yield from _tilts(robot)
     yield from _elastic(robot, bent)
     yield from _loose(robot)
     yield from _on_joints(robot)
-    if variation(robot).gravity.any() and not robot.imu:  # else these are of another robot
+    if variation(robot).gravity.any() and not robot.imu:
         yield _of_links("commanded_torque", (), _dynamic)
-    if given:
+    if fixed:
         yield from _load(robot, _LOAD)
-    else:  # a load of the whole log belongs to the link
+    else:  # the link parameters include a load that is there in all logs
         yield from _lengths(robot)
     for point in _load(robot, _POINT):
         yield from begun(point, logs)
 
 
 def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
-    """Return the torque of sets of link parameters at random states, (states n, m).
+    """Return the torque of m sets of link parameters at random states, (states n, m).
 
-    For another gravity than that of the file, it is the torque of gravity alone.
+    If `gravity` is not None, it is the torque of this gravity alone.
     """
     q, qd, qdd = random_states(v.robot, _STATES)
     if gravity is not None:
@@ -92,9 +92,10 @@ def _random(v: Variation, links: FloatArray, gravity: FloatArray | None = None) 
 
 
 def _tilts(robot: Robot) -> Iterator[Candidate]:
-    """Yield gravity turned about the two axes of frame 0 most normal to it: dg = -beta x g.
+    """Yield a tilt of the base about the two axes of frame 0 most normal to gravity.
 
-    The base turns by beta, so that gravity turns by -beta in frame 0. An IMU measures its tilt.
+    The base turns by beta, so gravity turns by -beta in frame 0: dg = -beta x g. A robot with an
+    IMU has no such candidate, because the IMU measures its tilt.
     """
     if robot.imu:
         return
@@ -125,11 +126,11 @@ def _tilts(robot: Robot) -> Iterator[Candidate]:
 
 
 def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
-    """Return link parameters with torque in other gravities, but not in that of the file.
+    """Return link parameters with a torque in other gravities but none in that of the file.
 
     Returns:
-        (directions, fields, links, 10): one set for each field. Their summed torque is no torque of
-        the model in the gravity of the file.
+        (directions, fields, links, 10): one set for each field. The model cannot produce the sum of
+        their torques in the gravity of the file.
     """
     units = v.units
     model, size, turn = np.linalg.svd(_random(v, units), full_matrices=False)
@@ -137,12 +138,12 @@ def _hidden(v: Variation, fields: Sequence[FloatArray]) -> FloatArray:
     model, without = model[:, size > least], turn[size <= least].T
     others = np.concatenate([_random(v, units, g) @ without for g in fields], axis=1)
     _, values, blend = np.linalg.svd(others - model @ (model.T @ others), full_matrices=False)
-    found = blend[values > least].reshape(-1, len(fields), without.shape[1]) @ without.T
-    return np.asarray(found.reshape(-1, len(fields), len(v.robot.moving), 10))
+    sets = blend[values > least].reshape(-1, len(fields), without.shape[1]) @ without.T
+    return np.asarray(sets.reshape(-1, len(fields), len(v.robot.moving), 10))
 
 
 def _lengths(robot: Robot) -> Iterator[Candidate]:
-    """Yield each non-zero length, for robots in which no other joint depends on it."""
+    """Yield an error of each non-zero length, for robots without loops and following joints."""
     v, plain = variation(robot), robot.with_values()
     if robot.loops or any(j.follows is not None for j in robot.joints):
         return
@@ -158,7 +159,7 @@ def _lengths(robot: Robot) -> Iterator[Candidate]:
 def _lengthened(
     v: Variation, length: tuple[int, str], s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
-    """Return d tau / d length, at one of many equivalent sets of link parameters."""
+    """Return d tau / d length, for one of many equivalent sets of link parameters."""
     state = s.motion
     return _column(_slope(lambda h: v.torque(state, torques.links, changes={length: h})))
 
@@ -170,7 +171,7 @@ def _slope(torque: Callable[[float], FloatArray], step: float = _STEP) -> FloatA
 
 
 def _on_joints(robot: Robot) -> Iterator[Candidate]:
-    """Yield a zero offset, another gear ratio and gravity compensation of each joint."""
+    """Yield a zero offset, a wrong gear ratio and gravity compensation of each joint."""
     heavy = variation(robot).gravity.any() and not robot.imu
     for j, joint in enumerate(robot.movable):
         if joint.sigma == names.REVOLUTE and joint.follows is None:
@@ -189,7 +190,7 @@ def _offset(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
 
 
 def _geared(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """Return d tau / d gear ratio: motion times 1 + GR, torque over it."""
+    """Return d tau / d gear ratio: the motion is multiplied and the torque divided by 1 + GR."""
     motion = np.array([s.q[:, j], s.qd[:, j], s.qdd[:, j]])
     columns = _slope(lambda h: torques.moved(s, j, h * motion))
     columns[:, j] += torques.model[:, j]
@@ -197,12 +198,12 @@ def _geared(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
 
 
 def _compensated(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """Return minus the weight on a joint, of which something else carries a share."""
+    """Return minus the gravity torque of a joint; compensation takes a share of it."""
     return {j: -torques.weight(s)[:, [j]]}
 
 
 def _dynamic(s: FilteredLog, torques: Torques, _: Constants) -> Columns:
-    """Return minus what speeds and accelerations require; commanded torques lack a share of it."""
+    """Return minus the torque of the motion; commanded torques lack a share of it."""
     return _column(torques.weight(s) - torques.rigid(s))
 
 
@@ -218,7 +219,15 @@ def _of_links(
     sizes: Sequence[float] = (1.0,),
     coefficients: tuple[tuple[str, str], ...] = (),
 ) -> Candidate:
-    """Return a change of the links' torque; `sizes` of its coefficients times the expected ones."""
+    """Return a candidate whose columns come from the links' torque.
+
+    Args:
+        name: name of the effect.
+        joints: positions; empty for all.
+        torque: function that returns the columns.
+        sizes: factor of each coefficient on its expected size.
+        coefficients: name and unit of the coefficients; empty for those of the library.
+    """
     definition = definitions()[name]
     return Candidate(
         definition,
@@ -233,9 +242,9 @@ def _of_links(
 
 
 def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
-    """Yield a compliance of each joint, between its motor, whose motion is measured, and its link.
+    """Yield a compliance of each joint, between its measured motor and its link.
 
-    If the link has an encoder, the deflection is measured and the stiffness is known separately.
+    If the link has an encoder, it measures the deflection, and the stiffness is fitted separately.
     """
     definition = definitions()["joint_elasticity"]
     known = {s.joint: s.stiffness[0] for s in bent if not s.fault}
@@ -260,10 +269,10 @@ def _elastic(robot: Robot, bent: Sequence[Stiffness]) -> Iterator[Candidate]:
 def _behind(
     j: int, stiffness: float, rotor: bool, s: FilteredLog, torques: Torques, _: Constants
 ) -> Columns:
-    """Return K times the change of the links' torque if joint j is where its link is.
+    """Return K times the change of the links' torque if joint j takes the position of its link.
 
-    The coefficient is 1/K if the links move as their encoder shows. A rotor that base parameters
-    regroup with the link moves with the motor: the column of IA restores its torque.
+    The coefficient is 1/K if the links move as their encoder measures. A rotor that base parameters
+    regroup with the link moves with the motor, and the column of IA restores its torque.
     """
     bent = deflection(s, j)
     rate = differentiate(bent, s.step)
@@ -280,8 +289,8 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
     """Return d tau / d(1/K): the link of joint j is at q - R/K, with its torque R.
 
     This is minus the derivative of the links' torque along (R, R', R'') of joint j. Friction and
-    rotor are on the motor's side. A rotor that base parameters regroup with the link counts as
-    link, which makes 1/K too small.
+    rotor are on the motor side. A rotor that base parameters regroup with the link counts as part
+    of the link. This makes 1/K too small.
     """
     R, band = torques.rigid(s)[:, j], s.rows.cutoff
     rate = np.gradient(R if band is None else lowpass(R, s.step, band), s.step)
@@ -292,14 +301,15 @@ def _bent(j: int, s: FilteredLog, torques: Torques, _: Constants) -> Columns:
 
 
 def _loose(robot: Robot) -> Iterator[Candidate]:
-    """Yield backlash of each joint, between its motor, whose motion is measured, and its link.
+    """Yield backlash of each joint, between its measured motor and its link.
 
-    The sign s of the transmitted torque decides which flank is in contact. The link is at
+    The sign s of the transmitted torque decides which flank is in contact. This is the torque of
+    the links, without rotor and friction. The link is at
 
-        q - e,     e = s b/2,     torque by the model of the links, without rotor and friction
+        q - e,     e = s b/2.
 
-    Where this torque changes sign, the flanks separate. The gear then transmits no torque, and the
-    link lags behind the motor because the torque R = torque at (q, qd, qdd) is missing:
+    If the torque changes sign, the flanks separate. The gear then transmits no torque, and the link
+    lags behind the motor because the torque R = torque at (q, qd, qdd) is missing:
 
         M e'' = R,     M inertia of the links about the joint,
 
@@ -307,11 +317,15 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
 
         torque of the links at (q - e, qd - e', qdd - e'') - torque at (q, qd, qdd).
 
-    This has three parts: a step d(torque)/dq b with the sign of the transmitted torque, not of the
-    speed; a missing link torque while the play is crossed, for (6 b M / |dR/dt|)^(1/3) if R changes
-    at a constant rate; and a shock that gives the link the speed of the motor. The width b is the
-    coefficient, and it also shapes the crossing: column(b)/b. A rotor that base parameters regroup
-    with the link counts as link.
+    This change has three parts:
+
+    * a step d(torque)/dq b, with the sign of the transmitted torque and not of the speed;
+    * a missing link torque while the play is crossed. If R changes at a constant rate, this takes
+      (6 b M / |dR/dt|)^(1/3);
+    * a shock that gives the link the speed of the motor.
+
+    The width b is the coefficient. It also shapes the crossing, so the column is change(b)/b. A
+    rotor that base parameters regroup with the link counts as part of the link.
 
     Nordin and Gutman 2002, Controlling mechanical systems with backlash - a survey, Automatica 38.
     """
@@ -323,7 +337,7 @@ def _loose(robot: Robot) -> Iterator[Candidate]:
 
 
 def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> Columns:
-    """Return the change of all joint torques by a play, divided by its width."""
+    """Return the change of all joint torques due to a play, divided by its width."""
     width = constants["width"]
     rigid, pull = _pull(j, s, torques)
     lead = _lead(pull, s.step, width)
@@ -334,7 +348,7 @@ def _across(j: int, s: FilteredLog, torques: Torques, constants: Constants) -> C
 
 @lru_cache(maxsize=8)
 def _pull(j: int, s: FilteredLog, torques: Torques) -> tuple[FloatArray, FloatArray]:
-    """Return the torque of the links, and the acceleration at which a free link falls behind."""
+    """Return the torque of the links, and the acceleration at which a free link lags behind."""
     unit = np.array([[0.0], [0.0], [1.0]])
     rigid = torques.rigid(s)
     inertia = (torques.moved(s, j, unit) - rigid)[:, j]
@@ -346,7 +360,7 @@ def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
     """Return the motor's lead over the link in a gear with play, (N,), within +-width/2.
 
     Args:
-        pull: (N,) acceleration at which a link without torque falls behind, rad/s2 (m/s2). Its sign
+        pull: (N,) acceleration at which a link without torque lags behind, rad/s2 (m/s2). Its sign
             is that of the flank in contact.
         step: sampling step, s.
         width: width of the play, rad (m).
@@ -372,7 +386,7 @@ def _lead(pull: FloatArray, step: float, width: float) -> FloatArray:
 
 
 def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
-    """Yield a load with those of its parameters that are identifiable, if there are any."""
+    """Yield a load with its identifiable parameters, if there are any."""
     v, last = variation(robot), robot.movable[-1]
     of_last = v.units[robot.moving.index(last) * len(names.LINK) :]
     units = np.array([of_last[names.LINK.index(prefix)] for prefix in prefixes])
@@ -380,7 +394,7 @@ def _load(robot: Robot, prefixes: Sequence[str]) -> Iterator[Candidate]:
     kept = identifiable_columns(Y).kept
     if not kept:
         return
-    # A parameter with R appended stands for others that are regrouped with it.
+    # R is appended to the name of a parameter with which others are regrouped.
     joined = np.abs(np.delete(np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0], kept, axis=1))
     coefficients = []
     for row, index in zip(joined, kept, strict=True):

@@ -1,4 +1,4 @@
-"""What a search expects of an effect before it sees a log, and the constants that it tries."""
+"""Priors of effects, and the grids of their constants."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from symgen.robot.effect import Definition, SearchRange, Sought, definitions, effect_tables
 from symgen.robot.schema import TableReader, keys, require_keys
 
-#: Constant of an effect that begins within a log: the time, s.
+#: Name of the constant of an effect that begins within a log: its time, s.
 START = "start"
 PHYSICS, RECORDER = "physics", "recorder"
 #: Number of ranges of an effect -> number of values that a search tries for each constant.
@@ -20,15 +20,15 @@ _BY_RATIO = 10  # ratio of the ends above which the values are spaced geometrica
 
 @dataclass(frozen=True)
 class EffectPrior:
-    """What effects.toml says of an effect for a search.
+    """Prior of an effect, from effects.toml.
 
     Attributes:
         odds: prior odds that a joint has it.
         size: expected share of the joint's torque.
-        expected: expected size of a coefficient; 0 if `size` says it.
+        expected: expected size of a coefficient; 0 to use `size`.
         begins: prior odds that it begins within a log.
         presumes: friction word that the joint must already have.
-        side: what is wrong: physics, recorder or file.
+        side: source of the error: physics, recorder or file.
         advice: what the user can do about it.
     """
 
@@ -41,7 +41,7 @@ class EffectPrior:
     advice: str = ""
 
 
-#: An effect that a robot file proposes.
+#: Prior of an effect that a robot file proposes.
 _PROPOSED = EffectPrior(odds=0.5, size=1.0)
 
 
@@ -50,17 +50,17 @@ def priors() -> Mapping[str, EffectPrior]:
     """Return the priors of the effects of the library by name."""
     reader, expected = TableReader(), keys(EffectPrior)
     described = {*keys(Definition), "nonlinear", "scale"}
-    found = {}
+    out = {}
     for name, table in effect_tables().items():
         place = f"effects.toml: [{name}]"
         require_keys(table, sorted({*described, *expected}), place)
         kept = {key: value for key, value in table.items() if key not in described}
-        found[name] = reader.table(EffectPrior, kept, place)
-    return found
+        out[name] = reader.table(EffectPrior, kept, place)
+    return out
 
 
 def prior_of(definition: Definition) -> EffectPrior:
-    """Return the prior of an effect, also of one that begins within a log."""
+    """Return the prior of an effect, including one that begins within a log."""
     prior = priors().get(definition.name, _PROPOSED)
     if START in definition.nonlinear:
         return replace(prior, odds=prior.begins, advice="identify from logs in one state")
@@ -68,7 +68,7 @@ def prior_of(definition: Definition) -> EffectPrior:
 
 
 def sought_searches(sought: Sought, lengths: Mapping[Any, Any]) -> dict[str, SearchRange]:
-    """Return the search of each constant that has a range in the robot file.
+    """Return the search range of each constant that has a range in the robot file.
 
     Args:
         sought: the effect.
@@ -82,7 +82,7 @@ def sought_searches(sought: Sought, lengths: Mapping[Any, Any]) -> dict[str, Sea
 
 
 def sought_definition(sought: Sought, lengths: Mapping[Any, Any]) -> Definition:
-    """Return the library definition of an effect to search, or build one for an own effect.
+    """Return the definition of an effect to search: from the library, or from the robot file.
 
     Args:
         sought: the effect.

@@ -1,4 +1,4 @@
-"""A problem: a model, its training and validation logs, and what is taken to be missing or wrong.
+"""A problem: a model, its training and validation logs, and the changes that are undone.
 
 logs with changes undone -> rows of the model -> rows with the columns of effects -> score
 """
@@ -19,7 +19,7 @@ from symgen.estimation.system import torque_at
 from symgen.estimation.values import FloatArray
 from symgen.faults.undo import with_earlier_torques
 from symgen.hypotheses.changes import Change
-from symgen.hypotheses.effects import Score, Seen, Torques
+from symgen.hypotheses.effects import LogColumns, Score, Torques
 from symgen.hypotheses.event import Contact
 from symgen.hypotheses.rows import Rows, fitted, make_rows, model_torque, with_rests
 from symgen.hypotheses.score import Key, PredictiveScore, motion_folds
@@ -31,7 +31,7 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 from symgen.symbolic.variation import link_values, variation
 
-_BLOCK = 20_000  # nodes of a log whose columns for another gravity are computed at once
+_BLOCK = 20_000  # samples of a log in one batch of columns for another gravity
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class Problem:
         evaluator: the model, compiled.
         base: its rows on the training logs.
         held: the validation logs.
-        known: (p,) given parameters; None if they are fitted.
-        misfit: smallest error of a model to expect, as a part of a joint's torque.
+        known: (p,) fixed parameters; None to fit them.
+        misfit: smallest error to expect of any model, as a part of a joint's torque.
         fold: (K,) fold of each row.
         undone: name and joints of the changes that are undone.
     """
@@ -67,18 +67,18 @@ class Problem:
         return self.base.logs
 
     @property
-    def given(self) -> bool:
-        """Whether the parameters are given."""
+    def is_fixed(self) -> bool:
+        """Whether the parameters are fixed."""
         return self.known is not None
 
     @property
     def X(self) -> FloatArray:
-        """(p,) parameters of the model, fitted to the training logs or given."""
+        """(p,) parameters of the model, fixed or fitted to the training logs."""
         return self.base.X if self.known is None else self.known
 
     @cached_property
     def estimate(self) -> FloatArray:
-        """(p,) parameters of the model as `identify` fits them, with rests, or given."""
+        """(p,) parameters, fixed or fitted with the weight of rests that `identify` uses."""
         return with_rests(self.base).X if self.known is None else self.known
 
     @cached_property
@@ -88,7 +88,7 @@ class Problem:
 
     @cached_property
     def joined(self) -> Problem:
-        """The problem of all logs: the validation logs first, as a fold of their own."""
+        """The problem of all logs: the validation logs come first and are a separate fold."""
         held = self.held_rows
         W = np.concatenate([held.W, self.base.W])
         y = np.concatenate([held.y, self.base.y])
@@ -97,7 +97,7 @@ class Problem:
         return replace(self, base=base, held=(), fold=np.concatenate([fold_of_held, self.fold]))
 
     def changed(self, change: Change) -> Problem:
-        """Return the problem with what a change says undone in all logs, or in the robot file."""
+        """Return the problem with a change undone in all logs, or in the robot file."""
         if change.gravity is not None:
             robot = replace(self.robot, gravity=tuple(map(exact, change.gravity)))
             other = make_problem(model_of(robot), self.logs, self.held, None, self.misfit)
@@ -111,11 +111,11 @@ class Problem:
         return replace(self, base=base, held=held, fold=fold, undone=undone)
 
     def without(self, contacts: Iterable[Contact]) -> Problem:
-        """Return the problem without the samples of contacts."""
+        """Return the problem with the samples of contacts masked."""
         logs, held = self.logs, self.held
         for contact in contacts:
-            logs = tuple(map(contact.span.left_out, logs))
-            held = tuple(map(contact.span.left_out, held))
+            logs = tuple(map(contact.span.mask, logs))
+            held = tuple(map(contact.span.mask, held))
         if (logs, held) == (self.logs, self.held):
             return self
         return replace(self, base=self.base.without(logs), held=held)
@@ -133,9 +133,9 @@ class Problem:
         return make_problem(self.evaluator, logs, (), self.known, self.misfit)
 
     def tried(self, change: Change) -> Problem:
-        """Return the problem with a change undone, without deriving another model.
+        """Return the problem with a change undone, without deriving a new model.
 
-        In another gravity, all link parameters have columns of their own, because base parameters
+        For another gravity, each link parameter has a separate column, because base parameters
         depend on the direction of gravity.
         """
         if change.gravity is None:
@@ -156,11 +156,16 @@ class Problem:
 
     @cached_property
     def _weights(self) -> FloatArray:
-        """(3, K, n, 10 links) regressors of gravity of 1 m/s2 along each axis of frame 0."""
+        """(3, K, n, 10 links) regressors for 1 m/s2 of gravity along each axis of frame 0."""
         return np.array([self._of_all_links(axis, 0.0) for axis in np.eye(3)])
 
     def _of_all_links(self, gravity: FloatArray, moving: float) -> FloatArray:
-        """Return the regressor of all link parameters, at rest where `moving` is 0.0."""
+        """Return the regressor of all link parameters, (K, n, 10 links).
+
+        Args:
+            gravity: (3,) in frame 0, m/s2.
+            moving: factor on speeds and accelerations: 1.0, or 0.0 for the arm at rest.
+        """
         v = variation(self.robot)
         units = v.units
 
@@ -171,7 +176,7 @@ class Problem:
         return np.concatenate(parts)
 
     def torque(self, earlier: float) -> FloatArray:
-        """Return the torque in the band, (K, n), measured so many seconds earlier."""
+        """Return the torque in the band, (K, n), moved earlier by some seconds."""
         if not earlier:
             return np.concatenate([log.unmasked.measured for log in self.logs])
         parts = []
@@ -181,12 +186,12 @@ class Problem:
         return np.concatenate(parts)
 
     def stage(self, effects: Iterable[Score] = ()) -> Stage:
-        """Return the model with some effects."""
+        """Return the problem with the columns of some effects."""
         return Stage(self, tuple(effects))
 
-    def seen(self, logs: Sequence[FilteredLog], X: FloatArray) -> Seen:
-        """Return what gives columns of candidates on some logs, for parameters (p,)."""
-        return Seen(logs, [self.torques_along(log.thinned, X) for log in logs])
+    def make_columns(self, logs: Sequence[FilteredLog], X: FloatArray) -> LogColumns:
+        """Return the columns of candidates on some logs, for parameters X (p,)."""
+        return LogColumns(logs, [self.torques_along(log.thinned, X) for log in logs])
 
     def torques_along(
         self,
@@ -201,13 +206,13 @@ class Problem:
             log: a log in the band of the run.
             X: (p,) parameters of the declared model, or of the extended one.
             extended: the extended model; None for the declared one.
-            inside: (p,) parameters of the declared model from which link parameters in columns are
-                taken; None for X.
+            inside: (p,) parameters of the declared model that give the link parameters in columns;
+                None for X.
         """
-        whole, load = _split(extended or self.evaluator, X, log)
+        torque, load = _split(extended or self.evaluator, X, log)
         friction = np.subtract(*_split(self.evaluator, self.X, log))
         links = link_values(self.robot, self.evaluator.model.base, X if inside is None else inside)
-        return Torques(whole, load, friction, links, partial(self._of_links, links))
+        return Torques(torque, load, friction, links, partial(self._of_links, links))
 
     def _of_links(self, links: FloatArray, *motion: FloatArray) -> FloatArray:
         """Return the torque (k, n) of links with parameters (links, 10), without friction."""
@@ -241,13 +246,13 @@ class Stage:
 
     @property
     def X(self) -> FloatArray:
-        """(p,) parameters of the model, fitted together with the effects, or given."""
+        """(p,) parameters of the model, fixed or fitted in one step with the effects."""
         known = self.problem.known
         return self.rows.X[: self._count] if known is None else known
 
     @property
     def coefficients(self) -> FloatArray:
-        """Coefficients of the effects, one effect after the other."""
+        """Coefficients of the effects, in the order of the effects."""
         return self.rows.X[self._count :]
 
     @property
@@ -256,20 +261,20 @@ class Stage:
 
     @cached_property
     def score(self) -> PredictiveScore:
-        """The score by which candidates beside these effects compete."""
+        """The score of further candidates, which are added to these effects."""
         rows, problem = self.rows, self.problem
         misfit = problem.misfit * problem.base.size
-        return PredictiveScore(rows.W, rows.left, rows.moves, rows.sigma, problem.fold, misfit)
+        return PredictiveScore(rows.W, rows.residual, rows.moves, rows.sigma, problem.fold, misfit)
 
     @cached_property
-    def seen(self) -> Seen:
-        """What gives columns of candidates on the training logs."""
-        return self.problem.seen(self.problem.logs, self.X)
+    def log_columns(self) -> LogColumns:
+        """The columns of candidates on the training logs."""
+        return self.problem.make_columns(self.problem.logs, self.X)
 
     @property
     def lost(self) -> FloatArray:
         """(n,) held-out error of each joint, as a part of its torque."""
-        return np.asarray(np.sqrt(self.score.alone.left) / self.problem.base.size)
+        return np.asarray(np.sqrt(self.score.alone.variance) / self.problem.base.size)
 
 
 def make_problem(
@@ -279,13 +284,13 @@ def make_problem(
     known: FloatArray | None = None,
     misfit: float = MISFIT,
 ) -> Problem:
-    """Fit a model to the training logs, or take given parameters (p,)."""
+    """Fit a model to the training logs, or take known parameters (p,)."""
     base = make_rows(evaluator, train, known)
     return Problem(evaluator, base, tuple(held), known, misfit, motion_folds(train))
 
 
 def _split(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> tuple[FloatArray, FloatArray]:
-    """Return the torque of a model along a log, and its rigid-body part, (N, n) each."""
+    """Return the torque of a model along a log and its rigid-body part, (N, n) each."""
     rigid = np.where(np.arange(len(X)) < evaluator.model.inertial, X, 0.0)
     return model_torque(evaluator, X, log), model_torque(evaluator, rigid, log)
 

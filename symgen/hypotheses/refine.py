@@ -1,4 +1,4 @@
-"""Refine the searched constants of effects between the values of their grid."""
+"""Refine the searched constants of effects between their grid values."""
 
 from __future__ import annotations
 
@@ -10,49 +10,51 @@ import numpy as np
 
 from symgen.errors import RobotError
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Score, Seen
+from symgen.hypotheses.effects import Candidate, LogColumns, Score
 from symgen.hypotheses.priors import START
 from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.score import Columns, dense
 
 _EVALUATIONS = 20
-#: Relative change of the squares that ends a fit: of ten thousand rows, a tenth of a std.
+#: Relative change of the sum of squares that ends a fit: a tenth of a std for ten thousand rows.
 _CHANGE = 1e-6
-_DIFFERENCE = 1e-3  # relative step of a constant, for the slope of its columns
+_DIFFERENCE = 1e-3  # relative step of a constant in the difference of its columns
 
 
-def slopes(stage: Stage, seen: Seen) -> list[Columns]:
+def slopes(stage: Stage, log_columns: LogColumns) -> list[Columns]:
     """Return d(columns @ coefficients)/d(constants), (K, c) by joint, of each smooth effect."""
     out: list[Columns] = []
     at = 0
     for s in stage.effects:
-        c, own = s.candidate, stage.coefficients[at : at + s.candidate.size]
+        c, coefficients = s.candidate, stage.coefficients[at : at + s.candidate.size]
         at += c.size
         if not c.smooth:
             continue
-        found: dict[int, list[FloatArray]] = {j: [] for j in s.columns}
+        parts: dict[int, list[FloatArray]] = {j: [] for j in s.columns}
         for name, value in c.constants.items():
             h = _step(c, name, value)
-            low, high = (seen(c.moved({name: value + d})) for d in (-h, h))
+            low, high = (log_columns(c.moved({name: value + d})) for d in (-h, h))
             for j in s.columns:
-                found[j].append((high[j] - low[j]) @ own / (2 * h))
-        out.append({j: np.column_stack(columns) for j, columns in found.items()})
+                parts[j].append((high[j] - low[j]) @ coefficients / (2 * h))
+        out.append({j: np.column_stack(columns) for j, columns in parts.items()})
     return out
 
 
 def _step(candidate: Candidate, name: str, value: float) -> float:
-    """Return the step of a difference; a time is sought within half of the distance to the next."""
+    """Return the step of the difference of a constant; for a start time, half a grid step."""
     if name == START:
         times = candidate.definition.nonlinear[name]
         return (times.high - times.low) / (2 * times.count)
     return _DIFFERENCE * (abs(value) or 1.0)
 
 
-def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) -> Sequence[Score]:
-    """Fit the constants of all effects together by least squares of the whole model.
+def settled_constants(
+    baseline: Problem, accepted: Sequence[Score], log_columns: LogColumns
+) -> Sequence[Score]:
+    """Fit the constants of all effects in one least-squares problem with the model.
 
-    Variable projection: the parameters and coefficients are fitted at each value of the constants.
-    The constants stay if the logs do not determine the new ones.
+    Variable projection: each value of the constants has a fit of parameters and coefficients. The
+    constants stay unchanged if the logs do not determine the new ones.
 
     Golub and Pereyra 1973, SIAM Journal on Numerical Analysis 10; Jacobian of Kaufman 1975.
     """
@@ -68,20 +70,20 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
 
     @lru_cache(maxsize=2)
     def point(*constants: float) -> Stage:
-        return baseline.stage(_moved(accepted, constants, seen))
+        return baseline.stage(_moved(accepted, constants, log_columns))
 
     def residual(constants: FloatArray) -> FloatArray:
         try:
             system = point(*constants).rows
-        except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: a shorter step
+        except (RobotError, np.linalg.LinAlgError):  # a torque is not finite: shorten the step
             return np.full(baseline.base.y.size, np.inf)
-        return (system.residual * system.sigma / sigma).ravel()
+        return (system.whitened_residual * system.sigma / sigma).ravel()
 
     def jacobian(constants: FloatArray) -> FloatArray:
         stage = point(*constants)
-        system, along = stage.rows, slopes(stage, seen)
+        system, along = stage.rows, slopes(stage, log_columns)
         columns = np.concatenate([dense(c, system.y.shape) for c in along], axis=2)
-        free = system.beside(system.whitened(columns))
+        free = system.orthogonal_part(system.whitened(columns))
         scale = np.tile(system.sigma / sigma, len(system.y))  # rows are joint by joint
         return -free * scale[:, None]
 
@@ -98,16 +100,18 @@ def settled_constants(baseline: Problem, accepted: Sequence[Score], seen: Seen) 
     except (RobotError, np.linalg.LinAlgError):  # a torque near the start is not finite
         return accepted
     stage = point(*fit.x)
-    rank = stage.rows.with_columns(slopes(stage, seen)).rank
+    rank = stage.rows.with_columns(slopes(stage, log_columns)).rank
     return stage.effects if rank == stage.rows.rank + len(start) else accepted
 
 
-def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) -> list[Score]:
-    """Return the effects with other constants, of six digits.
+def _moved(
+    accepted: Sequence[Score], constants: Sequence[float], log_columns: LogColumns
+) -> list[Score]:
+    """Return the effects with new constants, rounded to six digits.
 
     Raises:
-        RobotError: a torque of an effect of the robot file is not finite.
-        LinAlgError: that of another effect is not finite.
+        RobotError: the torque of an effect of the robot file is not finite.
+        LinAlgError: the torque of another effect is not finite.
     """
     values = iter(constants)
     out = []
@@ -115,7 +119,7 @@ def _moved(accepted: Sequence[Score], constants: Sequence[float], seen: Seen) ->
         if s.candidate.smooth:
             new = {name: float(f"{next(values):.6g}") for name in s.candidate.constants}
             candidate = s.candidate.moved(new)
-            columns = seen(candidate)
+            columns = log_columns(candidate)
             if not all(np.isfinite(np.vdot(c, c)) for c in columns.values()):
                 raise np.linalg.LinAlgError
             s = replace(s, candidate=candidate, columns=columns)

@@ -1,4 +1,4 @@
-"""The registry of hypotheses, and what a search finds among them."""
+"""The registry of hypotheses, and the result of a search."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Registry:
 
     Attributes:
         pool: candidates with columns, one for each point of their grids.
-        changes: whether changes of all logs are tried.
-        contacts: whether contacts are tried.
-        expressions: whether expressions without a name are tried.
+        changes: whether to try changes of all logs.
+        contacts: whether to try contacts.
+        expressions: whether to try unnamed expressions.
     """
 
     pool: tuple[Candidate, ...]
@@ -40,7 +40,7 @@ class Registry:
 
     @cached_property
     def friction(self) -> list[Candidate]:
-        """Friction that is not declared; other effects may require it."""
+        """Undeclared friction, which other effects may require."""
         return [c for c in self.pool if c.definition.native in names.FRICTION and not c.change]
 
 
@@ -51,29 +51,29 @@ def make_registry(
 
     Args:
         problem: the model and its logs.
-        robot: with the ranges of constants of its file; None for that of the model.
+        robot: the robot whose file has the ranges of constants; None for that of the model.
         chosen: names of effects to try; None for all.
     """
-    source, given = robot or problem.robot, problem.given
+    source, fixed = robot or problem.robot, problem.is_fixed
     bent = stiffnesses(problem.base)
     pool = (
-        *candidates(source, problem.logs, given=given),
-        *special_candidates(source, bent, given=given, logs=problem.logs),
+        *candidates(source, problem.logs, fixed=fixed),
+        *special_candidates(source, bent, fixed=fixed, logs=problem.logs),
     )
     if chosen is None:
-        return Registry(pool, expressions=not given)
+        return Registry(pool, expressions=not fixed)
     tried = tuple(c for c in pool if c.name in chosen)
-    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not given)
+    return Registry(tried, False, CONTACT in chosen, UNNAMED in chosen and not fixed)
 
 
 @dataclass(frozen=True, eq=False)
 class Changed:
-    """A change of all logs beside a model.
+    """A change of all logs and its score.
 
     Attributes:
-        change: what is undone.
+        change: the change to undo.
         odds: log-odds, marginalised over its grid.
-        worth: reduction of the held-out error as a part of a joint's torque, from squares.
+        worth: square root of the reduction of the squared error, as a part of a joint's torque.
         gain: share of the held-out sum of squares that it explains.
     """
 
@@ -99,19 +99,19 @@ class Changed:
         return self.change.key
 
 
-#: What a search may accept.
+#: A hypothesis that a search may accept.
 Item = Score | Changed | Contact
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """What a search accepts.
+class SearchResult:
+    """The result of a search.
 
     Attributes:
-        declared: the problem of the logs as they were.
-        problem: the problem with changes undone and without the samples of contacts.
-        items: effects with columns on the logs of this problem, changes and contacts.
-        rejected: the other effects, the most probable first, with the reason.
+        declared: the problem with the logs as read.
+        problem: the problem with changes undone and the samples of contacts masked.
+        items: the accepted hypotheses. The columns of effects are those on the logs of `problem`.
+        rejected: the other effects with the reason, the most probable first.
         tried: number of candidates.
     """
 
@@ -123,30 +123,30 @@ class Found:
 
     @property
     def effects(self) -> tuple[Score, ...]:
-        """Effects with columns."""
+        """Accepted effects with columns."""
         return tuple(x for x in self.items if isinstance(x, Score))
 
     @property
     def changes(self) -> tuple[Changed, ...]:
-        """Changes of all logs."""
+        """Accepted changes of all logs."""
         return tuple(x for x in self.items if isinstance(x, Changed))
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts."""
+        """Accepted contacts."""
         return tuple(x for x in self.items if isinstance(x, Contact))
 
     @property
     def keys(self) -> frozenset[Key]:
-        """Name and joints of all that is accepted; contacts with their times."""
+        """Keys of all accepted hypotheses."""
         return frozenset(x.key for x in self.items)
 
-    def with_effects(self, effects: Iterable[Score]) -> Found:
-        """Return it with other effects."""
+    def with_effects(self, effects: Iterable[Score]) -> SearchResult:
+        """Return the result with other effects."""
         return replace(self, items=(*self.changes, *self.contacts, *effects))
 
-    def with_items(self, items: Iterable[Item]) -> Found:
-        """Return it with other items, and with the logs that they correct."""
+    def with_items(self, items: Iterable[Item]) -> SearchResult:
+        """Return the result with other items, and with logs that are corrected by them."""
         other = replace(self, items=tuple(items))
         if (other.changes, other.contacts) == (self.changes, self.contacts):
             return other
@@ -161,7 +161,7 @@ Kind = TypeVar("Kind", bound=Item)
 
 
 def leave_out(items: Iterable[Kind], item: Item) -> list[Kind]:
-    """Return all items except one and those that require it."""
+    """Return the items without one of them and without those that require it."""
     rest = [x for x in items if x is not item]
     if not isinstance(item, Score):
         return rest
@@ -173,5 +173,5 @@ def columns_in(problem: Problem, effects: Sequence[Score]) -> tuple[Score, ...]:
     """Return effects with their columns on the logs of a problem."""
     if not effects:
         return ()
-    columns = problem.stage().seen.each(s.candidate for s in effects)
+    columns = problem.stage().log_columns.each(s.candidate for s in effects)
     return tuple(replace(s, columns=c) for s, c in zip(effects, columns, strict=True))

@@ -1,8 +1,8 @@
 """The rows of a search: torque equations of logs, joint by joint, solved by weighted least squares.
 
 Rows are the torque equations of `symgen.estimation.system`: one joint at one kept sample of the
-comparison band. They are divided by the standard deviation of their joint's residual. Rows of
-masked samples, of reversals and of rests have no say: there friction is undefined.
+comparison band. They are divided by the standard deviation of their joint's residual. Masked
+samples have zero weight. So have reversals and rests, because friction is undefined there.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from symgen.hypotheses.score import TINY, Columns, dense
 from symgen.runtime.evaluator import Evaluator
 
 _WHITENING = 3  # rounds in which the weights of the joints follow their residuals
-_EXACT = 1e-6  # of the torque: no joint is known better
-_FREE = 1e-5  # norm of a unit column beside the model, above which the column is independent
-_REVERSAL = 0.005  # of the RMS speed
+_EXACT = 1e-6  # smallest standard deviation of a joint's residual, as a part of its torque
+_FREE = 1e-5  # a unit column is independent if more than this norm is orthogonal to the model
+_REVERSAL = 0.005  # speed of a reversal, as a part of the RMS speed
 SETTLING = 3  # rounds in which columns that contain the model's torque follow it
 
 
@@ -39,9 +39,9 @@ class Rows:
         y: (K, n) torque, N m or N.
         X: (p,) least-squares parameters.
         sigma: (n,) standard deviation of each joint's residual.
-        moves: (K, n) weight of the rows: 1.0 where the joint moves, 0.0 at reversals, at rest and
-            where a sample is masked.
-        joints: summary of [W y] of each joint with these weights.
+        moves: (K, n) weight of the rows: 1.0 in motion; 0.0 at reversals, at rest and at masked
+            samples.
+        joints: summary of [W y] of each joint, with these weights.
     """
 
     logs: tuple[FilteredLog, ...]
@@ -58,22 +58,22 @@ class Rows:
         return int(self.y.shape[1])
 
     @property
-    def left(self) -> FloatArray:
+    def residual(self) -> FloatArray:
         """Residual y - W X, (K, n)."""
         return self.y - self.W @ self.X
 
     @cached_property
-    def residual(self) -> FloatArray:
+    def whitened_residual(self) -> FloatArray:
         """Whitened residual (K, n)."""
-        return self.moves * self.left / self.sigma
+        return self.moves * self.residual / self.sigma
 
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Return columns (K, n, m) as rows of the fit, (K n, m)."""
         weight = (self.moves / self.sigma)[:, :, None]
         return (columns * weight).reshape(self.y.size, -1)
 
-    def beside(self, rows: FloatArray) -> FloatArray:
-        """Return the part of whitened columns (K n, m) that the model does not explain."""
+    def orthogonal_part(self, rows: FloatArray) -> FloatArray:
+        """Return the part of whitened columns (K n, m) that is orthogonal to the model."""
         basis = self.basis.reshape(self.y.size, -1)
         return rows - basis @ (basis.T @ rows)
 
@@ -86,8 +86,8 @@ class Rows:
         norms = column_norms(rows)
         _, values, turn = np.linalg.svd(triangle(rows) / norms)
         kept = values > SINGULAR * values[0]
-        left = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
-        return np.ascontiguousarray(left.reshape(*self.y.shape, -1))
+        basis = rows @ (turn[kept].T / (norms[:, None] * values[kept]))
+        return np.ascontiguousarray(basis.reshape(*self.y.shape, -1))
 
     @property
     def rank(self) -> int:
@@ -97,9 +97,9 @@ class Rows:
     @cached_property
     def size(self) -> FloatArray:
         """RMS of the measured torque in the band, (n,); 1 for a joint without torque."""
-        found = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
-        found = bounded_deviation(found, found)
-        return np.where(found > 0, found, 1.0)
+        torque = rms(np.concatenate([log.unmasked.measured for log in self.logs]))
+        torque = bounded_deviation(torque, torque)
+        return np.where(torque > 0, torque, 1.0)
 
     def with_columns(self, columns: Iterable[Columns]) -> Rows:
         """Return the rows of the model with more columns."""
@@ -108,7 +108,7 @@ class Rows:
             return self
         W = np.concatenate([self.W, *(dense(c, self.y.shape) for c in added)], axis=2)
         count, reached = W.shape[2] - self.W.shape[2], {j for c in added for j in c}
-        # The columns of most effects are zero but on one joint.
+        # Most effects have non-zero columns on one joint only.
         joints = [
             _summary(W, self.y, self.moves, j) if j in reached else _widened(s, count)
             for j, s in enumerate(self.joints)
@@ -121,24 +121,25 @@ class Rows:
 
 
 def explained(rows: Rows, columns: Columns) -> FloatArray:
-    """Return the part of the whitened residual that columns explain beside the model, (K, n)."""
+    """Return the part of the whitened residual that columns explain after the model, (K, n)."""
     flat = rows.whitened(dense(columns, rows.y.shape))
-    left, values, _ = np.linalg.svd(rows.beside(flat / column_norms(flat)), full_matrices=False)
-    free = left[:, values > _FREE]
-    return np.asarray((free @ (free.T @ rows.residual.ravel())).reshape(rows.y.shape))
+    independent = rows.orthogonal_part(flat / column_norms(flat))
+    basis, values, _ = np.linalg.svd(independent, full_matrices=False)
+    free = basis[:, values > _FREE]
+    return np.asarray((free @ (free.T @ rows.whitened_residual.ravel())).reshape(rows.y.shape))
 
 
 def make_rows(
     evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray | None = None
 ) -> Rows:
-    """Return the rows of a model on logs, fitted or for given parameters.
+    """Return the rows of a model on logs, with fixed or fitted parameters.
 
     Columns that contain the model's torque are iterated a few times.
 
     Args:
         evaluator: the compiled model.
-        logs: in the band of the run.
-        X: given parameters (p,): then y is the residual, and W is empty. None to fit them.
+        logs: logs in the band of the run.
+        X: (p,) fixed parameters: then y is the residual, and W is empty. None to fit them.
     """
     y = np.concatenate([log.unmasked.measured for log in logs])
     if X is not None:
@@ -150,11 +151,11 @@ def make_rows(
         W = np.concatenate([torque_rows(evaluator, log.unmasked, X) for log in logs])
         return fitted(logs, W, y)
 
-    found = at(None)
+    rows = at(None)
     base = evaluator.model.base
     for _ in range(SETTLING if base.linear < len(base.parameters) else 0):
-        found = at(np.pad(found.X, (0, len(base.parameters) - len(found.X))))
-    return found
+        rows = at(np.pad(rows.X, (0, len(base.parameters) - len(rows.X))))
+    return rows
 
 
 def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> FloatArray:
@@ -165,18 +166,18 @@ def model_torque(evaluator: Evaluator, X: FloatArray, log: FilteredLog) -> Float
 def fitted(logs: Sequence[FilteredLog], W: FloatArray, y: FloatArray) -> Rows:
     """Solve y = W X, with joints weighted by the standard deviation of their residual.
 
-    Rows that a rest of their joint affects only determine what the others leave undetermined.
+    Rows that a rest of their joint affects are used only if the other rows lack rank.
     """
-    found = solved(logs, W, y, np.concatenate([_moving(log, 0.0) for log in logs]))
+    moving = solved(logs, W, y, np.concatenate([_moving(log, 0.0) for log in logs]))
     if all(log.resting is None for log in logs):
-        return found
+        return moving
     moves = np.concatenate([_moving(log, 1.0) for log in logs])
-    whole = replace(found, moves=moves)
-    return found if found.rank == whole.rank else solved(logs, W, y, moves)
+    all_rows = replace(moving, moves=moves)
+    return moving if moving.rank == all_rows.rank else solved(logs, W, y, moves)
 
 
 def with_rests(rows: Rows) -> Rows:
-    """Return rows in which rests have the weight that they have in an estimate."""
+    """Return rows in which rests have the weight that `identify` gives them."""
     if all(log.resting is None for log in rows.logs):
         return rows
     moves = []
@@ -198,7 +199,7 @@ def _summary(W: FloatArray, y: FloatArray, moves: FloatArray, j: int) -> Summary
 
 
 def _widened(s: Summary, count: int) -> Summary:
-    """Return a summary with columns of zeros after those of the model."""
+    """Return a summary with columns of zeros after the columns of the model."""
     zeros = np.zeros((len(s.factor), count))
     factor = np.concatenate([s.factor[:, :-1], zeros, s.factor[:, -1:]], axis=1)
     return replace(s, factor=factor)
@@ -208,7 +209,7 @@ def _weighted(rows: Rows) -> Rows:
     """Return rows with joints weighted by the standard deviation of their residual."""
     joints, y = rows.joints, rows.y
     torque, count = rms(y), np.maximum((rows.moves**2).sum(axis=0), 1.0)
-    # A channel without any torque has no spread.
+    # A joint without torque takes its floor from the torque of all joints.
     floor = np.maximum(_EXACT * torque, _EXACT**2 * float(rms(y.ravel()[:, None])[0]) + TINY)
     sigma = bounded_deviation(np.maximum(np.std(y, axis=0), floor), torque)
     X = rows.X

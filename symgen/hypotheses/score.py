@@ -1,17 +1,17 @@
-"""How well a model predicts motion that it was not fitted on: the one score of the search.
+"""The score of the search: how well a model predicts held-out motion.
 
-The rows of torque equations are cut into folds of different motion. With b the parameters fitted
-to all other folds,
+The rows of torque equations are divided into folds of different motion. With b the parameters
+fitted to all other folds, the score is
 
     score = -1/2 sum over folds f and joints j of m log(c / m + s^2),     c = |y - W b|^2 on (f, j)
 
-the log of a predictive density whose scale is integrated out: a fold that is predicted badly costs
-its logarithm alone. m is the number of rows over one temperature for all candidates, which stands
-for their correlation; s is what no model of the joint is righter than, so that differences below it
-decide nothing.
+It is the log of a predictive density whose scale is integrated out. A badly predicted fold
+therefore costs only its logarithm. m is the number of rows divided by a temperature, the same for
+all candidates, because rows are correlated. s is the smallest error to expect of any model of the
+joint, so smaller differences have no influence.
 
-The rows of the model are kept as products by fold. Columns on a joint cost their own products with
-these; another torque costs one product with the regressor.
+The rows of the model are stored as products by fold. Columns on a joint need only their products
+with these rows. Another torque needs one product with the regressor.
 """
 
 from __future__ import annotations
@@ -35,25 +35,25 @@ Columns = Mapping[int, FloatArray]
 #: Name and joints of a hypothesis.
 Key = tuple[str, tuple[int, ...]]
 FOLDS = 6
-#: Rows at four a period of the band that count as one: the temperature of all scores.
+#: Temperature of all scores: number of correlated rows that count as one, at four rows a period.
 TEMPERATURE = 4.0
-FREEDOM = 3.0  # of Student's t, the law of sizes that are expected but not known
-_REGIONS = 12  # of state, from which the folds are put together
+FREEDOM = 3.0  # degrees of freedom of Student's t, the prior of sizes
+_REGIONS = 12  # number of regions of state that form the folds
 _ROUNDS, _SEED = 30, 1988  # of Lloyd's algorithm
-_APART = 0.5  # periods of the comparison band between rows of two folds
-_LOST = 0.5  # part of the rows that may be lost where folds meet
-#: Distance of two states of one motion, in spreads of all; part of the rows that repeat others.
+_SEPARATION = 0.5  # distance between rows of two folds, in periods of the comparison band
+_LOST = 0.5  # largest part of the rows that may be lost between folds
+#: Distance of equal states, in standard deviations; part of equal states in a repeated motion.
 _SAME, _REPEATED = 0.05, 0.9
-_DEPENDENT = 1e-9  # of a column: what is left of it beside the others
-#: Least divisor of what may be zero.
+_DEPENDENT = 1e-9  # regularisation of products of unit columns, which may be dependent
+#: Smallest divisor, for quantities that may be zero.
 TINY = 1e-300
 
 
 def price_of_size(part: float) -> float:
-    """Return the log of the density of Student's t at 0 over that at a size, nats.
+    """Return the log of the ratio of Student's t density at 0 to that at a size, nats.
 
     Args:
-        part: the size over the expected one.
+        part: ratio of the size to the expected size.
     """
     return (FREEDOM + 1) / 2 * math.log1p(part**2 / FREEDOM)
 
@@ -61,16 +61,16 @@ def price_of_size(part: float) -> float:
 def worth_and_gain(
     was: FloatArray, now: FloatArray, size: FloatArray, joints: Sequence[int]
 ) -> tuple[float, float]:
-    """Return what a hypothesis lowers the held-out error by.
+    """Return how much a hypothesis lowers the held-out error.
 
     Args:
         was, now: (n,) held-out variance of each joint without and with it.
         size: (n,) RMS of the measured torque.
-        joints: positions of its joints; none for all.
+        joints: positions of its joints; empty for all.
 
     Returns:
-        The largest reduction of a joint as a part of its torque, from squares, and the share of the
-        sum of squares of its joints.
+        worth: square root of the largest reduction of a variance, as a part of a joint's torque.
+        gain: explained share of the sum of squares of its joints.
     """
     at = list(joints) or slice(None)
     fell = (was - now) / size**2
@@ -80,11 +80,11 @@ def worth_and_gain(
 
 
 def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.intp]:
-    """Return the fold of each kept instant of some logs, (K,); -1 where two folds meet.
+    """Return the fold of each kept sample of some logs, (K,); -1 where two folds meet.
 
-    Folds are put together from regions of state, position and speed of all joints, so that each is
-    motion that the others do not have; what comes again is in the fold that it was in. A motion
-    that runs through the regions too fast to be told apart is cut into spans of time.
+    A fold consists of regions of state: positions and speeds of all joints. Each fold is therefore
+    motion that the others lack, and repeated motion stays in one fold. If the motion crosses the
+    regions so fast that most samples lie between folds, spans of time replace the regions.
     """
     from scipy.cluster.vq import kmeans2
 
@@ -92,15 +92,15 @@ def motion_folds(logs: Sequence[FilteredLog], count: int = FOLDS) -> NDArray[np.
     state = np.hstack([(x - x.mean(0)) / np.maximum(x.std(0), TINY) for x in (q, qd)])
     regions = min(_REGIONS, len(state))
     _, region = kmeans2(state, regions, minit="++", seed=_SEED, iter=_ROUNDS)
-    fold = _set_apart(logs, _filled(region, count))
+    fold = _separate(logs, _filled(region, count))
     if np.mean(fold < 0) > _LOST:
         spans = np.arange(len(state)) * regions // len(state)
-        fold = _set_apart(logs, spans % count)
+        fold = _separate(logs, spans % count)
     return fold
 
 
 def _filled(region: NDArray[np.int32], count: int) -> NDArray[np.intp]:
-    """Return folds of about equal size, put together from regions, the largest first."""
+    """Return folds of about equal size: each region, by size, goes to the smallest fold."""
     sizes = np.bincount(region)
     filled, fold_of = np.zeros(count), np.zeros(len(sizes), dtype=int)
     for r in np.argsort(-sizes, kind="stable"):
@@ -109,36 +109,41 @@ def _filled(region: NDArray[np.int32], count: int) -> NDArray[np.intp]:
     return np.asarray(fold_of[region])
 
 
-def _set_apart(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
+def _separate(logs: Sequence[FilteredLog], fold: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return folds with -1 for the rows where two of them meet."""
     out = fold.copy()
-    apart = _APART / min(log.band.comparison_hz for log in logs)
+    separation = _SEPARATION / min(log.band.comparison_hz for log in logs)
     for log, span in zip(logs, kept_spans(logs), strict=True):
         of_log, t = fold[span], log.compared_t
         changes = np.diff(of_log) != 0
         meets = np.r_[changes, False] | np.r_[False, changes]
-        # of the rows on a side of a meeting, those less than half of it away
-        rows = math.ceil(apart / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
+        # rows on each side of a boundary that are less than half of the distance away
+        rows = math.ceil(separation / 2 / (t[1] - t[0]) - 0.5) if len(t) > 1 else 1
         out[span][touched(meets, rows - 1)] = -1
     return out
 
 
 def repeats_motion(logs: Sequence[FilteredLog], others: Sequence[FilteredLog]) -> bool:
-    """Whether other logs hardly show a state (q, qd, qdd) that some logs do not show."""
+    """Whether almost all states (q, qd, qdd) of other logs also occur in some logs.
+
+    Args:
+        logs: some logs.
+        others: other logs.
+    """
     from scipy.spatial import cKDTree
 
     def states(log: FilteredLog, at: NDArray[np.int64] | slice) -> FloatArray:
         return np.hstack(log.motion)[at]
 
     known = np.concatenate([states(log, slice(None, None, log.stride)) for log in logs])
-    asked = np.concatenate([states(log, log.kept) for log in others])
+    other = np.concatenate([states(log, log.kept) for log in others])
     spread = np.maximum(known.std(axis=0), TINY) * np.sqrt(known.shape[1])
-    far, _ = cKDTree(known / spread).query(asked / spread, distance_upper_bound=_SAME)
+    far, _ = cKDTree(known / spread).query(other / spread, distance_upper_bound=_SAME)
     return bool(np.mean(far < _SAME) > _REPEATED)
 
 
 def everywhere(torque: FloatArray) -> Columns:
-    """Return columns (K, n, m) by joint."""
+    """Return columns (K, n, m) by position of the joint."""
     return {j: torque[:, j] for j in range(torque.shape[1])}
 
 
@@ -152,18 +157,18 @@ def dense(columns: Columns, shape: tuple[int, ...]) -> FloatArray:
 
 
 class ScoreFit(NamedTuple):
-    """A model with columns beside it, or for another torque.
+    """The fit of a model with more columns, or with another torque.
 
     Attributes:
         score: log of the predictive density, up to a constant of the rows.
-        left: (n,) held-out variance of each joint.
-        squares: (n, folds) sums of squares that fits to the other folds leave of each fold.
+        variance: (n,) held-out variance of each joint.
+        squares: (n, folds) held-out sums of squares of each fold.
         coefficients: (m,) of the columns, fitted to all folds.
-        torque: (n,) RMS of what the columns add to each joint.
+        torque: (n,) RMS torque of the columns on each joint.
     """
 
     score: float
-    left: FloatArray
+    variance: FloatArray
     squares: FloatArray
     coefficients: FloatArray
     torque: FloatArray
@@ -171,11 +176,11 @@ class ScoreFit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Folded:
-    """Columns of N candidates on the same J joints, m each, with the weight of their rows, by fold.
+    """Weighted columns of N candidates on the same J joints, m columns each, by fold.
 
     Attributes:
         joints: positions.
-        rows: (J, folds, L, N m).
+        rows: (J, folds, L, N m) columns.
         squares: (J, folds, N, m, m) products of the columns of each candidate.
     """
 
@@ -188,9 +193,10 @@ class _Solved(NamedTuple):
     """Whitened columns of N candidates, of unit norm, and fits of the model with each of them.
 
     Attributes:
-        norms: (N, m) of the columns before.
-        CC, CR, Cr: products of the columns, (J, folds, N, ..), with themselves, model and residual.
-        d, b: (folds + 1, N, p) what is added to X, and (folds + 1, N, m) coefficients.
+        norms: (N, m) of the columns before they are scaled.
+        CC, CR, Cr: (J, folds, N, ..) products of the columns with themselves, with the columns of
+            the model, and with the residual.
+        d, b: (folds + 1, N, p) change of X, and (folds + 1, N, m) coefficients.
     """
 
     norms: FloatArray
@@ -203,15 +209,15 @@ class _Solved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PredictiveScore:
-    """The rows of a model, and what predicts them on folds that it was not fitted on.
+    """The rows of a model, and how well fits to other folds predict each fold.
 
     Attributes:
         W: (K, n, p) regressor.
-        residual: (K, n) of y - W X, X the least-squares fit to all rows.
-        weight: (K, n) of the rows; 0.0 for those without a say.
-        sigma: (n,) by which the joints are weighed in the fits.
+        residual: (K, n) y - W X, with X the least-squares fit to all rows.
+        weight: (K, n) weight of the rows; 0.0 for unused rows.
+        sigma: (n,) standard deviation that weights the joints in the fits, N m or N.
         fold: (K,) from `motion_folds`.
-        misfit: (n,) what no model is righter than, N m or N.
+        misfit: (n,) smallest error to expect of any model, N m or N.
     """
 
     W: FloatArray
@@ -223,7 +229,7 @@ class PredictiveScore:
 
     @cached_property
     def _order(self) -> NDArray[np.intp]:
-        """Rows of each fold, (folds, L), filled up with K, a row of zeros."""
+        """Rows of each fold, (folds, L), padded with K, the index of a row of zeros."""
         count = int(self.fold.max()) + 1
         if not count:
             raise IdentificationError("the logs are too short: no motion in them tests another")
@@ -272,23 +278,23 @@ class PredictiveScore:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        """(folds + 1, p, p) inverse of the products of the rows outside each fold; of all, last."""
+        """(folds + 1, p, p) inverse products of the rows outside each fold; of all rows last."""
         others = _of_others(self._RR)
         p = others.shape[-1]
         return np.asarray(np.linalg.inv(others + _DEPENDENT * np.eye(p))) if p else others
 
     @cached_property
     def _base(self) -> FloatArray:
-        """(folds + 1, p) what the fit to the other folds adds to X; of all, last."""
+        """(folds + 1, p) change of X in the fit to the other folds; in the fit to all rows last."""
         return np.asarray((self._inverse @ _of_others(self._Rr)[..., None])[..., 0])
 
     @cached_property
     def counts(self) -> FloatArray:
-        """(n, folds) number of rows."""
+        """(n, folds) number of rows, from squared weights."""
         return np.asarray(np.moveaxis(self._folded(self.weight**2).sum(axis=1), 1, 0))
 
     def _scored(self, squares: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the score and the held-out variance by joint, of squares (..., n, folds)."""
+        """Return the score and the variance by joint for held-out squares (..., n, folds)."""
         count = np.maximum(self.counts, TINY)
         variance = squares / count + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, TINY))
@@ -300,15 +306,19 @@ class PredictiveScore:
         return np.maximum(squares, 0.0) * self.sigma[:, None] ** 2
 
     def _squares(self, d: FloatArray) -> FloatArray:
-        """Return what X + d, d (folds, N, p), leaves of joints on each fold, (N, n, folds)."""
+        """Return the sums of squares for the parameters X + d, (N, n, folds).
+
+        Args:
+            d: (folds, N, p) change of X for each fold.
+        """
         moved = self._RR @ d.swapaxes(1, 2)  # (n, folds, p, N)
-        left = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
-        return np.asarray(np.moveaxis(self._rr[..., None] + left, 2, 0))
+        change = np.sum(d.swapaxes(1, 2) * (moved - 2 * self._Rr[..., None]), axis=2)
+        return np.asarray(np.moveaxis(self._rr[..., None] + change, 2, 0))
 
     def density(self, counts: FloatArray) -> float:
-        """Return the score of the model alone for so many rows, (n, folds), with the same errors.
+        """Return the score of the model for other counts of rows, (n, folds), with equal variances.
 
-        Other rows may have a say where a log is changed; then this compares.
+        It makes scores comparable if a change of a log changes which rows are used.
         """
         variance = self.alone.squares / np.maximum(self.counts, 1.0) + self.misfit[:, None] ** 2
         logs = np.log(np.maximum(variance, TINY))
@@ -316,23 +326,23 @@ class PredictiveScore:
 
     @cached_property
     def alone(self) -> ScoreFit:
-        """The model without anything beside it."""
+        """The fit of the model without more columns."""
         return self.of_torque(0.0)
 
     def of_torque(self, change: FloatArray | float) -> ScoreFit:
-        """Return the model without anything beside it for a torque y + change, (K, n)."""
+        """Return the fit of the model without more columns, for a torque y + change, (K, n)."""
         r = self._whitened(self.residual + change)
         Rr = (self._R.swapaxes(2, 3) @ r[..., None])[..., 0]
         d = (self._inverse @ _of_others(Rr)[..., None])[:-1, :, 0]
         moved = (self._RR @ d[..., None])[..., 0]
         squares = np.sum(r**2, axis=2) + np.sum(d * (moved - 2 * Rr), axis=2)
         squares = self._in_units(squares)
-        score, left = self._scored(squares)
-        return ScoreFit(float(score), left, squares, np.zeros(0), np.zeros(len(self.sigma)))
+        score, variance = self._scored(squares)
+        return ScoreFit(float(score), variance, squares, np.zeros(0), np.zeros(len(self.sigma)))
 
     @cached_property
     def held_out(self) -> FloatArray:
-        """(K, n) residual of each row by the fit to the other folds; to all where folds meet."""
+        """(K, n) held-out residual of each row; where folds meet, of the fit to all rows."""
         out = np.zeros_like(self.residual)
         for f, d in zip((*range(len(self._base) - 1), -1), self._base, strict=True):
             at = self.fold == f
@@ -340,14 +350,14 @@ class PredictiveScore:
         return out
 
     def gained_without(self, inside: NDArray[np.bool_]) -> tuple[float, ScoreFit, FloatArray]:
-        """Return how much better other rows are predicted by fits in which some have no say.
+        """Return how much better a fit without some rows predicts the other rows.
 
         Args:
-            inside: (K, n) these rows.
+            inside: (K, n) rows that the fit does not use.
 
         Returns:
-            What the score of the others gains, the model on the others, and (n,) the mean square
-            of the residuals of these rows.
+            The gain of the score on the other rows, the fit to the other rows, and (n,) the mean
+            square of the residuals of the rows inside.
         """
         other = replace(self, weight=np.where(inside, 0.0, self.weight))
         before = self._folded((other.weight * self.held_out) ** 2).sum(axis=1).T
@@ -358,9 +368,9 @@ class PredictiveScore:
         return other.alone.score - float(score), other.alone, variance
 
     def folded(self, columns: Sequence[Columns]) -> Folded:
-        """Return the columns (K, m) of candidates on the same joints, as they are scored.
+        """Return the columns (K, m) of candidates on the same joints by fold, for `each`.
 
-        All scores of the same rows with the same weights take them.
+        All scores with the same rows and weights can use the result.
         """
         joints = tuple(columns[0])
         m = columns[0][joints[0]].shape[1]
@@ -373,42 +383,42 @@ class PredictiveScore:
         squares = np.einsum("jflna,jflnb->jfnab", each, each, optimize=m > 1)
         return Folded(joints, rows, squares)
 
-    def beside(self, columns: Columns, size: float = np.inf) -> ScoreFit:
-        """Score the model with columns (K, m) beside it on some joints.
+    def fit_with(self, columns: Columns, size: float = np.inf) -> ScoreFit:
+        """Return the fit of the model with columns (K, m) on some joints.
 
         Args:
-            columns: by position of the joint.
-            size: RMS of the torque that a column is expected to have, N m or N: its coefficient is
-                drawn to zero as by a normal prior of that scale.
+            columns: columns by position of the joint.
+            size: scale of the normal prior of a column's RMS torque, N m or N. The prior draws the
+                coefficient to zero.
         """
         return next(self.each(self.folded([columns]), size))
 
     def each(self, columns: Folded, size: FloatArray | float = np.inf) -> Iterator[ScoreFit]:
-        """Yield the score of the model with each of N candidates beside it, as `beside` does.
+        """Yield the fit of the model with each of N candidates, as `fit_with` returns it.
 
         Args:
-            columns: of the candidates.
-            size: one for all, or one for each, (N,).
+            columns: columns of the candidates.
+            size: as for `fit_with`; one for all candidates, or (N,).
         """
-        own, joints = self._solved(columns, size), list(columns.joints)
-        d, b = own.d[:-1], own.b[:-1]
+        solved, joints = self._solved(columns, size), list(columns.joints)
+        d, b = solved.d[:-1], solved.b[:-1]
         squares = self._squares(d)
-        slope = (own.CC @ b[..., None])[..., 0] - 2 * own.Cr
-        slope += 2 * np.einsum("fnp,jfnap->jfna", d, own.CR)
+        slope = (solved.CC @ b[..., None])[..., 0] - 2 * solved.Cr
+        slope += 2 * np.einsum("fnp,jfnap->jfna", d, solved.CR)
         squares[:, joints] += np.einsum("fna,jfna->njf", b, slope)
         squares = self._in_units(squares)
-        scores, left = self._scored(squares)
-        rows, last = np.sqrt(self.counts.sum(axis=1)), own.b[-1]
-        power = np.einsum("na,jnab,nb->nj", last, own.CC.sum(axis=1), last)
+        scores, variance = self._scored(squares)
+        rows, last = np.sqrt(self.counts.sum(axis=1)), solved.b[-1]
+        power = np.einsum("na,jnab,nb->nj", last, solved.CC.sum(axis=1), last)
         torque = np.zeros((len(last), len(self.sigma)))
         part = self.sigma[joints] / np.maximum(rows[joints], TINY)
         torque[:, joints] = part * np.sqrt(np.maximum(power, 0.0))
-        coefficients = last / own.norms
+        coefficients = last / solved.norms
         for k, score in enumerate(scores):
-            yield ScoreFit(float(score), left[k], squares[k], coefficients[k], torque[k])
+            yield ScoreFit(float(score), variance[k], squares[k], coefficients[k], torque[k])
 
     def _solved(self, columns: Folded, size: FloatArray | float) -> _Solved:
-        """Fit the model with each candidate beside it to the rows outside each fold, and to all."""
+        """Fit the model with each candidate to the rows outside each fold, and to all rows."""
         joints = list(columns.joints)
         count, m = columns.squares.shape[2:4]
         sigma = self.sigma[joints, None, None]
@@ -436,7 +446,7 @@ class PredictiveScore:
 
 
 def _of_others(products: FloatArray) -> FloatArray:
-    """Return products (J, folds, ...) of all joints, of rows outside each fold; of all, last."""
+    """Return products (J, folds, ...) over the rows outside each fold; over all rows last."""
     by_fold = products.sum(axis=0)
-    whole = by_fold.sum(axis=0)
-    return np.concatenate([whole - by_fold, whole[None]])
+    total = by_fold.sum(axis=0)
+    return np.concatenate([total - by_fold, total[None]])

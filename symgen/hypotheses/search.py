@@ -1,15 +1,15 @@
-"""One search over one registry: hypotheses compete by the prediction of other motion.
+"""The search over the registry: hypotheses compete by how well they predict held-out motion.
 
     log-odds = score with it - score without + log(prior odds) + log(prior of its size)
 
-The score is the log of a predictive density on folds of motion (`symgen.hypotheses.score`), the
-prior of a size is Student's t, and constants on a grid are marginalised. What is most probable and
-lowers the held-out error of a joint by what matters is added; then what is no longer probable
-beside it is dropped. A hypothesis is one of three kinds:
+The score is the log of a predictive density on folds of motion (`symgen.hypotheses.score`). The
+prior of a size is Student's t. Constants on a grid are marginalised. Each step adds the most
+probable hypothesis that lowers the held-out error of a joint by a part that matters. It then drops
+the hypotheses that are no longer probable. A hypothesis is one of three kinds:
 
-    columns beside the model       an effect of physics, a gain, an error of the geometry
-    a change of all logs           a wrong sign, exchanged channels, a delay, another gear ratio
-    a span of its own variance     a contact, whose rows the fit does not use
+    columns added to the model         an effect of physics, a gain, an error of the geometry
+    a change of all logs               a wrong sign, exchanged channels, a delay, a gear ratio
+    a span with a separate variance    a contact, whose rows the fit does not use
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symgen.estimation.values import FloatArray
-from symgen.hypotheses.effects import Candidate, Score, odds_together
+from symgen.hypotheses.effects import Candidate, Score, total_odds
 from symgen.hypotheses.event import Contact, judged_contact, likeliest_contact
 from symgen.hypotheses.held import in_one_log
 from symgen.hypotheses.priors import prior_of
@@ -30,9 +30,9 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.refine import settled_constants
 from symgen.hypotheses.registry import (
     Changed,
-    Found,
     Item,
     Registry,
+    SearchResult,
     columns_in,
     leave_out,
 )
@@ -52,11 +52,11 @@ from symgen.hypotheses.trials import exact_change, motion_trials, torque_trials
 from symgen.parallel import Say, silent
 from symgen.policy import LEAST, LOUD, SURE
 
-#: Correlation above which two effects are one class; and above which they are alternatives.
+#: Correlation above which two effects are one class, and above which they are alternatives.
 _SAME, _ALIKE = 0.98, 0.8
 #: Probability above which an alternative is listed.
 _LISTED = 0.05
-#: Prior std of a size over the expected size, which limits what the rows do not determine.
+#: Ratio of the prior std of a size to the expected size. It limits undetermined coefficients.
 _LOOSE = 10.0
 
 
@@ -66,67 +66,67 @@ def search(
     least: float = LEAST,
     steps: int | None = None,
     progress: Say = silent,
-) -> Found:
-    """Add the most probable hypothesis that matters, and drop what is not probable beside it.
+) -> SearchResult:
+    """Add the most probable hypothesis and drop improbable ones, until none can be added.
 
     Args:
         problem: the model and its logs.
-        registry: what may be missing or wrong.
-        least: smallest torque that matters, as a part of a joint's torque; what is above the
-            misfit is accepted.
-        steps: most hypotheses that are added, without their alternatives; None for all.
-        progress: called with a text about what is being tried.
+        registry: the hypotheses.
+        least: smallest torque that matters, as a part of a joint's torque. The search accepts
+            hypotheses down to the misfit, if that is smaller.
+        steps: largest number of hypotheses to add, without alternatives; None for no limit.
+        progress: called with a text about the current trial.
     """
-    # What the training motion hardly shows may matter on other motion: adoption decides that.
+    # An effect that is small on the training motion may matter on other motion. `confirm` decides.
     least = min(least, problem.misfit)
     judge = _Judge(registry, least)
-    found, seen = Found(problem, problem), {frozenset[Key]()}
+    result, visited = SearchResult(problem, problem), {frozenset[Key]()}
     options: list[Score] = []
     for count in itertools.count(1) if steps is None else range(1, steps + 1):
         progress(f"trying {len(registry.pool)} candidates for effect {count}")
-        stage = found.problem.stage(found.effects)
+        stage = result.problem.stage(result.effects)
         options = judge.options(stage)
-        others = judge.others(stage, found)
+        others = judge.others(stage, result)
         every = sorted((*options, *others), key=_odds, reverse=True)
         probable = [o for o in every if o.odds > 0 and o.worth >= least]
         probable = judge.refined(stage, probable)
-        nexts = (judge.pruned(judge.added(found, stage, o)) for o in probable)
-        new = next((f for f in nexts if f.keys not in seen), None)
+        nexts = (judge.pruned(judge.added(result, stage, o)) for o in probable)
+        new = next((f for f in nexts if f.keys not in visited), None)
         if new is None:
             break
-        found = new
-        seen.add(found.keys)
-    found = in_one_log(found)
+        result = new
+        visited.add(result.keys)
+    result = in_one_log(result)
     if registry.contacts:
-        found = _with_contacts_of_held(found, least)
+        result = _with_validation_contacts(result, least)
     if steps is not None:
-        return found
-    rejected = tuple(judge.reasoned(s) for s in options if s.key not in found.keys)
-    found = found.with_effects(sorted(judge.compared(found), key=lambda s: -s.gain))
-    return replace(found, rejected=rejected, tried=len(registry.pool))
+        return result
+    rejected = tuple(judge.reasoned(s) for s in options if s.key not in result.keys)
+    result = result.with_effects(sorted(judge.compared(result), key=lambda s: -s.gain))
+    return replace(result, rejected=rejected, tried=len(registry.pool))
 
 
-def _with_contacts_of_held(found: Found, least: float) -> Found:
-    """Return what is found with the contacts of the validation logs, which are no model's error."""
-    if not found.problem.held:
-        return found
+def _with_validation_contacts(result: SearchResult, least: float) -> SearchResult:
+    """Return the result with the contacts of the validation logs, where no model can fit."""
+    if not result.problem.held:
+        return result
     contacts: list[Contact] = []
-    whole = found.problem.joined
-    size, held = whole.base.size, found.problem.held
-    effects = columns_in(whole, found.effects)
+    joined = result.problem.joined
+    size, held = joined.base.size, result.problem.held
+    effects = columns_in(joined, result.effects)
     while True:
-        contact = likeliest_contact(whole.stage(effects).score, held, size)
+        contact = likeliest_contact(joined.stage(effects).score, held, size)
         if contact is None or contact.odds <= 0 or contact.worth < least:
             break
         contacts.append(contact)
-        whole = whole.without([contact])
-        held = whole.logs[: len(held)]
-    return found.with_items((*found.items, *contacts))
+        joined = joined.without([contact])
+        held = joined.logs[: len(held)]
+    return result.with_items((*result.items, *contacts))
 
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """Candidates on the same joints with as many columns, which are scored together."""
+    """Candidates on the same joints with equal numbers of columns, which share one score call."""
 
     members: Sequence[tuple[Candidate, Columns]]
     folded: Folded
@@ -134,15 +134,15 @@ class _Group:
 
 
 class _Judge:
-    """Judges the hypotheses of a registry beside what is accepted.
+    """Scores the hypotheses of a registry in a model with accepted hypotheses.
 
-    It keeps the columns of a problem.
+    It stores the columns of one problem.
     """
 
     def __init__(self, registry: Registry, least: float) -> None:
         self.registry, self.least = registry, least
         self._problem: Problem | None = None
-        #: Changes of the motion by what is undone already, and whether more than gravity is tried.
+        #: Trials of the motion, by the undone changes and by whether more than gravity is tried.
         self._moved: dict[tuple[frozenset[Key], bool], list[Changed]] = {}
         self._groups: list[_Group] = []
         self._terms: Expressions | None = None
@@ -152,50 +152,50 @@ class _Judge:
 
         Args:
             stage: the model and the accepted effects.
-            joints: an effect has to act on one of these; None for all.
+            joints: positions of joints, on one of which an effect has to act; None for all.
         """
         entries: dict[Key, list[Score]] = {}
         for candidate, columns, fit in self._fits(stage, joints):
             judged = self._judged(stage, candidate, columns, fit)
             entries.setdefault(candidate.key, []).append(judged)
         out = []
-        for key, found in entries.items():
-            odds = np.array([s.odds for s in found])
-            best = found[int(np.argmax(odds))]
-            count = len(found)
+        for key, scores in entries.items():
+            odds = np.array([s.odds for s in scores])
+            best = scores[int(np.argmax(odds))]
+            count = len(scores)
             if key[0] == UNNAMED and self._terms is not None:
                 count = self._terms.count
-            whole = float(np.logaddexp.reduce(odds)) - np.log(count)
-            out.append(replace(best, odds=whole, cost=best.odds - whole))
+            total = float(np.logaddexp.reduce(odds)) - np.log(count)
+            out.append(replace(best, odds=total, cost=best.odds - total))
         return sorted(out, key=_odds, reverse=True)
 
-    def others(self, stage: Stage, found: Found) -> Iterator[Changed | Contact]:
-        """Yield the likeliest contact, and the changes of the logs that may be undone."""
+    def others(self, stage: Stage, result: SearchResult) -> Iterator[Changed | Contact]:
+        """Yield the most probable contact, and the changes of the logs that may be undone."""
         problem = stage.problem
         if self.registry.contacts:
             contact = likeliest_contact(stage.score, problem.logs, problem.base.size)
             if contact is not None:
                 yield contact
-        if not self.registry.changes or problem.given:
+        if not self.registry.changes or problem.is_fixed:
             return
-        undone = frozenset(c.key for c in found.changes)
+        undone = frozenset(c.key for c in result.changes)
         loud = frozenset(map(int, np.flatnonzero(stage.lost > LOUD)))
-        # What is accepted may have explained what a change of the motion would.
-        doubted, key = bool(loud) or not found.items, (undone, bool(loud))
+        # Accepted hypotheses may already explain the error that a change of the motion explains.
+        doubted, key = bool(loud) or not result.items, (undone, bool(loud))
         if doubted and key not in self._moved:
             self._moved[key] = [*motion_trials(problem, loud)]
         moved = self._moved[key] if doubted else ()
         yield from (c for c in (*torque_trials(stage), *moved) if c.key not in undone)
 
     def refined(self, stage: Stage, probable: Sequence[Item]) -> list[Item]:
-        """Return hypotheses in the order of their odds, those nearest to the best one refined.
+        """Return hypotheses in the order of their odds, and refine those near the best one.
 
-        A law may be sharper than its grid is fine: what is not surely less probable than the best
-        competes with fitted constants.
+        A grid may be too coarse for a sharp law. Hypotheses that are not certainly less probable
+        than the best one therefore compete with fitted constants.
 
         Args:
             stage: the model and the accepted effects.
-            probable: what may be added, the most probable first.
+            probable: hypotheses that may be added, the most probable first.
         """
         out, near = [], [o for o in probable if o.odds > probable[0].odds - SURE]
         for o in probable:
@@ -227,53 +227,56 @@ class _Judge:
                 same.append(o)
         return min(same, key=lambda o: (o.candidate.degrees, -o.odds))
 
-    def added(self, found: Found, stage: Stage, new: Item) -> Found:
-        """Return what is found with one more hypothesis."""
+    def added(self, result: SearchResult, stage: Stage, new: Item) -> SearchResult:
+        """Return the result with one more hypothesis."""
         if isinstance(new, Score):
             exact = new.candidate.first_order
             new = exact_change(stage, new) if exact else _refined(stage, new)
-        return found.with_items((*found.items, new))
+        return result.with_items((*result.items, new))
 
-    def pruned(self, found: Found) -> Found:
-        """Drop what is not probable beside the rest, the least probable first."""
-        effects = list(found.effects)
+    def pruned(self, result: SearchResult) -> SearchResult:
+        """Drop hypotheses that are improbable in a model with the others, the least probable first.
+
+        Changes of all logs stay.
+        """
+        effects = list(result.effects)
         while effects:
-            again = [self._scored(found.problem.stage(leave_out(effects, s)), s) for s in effects]
-            odds = [odds_together(s, again) for s in again]
+            again = [self._scored(result.problem.stage(leave_out(effects, s)), s) for s in effects]
+            odds = [total_odds(s, again) for s in again]
             failing = [k for k, s in enumerate(again) if odds[k] <= 0 or s.worth < self.least]
             if not failing:
                 effects = again
                 break
-            worst = min(failing, key=lambda k: (odds[k], again[k].worth))
-            effects = leave_out(effects, effects[worst])
-        found = found.with_effects(effects)
-        for contact in found.contacts:
-            rest = found.with_items(x for x in found.items if x is not contact)
+            weakest = min(failing, key=lambda k: (odds[k], again[k].worth))
+            effects = leave_out(effects, effects[weakest])
+        result = result.with_effects(effects)
+        for contact in result.contacts:
+            rest = result.with_items(x for x in result.items if x is not contact)
             stage = rest.problem.stage(rest.effects)
             again_contact = judged_contact(stage.score, contact.span, stage.problem.base.size)
             if again_contact.odds <= 0 or again_contact.worth < self.least:
-                found = rest
-        return found
+                result = rest
+        return result
 
-    def compared(self, found: Found) -> list[Score]:
+    def compared(self, result: SearchResult) -> list[Score]:
         """Return the effects with their probabilities and their alternatives."""
         from scipy.special import softmax
 
         out = []
-        for own in found.effects:
-            stage = found.problem.stage(leave_out(found.effects, own))
-            again = self._scored(stage, own)
+        for effect in result.effects:
+            stage = result.problem.stage(leave_out(result.effects, effect))
+            again = self._scored(stage, effect)
             e = explained(stage.rows, again.columns)
             rivals = []
-            for s in self.options(stage, frozenset(own.columns)):
-                if s.key in found.keys:
+            for s in self.options(stage, frozenset(effect.columns)):
+                if s.key in result.keys:
                     continue
                 if s.odds < again.odds + math.log(_LISTED):
                     break
                 alike = _correlation(e, explained(stage.rows, s.columns))
                 if alike > _ALIKE:
                     rivals.append((alike, s))
-            odds = [odds_together(again, found.effects), *(s.odds for _, s in rivals), 0.0]
+            odds = [total_odds(again, result.effects), *(s.odds for _, s in rivals), 0.0]
             weight = softmax(odds)
             same = weight[0]
             alternatives = []
@@ -285,7 +288,7 @@ class _Judge:
         return out
 
     def reasoned(self, s: Score) -> Score:
-        """Return an effect that is not accepted with the reason."""
+        """Return a rejected effect with the reason."""
         if s.fault:
             return s
         if s.worth < self.least:
@@ -298,29 +301,29 @@ class _Judge:
         return replace(s, fault=fault)
 
     def _prepare(self, stage: Stage) -> None:
-        """Compute the columns of all candidates, if the problem is another one.
+        """Compute the columns of all candidates if the problem is new.
 
-        Those that are not finite on these logs are left out.
+        Candidates whose columns are not finite on these logs are dropped.
         """
         if stage.problem is self._problem:
             return
         self._problem, pool = stage.problem, self.registry.pool
-        found = zip(pool, stage.seen.each(pool), strict=True)
-        finite = (x for x in found if all(np.isfinite(c).all() for c in x[1].values()))
-        self._groups = self._together(stage, finite)
+        pairs = zip(pool, stage.log_columns.each(pool), strict=True)
+        finite = (x for x in pairs if all(np.isfinite(c).all() for c in x[1].values()))
+        self._groups = self._group(stage, finite)
         self._terms = expressions(stage.problem) if self.registry.expressions else None
 
     def _fits(
         self, stage: Stage, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns, ScoreFit]]:
-        """Yield the candidates that may be added to a stage, with their columns and scores.
+        """Yield the candidates that may be added to a stage, with their columns and fits.
 
-        Columns are computed once for a problem. Those with the model's torque, which follows what
-        is accepted, are computed again for what is probable.
+        Columns are computed once for a problem. Accepted effects change the model's torque, so
+        `refined` computes columns with this torque again for probable candidates.
         """
         self._prepare(stage)
         terms = () if self._terms is None else self._terms.best(stage.rows, joints)
-        for group in (*self._groups, *self._together(stage, terms)):
+        for group in (*self._groups, *self._group(stage, terms)):
             free = [self._admitted(c, stage, joints) for c, _ in group.members]
             if any(free):
                 fits = stage.score.each(group.folded, group.sizes)
@@ -328,10 +331,10 @@ class _Judge:
                 for (candidate, columns), fit in itertools.compress(rows, free):
                     yield candidate, columns, fit
 
-    def _together(self, stage: Stage, found: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
-        """Return candidates and their columns, those together that are scored together."""
+    def _group(self, stage: Stage, pairs: Iterable[tuple[Candidate, Columns]]) -> list[_Group]:
+        """Return candidates and their columns in groups that share one score call."""
         alike: dict[tuple[object, ...], list[tuple[Candidate, Columns]]] = {}
-        for candidate, columns in found:
+        for candidate, columns in pairs:
             count = next(iter(columns.values())).shape[1]
             key = candidate.joints, tuple(columns), count
             alike.setdefault(key, []).append((candidate, columns))
@@ -342,7 +345,10 @@ class _Judge:
         return out
 
     def _admitted(self, candidate: Candidate, stage: Stage, joints: frozenset[int] | None) -> bool:
-        """Whether a candidate is new, acts on one of `joints`, and has the effects it requires."""
+        """Whether a candidate is new, acts on one of `joints`, and finds the effects it requires.
+
+        Required friction counts as present if the robot declares it.
+        """
         taken = {s.key for s in stage.effects}
         if candidate.key in taken and candidate.name != UNNAMED:
             return False
@@ -353,14 +359,14 @@ class _Judge:
         return joints is None or not candidate.joints or bool(joints & {*candidate.joints})
 
     def _expected(self, stage: Stage, candidate: Candidate, columns: Columns) -> float:
-        """Return the RMS torque of a column from which it is drawn to zero, N m or N."""
+        """Return the scale of the prior of a column's RMS torque, N m or N."""
         size = prior_of(candidate.definition).size * stage.problem.base.size
         return _LOOSE * max(float(size[j]) for j in columns)
 
     def _judged(self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit) -> Score:
         alone, base = stage.score.alone, stage.problem.base.size
         known = {s.definition.name for s in stage.effects}
-        # An effect that one joint has is likelier on another.
+        # An effect on one joint makes the same effect on another joint more probable.
         expected = prior_of(candidate.definition)
         prior = math.log(expected.odds) * (0.5 if candidate.name in known else 1.0)
         if candidate.scales is not None:
@@ -373,7 +379,7 @@ class _Judge:
             fit = self._possible(stage, candidate, columns, fit)
         evidence = fit.score - alone.score
         joints = candidate.joints or tuple(columns)
-        worth, gain = worth_and_gain(alone.left, fit.left, base, joints)
+        worth, gain = worth_and_gain(alone.variance, fit.variance, base, joints)
         torque = float(np.max(fit.torque))
         fault = "" if fit is not alone else "its coefficient would have a sign that it cannot have"
         return Score(
@@ -383,7 +389,7 @@ class _Judge:
     def _possible(
         self, stage: Stage, candidate: Candidate, columns: Columns, fit: ScoreFit
     ) -> ScoreFit:
-        """Return the fit in which a coefficient with a physically impossible sign is 0."""
+        """Return the fit with coefficients of a physically impossible sign set to 0."""
         if candidate.definition.sign != "positive" or candidate.change:
             return fit
         kept, named = [*range(candidate.size)], len(candidate.definition.linear)
@@ -393,22 +399,24 @@ class _Judge:
             kept = [k for k in kept if k not in wrong]
             if not any(k < named for k in kept):
                 return stage.score.alone
-            left = {j: c[:, kept] for j, c in columns.items()}
-            fit = stage.score.beside(left, self._expected(stage, candidate, columns))
+            signed = {j: c[:, kept] for j, c in columns.items()}
+            fit = stage.score.fit_with(signed, self._expected(stage, candidate, columns))
         return fit
 
-    def _scored(self, stage: Stage, own: Score) -> Score:
-        """Return an effect beside others; the cost of its grid stays."""
-        columns = stage.seen(own.candidate) if own.candidate.uses_model else own.columns
-        fit = stage.score.beside(columns, self._expected(stage, own.candidate, columns))
-        found = self._judged(stage, own.candidate, columns, fit)
-        return replace(found, odds=found.odds - own.cost, cost=own.cost)
+    def _scored(self, stage: Stage, score: Score) -> Score:
+        """Return an effect with its score in a stage; the cost of its grid stays."""
+        columns = score.columns
+        if score.candidate.uses_model:
+            columns = stage.log_columns(score.candidate)
+        fit = stage.score.fit_with(columns, self._expected(stage, score.candidate, columns))
+        judged = self._judged(stage, score.candidate, columns, fit)
+        return replace(judged, odds=judged.odds - score.cost, cost=score.cost)
 
 
 def _refined(stage: Stage, new: Score) -> Score:
-    """Return an effect with its constants fitted beside a stage, whose constants stay."""
-    beside = replace(stage.problem, base=stage.rows)
-    return settled_constants(beside, [new], stage.seen)[0]
+    """Return an effect with its constants fitted; the constants of the stage stay."""
+    problem = replace(stage.problem, base=stage.rows)
+    return settled_constants(problem, [new], stage.log_columns)[0]
 
 
 def _odds(s: Item) -> float:

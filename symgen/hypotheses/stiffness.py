@@ -23,8 +23,8 @@ from symgen.estimation.values import FloatArray
 from symgen.hypotheses.rows import Rows
 
 NAME = "joint_elasticity"
-#: Share of the torque that deflection has to explain beside rotor and friction. Noise of q - qs
-#: lowers it as much as it lowers K.
+#: Smallest share of the torque, without rotor and friction, that the deflection has to explain.
+#: Noise of q - qs lowers this share as much as it lowers K.
 _SURE = 0.95
 _NAMES = ("K", "D", "IA", "FS", "FV", "OF")
 
@@ -57,7 +57,7 @@ def deflection(s: FilteredLog, j: int) -> FloatArray:
 
 
 def stiffnesses(evidence: Rows) -> list[Stiffness]:
-    """Return the results of the second encoders, for each joint that has one in all logs."""
+    """Return the stiffness of each joint that has a second encoder in all logs."""
     encoders = [log.samples.qs for log in evidence.logs]
     joints = []
     for j in range(evidence.n):
@@ -67,7 +67,7 @@ def stiffnesses(evidence: Rows) -> list[Stiffness]:
 
 
 def _stiffness(evidence: Rows, j: int) -> Stiffness:
-    """Fit the balance of a motor by least squares."""
+    """Fit the torque balance of a motor by least squares."""
     logs, moves = evidence.logs, evidence.moves[:, j] > 0
     parts = []
     for s, at in zip(logs, kept_spans(logs), strict=True):
@@ -89,7 +89,7 @@ def _stiffness(evidence: Rows, j: int) -> Stiffness:
 
 
 def _columns(s: FilteredLog, j: int) -> FloatArray:
-    """Return the columns of the motor's balance, in the band at the kept samples, (K, 6)."""
+    """Return the columns of the motor's torque balance, in the band at the kept samples, (K, 6)."""
     bent, speed = deflection(s, j), s.qd[:, j]
     rate = differentiate(bent, s.step)
     columns = [bent, rate, s.qdd[:, j], np.sign(speed), speed, np.ones_like(speed)]

@@ -1,9 +1,9 @@
-"""Effects without a name: products of functions of positions and speeds.
+"""Unnamed effects: products of functions of positions and speeds.
 
     torque on joint j = U12Jj term_12,    term_12 = q1*q3**2, for example
 
-Torques near an angle, which are no such product, have a table in effects.toml. Each term competes
-by the score of effects, with a penalty for the number of terms that were tried.
+Torques near an angle are no such product, so they have a table in effects.toml. Each term has the
+score of an effect, with a penalty for the number of terms that are tried.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from symgen.robot.types import Robot
 
 NAME = "unnamed"
 _BEST = 12  # number of terms of a joint that are scored
-_FREE = 0.05  # part of a term beside the model under which it is not scored
+_FREE = 0.05  # a scored term has at least this part of its norm orthogonal to the model
 
 
 class _Function(NamedTuple):
-    """A function of a position or a speed, and its degree in the unit of that."""
+    """A function of a position or a speed, and its degree in the unit of its argument."""
 
     values: Callable[[FloatArray], FloatArray]
     degree: int
@@ -53,7 +53,7 @@ _FUNCTIONS: Mapping[str, _Function] = {
 _BENT = ("abs({0})", "{0}*abs({0})", "sign({0})")
 _POSITION = tuple(text for text in _FUNCTIONS if text not in _BENT)
 _SPEED = ("{0}", "{0}**2", *_BENT)
-#: Functions of a position, and of a speed with it.
+#: Functions of a position, and functions of a speed, for their products.
 _MIXED = ("{0}", "{0}**2", "sin({0})", "cos({0})"), ("{0}", "abs({0})", "sign({0})")
 #: Products of functions of two positions.
 _PAIRS = (
@@ -88,7 +88,7 @@ def all_terms(n: int) -> Iterator[Term]:
 
 
 def _columns(term: Term, position: int, log: FilteredLog, _: Torques, __: Constants) -> Columns:
-    """Return minus a term along a log, as the column of a joint."""
+    """Return minus the values of a term along a log, as the column of a joint."""
     product = -np.ones(len(log.t))
     for factor in term:
         variable = log.q if factor.letter == "q" else log.qd
@@ -97,7 +97,7 @@ def _columns(term: Term, position: int, log: FilteredLog, _: Torques, __: Consta
 
 
 def expression(robot: Robot, position: int, number: int, term: Term) -> Candidate:
-    """Return a term on one joint, with its number in the library, as a candidate."""
+    """Return a term on one joint, with its number among the terms, as a candidate."""
     texts = []
     dimension = []
     for factor in term:
@@ -123,7 +123,7 @@ def expression(robot: Robot, position: int, number: int, term: Term) -> Candidat
 
 @dataclass(frozen=True, eq=False)
 class Expressions:
-    """The terms that can be added to a joint, one after the other, as an effect without a name.
+    """The terms that a search can add to a joint as unnamed effects.
 
     Attributes:
         robot: the declared robot.
@@ -137,14 +137,14 @@ class Expressions:
 
     @property
     def count(self) -> int:
-        """Number of effects without a name on a joint; the prior odds are divided by it."""
+        """Number of unnamed effects on a joint, which divides the prior odds."""
         local = definitions()[NAME].nonlinear.values()
         return len(self.terms) + int(np.prod([search.count for search in local]))
 
     def best(
         self, system: Rows, joints: frozenset[int] | None
     ) -> Iterator[tuple[Candidate, Columns]]:
-        """Yield the few terms of each joint that explain most of its residual.
+        """Yield the terms of each joint that explain most of its residual.
 
         Args:
             system: the equations of the model with the accepted effects.
@@ -156,11 +156,11 @@ class Expressions:
                 yield candidate, {j: self.columns[:, [i]]}
 
     def _gains(self, system: Rows, j: int) -> FloatArray:
-        """Return the sum of squares of joint j that each term explains, (T,)."""
+        """Return the part of joint j's sum of squares that each term explains, (T,)."""
         rows = self.columns * (system.moves[:, j] / system.sigma[j])[:, None]
         squares = np.sum(rows**2, axis=0)
         free = squares - np.sum((system.basis[:, j].T @ rows) ** 2, axis=0)
-        along = system.residual[:, j] @ rows
+        along = system.whitened_residual[:, j] @ rows
         scored = free > _FREE**2 * squares
         return np.where(scored, along**2 / np.where(scored, free, 1.0), 0.0)
 
@@ -170,5 +170,5 @@ def expressions(baseline: Problem) -> Expressions:
     robot = baseline.robot
     terms = tuple(all_terms(robot.n))
     candidates = [expression(robot, 0, i, term) for i, term in enumerate(terms)]
-    columns = [found[0] for found in baseline.stage().seen.each(candidates)]
+    columns = [of_joint[0] for of_joint in baseline.stage().log_columns.each(candidates)]
     return Expressions(robot, terms, np.concatenate(columns, axis=1))

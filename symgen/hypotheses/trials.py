@@ -1,8 +1,8 @@
-"""Changes of the logs beside a model: how much better each point of their grids predicts.
+"""Trials of changes: how much better the model predicts with each point of their grids undone.
 
-Changes of torques share the regressor, so that all of them are tried. A change of the motion needs
-new rows: it is tried where the model fails loudly, on a piece of the logs. Another gravity needs
-few trials, and least squares hide most of it in other parameters: it is tried first.
+Changes of torques share the regressor, so all of them are tried. A change of the motion needs new
+rows. It is tried only if the model error is large, and on a piece of the logs. Another gravity is
+also tried at small errors, because least squares hide most of it in other parameters.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from symgen.hypotheses.problem import Problem, Stage
 from symgen.hypotheses.registry import Changed
 from symgen.hypotheses.score import TEMPERATURE, ScoreFit, worth_and_gain
 
-#: s of each log on which changes of the motion, and of gravity alone, are tried.
+#: Duration of each log for trials of the motion, and for trials of gravity alone, s.
 _PIECE, _LONGER = 10.0, 60.0
-_ROUNDS = 3  # of Newton's method for the size of a change
+_ROUNDS = 3  # of Newton's method for the size of a gear ratio
 
 
 def torque_trials(stage: Stage) -> Iterator[Changed]:
-    """Yield the changes of torques, each with the most probable size."""
+    """Yield the changes of torques with their scores, each with the most probable size."""
     torque = cache(stage.problem.torque)
     work = np.sum([np.sum(s.qd * s.tau, axis=0) * s.step for s in stage.problem.logs], axis=0)
     for grid in torque_changes(stage.problem.robot, work):
@@ -45,12 +45,12 @@ def torque_trials(stage: Stage) -> Iterator[Changed]:
 
 
 def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
-    """Yield the changes of the motion, judged on a piece of the logs without other effects.
+    """Yield the changes of the motion with their scores, on a piece of the logs without effects.
 
     Args:
         problem: the model and its logs.
-        loud: joints whose gears are tried; a wrong sign or unit shows on others too. Without any,
-            gravity alone is tried.
+        loud: joints with large errors. Gear ratios are tried on these joints alone, signs and units
+            on all. If the set is empty, gravity alone is tried.
     """
     piece = problem.piece(_PIECE if loud else _LONGER)
     alone = piece.stage()
@@ -68,13 +68,13 @@ def motion_trials(problem: Problem, loud: frozenset[int]) -> Iterator[Changed]:
 
 
 def exact_change(stage: Stage, new: Score) -> Changed:
-    """Return the gear ratio that a column is the first order of, with its size."""
+    """Return the gear ratio whose first-order approximation is the column of an effect."""
     (j,) = new.candidate.joints
     problem, size = stage.problem, 1.0
     for _ in range(_ROUNDS):
         other = problem if size == 1.0 else problem.changed(geared_by(j, size))
         rows = other.stage()
-        fit = rows.score.beside(rows.seen(new.candidate))
+        fit = rows.score.fit_with(rows.log_columns(new.candidate))
         size *= 1 + float(fit.coefficients[0])
     return Changed(geared_by(j, size), new.odds, new.worth, new.gain)
 
@@ -82,17 +82,17 @@ def exact_change(stage: Stage, new: Score) -> Changed:
 def _torque_trial(stage: Stage, grid: Sequence[Change], torque: Torque) -> Changed:
     """Return the most probable point of a grid of changes of the torques, refined."""
     fits = [_fit_of_torque(stage, c, torque) for c in grid]
-    found = _best_of(stage, grid, fits)
-    if not (found.change.delay or found.change.lag) or found.odds <= 0:
-        return found
-    change = _refined_change(stage, found.change)
+    best = _best_of(stage, grid, fits)
+    if not (best.change.delay or best.change.lag) or best.odds <= 0:
+        return best
+    change = _refined_change(stage, best.change)
     fit = _fit_of_torque(stage, change, torque)
     again = _best_of(stage, [change], [fit])
-    return again if again.odds > found.odds else found
+    return again if again.odds > best.odds else best
 
 
 def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
-    """Return the fit to the changed logs, in the density of the recorded torque."""
+    """Return the fit to the changed logs, with its score as a density of the recorded torque."""
     scale = np.ones(alone.problem.base.n)
     scale[list(change.joints)] = change.scale
     changed = alone.problem.tried(change).stage().score
@@ -101,24 +101,25 @@ def _fit_of_motion(alone: Stage, change: Change) -> ScoreFit:
     before, after = alone.score.density(counts), score.density(counts)
     more = float(counts.sum(axis=1) @ np.log(scale)) / TEMPERATURE
     gained = alone.score.alone.score + after - more - before
-    return score.alone._replace(score=gained, left=score.alone.left * scale**2)
+    return score.alone._replace(score=gained, variance=score.alone.variance * scale**2)
 
 
 def _best_of(stage: Stage, grid: Sequence[Change], fits: Sequence[ScoreFit]) -> Changed:
-    """Return the most probable point of a grid, with the odds of the whole grid."""
+    """Return the most probable point of a grid, with the odds marginalised over the grid."""
     alone, size = stage.score.alone, stage.problem.base.size
     odds = np.array([fit.score - alone.score for fit in fits])
     k = int(np.argmax(odds))
     change = grid[k]
-    # One wrong sign is as improbable as another; that of a set is that of the rest.
+    # Each wrong sign costs the same. A set and its complement fit alike: the smaller one counts.
     few = min(len(change.joints), len(size) - len(change.joints))
     prior = math.log(prior_of(change.definition).odds) * max(1, few)
-    whole = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
-    return Changed(change, whole, *worth_and_gain(alone.left, fits[k].left, size, ()))
+    odds_of_grid = float(np.logaddexp.reduce(odds)) - math.log(len(grid)) + prior
+    worth, gain = worth_and_gain(alone.variance, fits[k].variance, size, ())
+    return Changed(change, odds_of_grid, worth, gain)
 
 
 def _fit_of_torque(stage: Stage, change: Change, torque: Torque) -> ScoreFit:
-    """Return the fit to the torques without a change of them."""
+    """Return the fit to the torques with a change undone."""
     return stage.score.of_torque(change.torque(torque) - torque(0.0))
 
 

@@ -1,4 +1,4 @@
-"""The estimate that a solution is: its fit, what it may be used for, and how it was made."""
+"""Assemble the estimate from a solution: its fit, its uses, and its provenance."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from symgen.identification.uses import Uses
 from symgen.robot.toml_text import robot_toml
 from symgen.runtime.evaluator import Evaluator
 
-_PLENTY = 10  # independent equations for each parameter
+_PLENTY = 10  # independent equations per parameter below which a note warns
 #: Condition number of the scaled regressor above which small errors of the data become large.
 CONDITION = 500.0
 #: Independent windows that each parameter needs.
@@ -57,24 +57,22 @@ WINDOWS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A solution, and how it fits all equations and torques.
+    """A solution and its fit to all equations and torques.
 
     Attributes:
         settled: the solution of the equations of the training logs.
-        train: residual of these equations.
-        held: of those of the validation logs.
-        own: torques of the training logs.
-        seen: of the validation logs.
+        train, held: residuals of the equations of the training and of the validation logs.
+        torque_train, torque_held: torques of the training and of the validation logs.
         windows: number of independent equations.
-        repairs: what was mended in the logs.
-        notes: of the logs, beside those of every run.
+        repairs: repairs of the logs.
+        notes: notes on long logs.
     """
 
     settled: Settled
     train: Residual
     held: Residual
-    own: TorqueFit
-    seen: TorqueFit
+    torque_train: TorqueFit
+    torque_held: TorqueFit
     windows: float
     repairs: tuple[Fault, ...]
     notes: tuple[str, ...] = ()
@@ -88,45 +86,45 @@ def outcome(
     repairs: tuple[Fault, ...],
     notes: tuple[str, ...] = (),
 ) -> Outcome:
-    """Return how a solution fits the logs.
+    """Return the fit of a solution to the logs.
 
     Args:
         settled: the solution of the equations.
-        model: of the equations.
-        equations: of the training and of the validation logs, or their summaries.
-        torques: of both, at X.
+        model: model of the equations.
+        equations: equations of the training and of the validation logs, or their summaries.
+        torques: torques of the training and of the validation logs, at X.
         repairs, notes: see `Outcome`.
     """
-    own, seen = torques
+    torque_train, torque_held = torques
     if model.name == "torque":
-        residuals = own.residual, seen.residual
+        residuals = torque_train.residual, torque_held.residual
     else:
         train, held = (equation_residual(parts, settled.solution.X) for parts in equations)
         residuals = train, held
     windows = sum(part.rows / part.correlation for part in equations[0])
-    return Outcome(settled, *residuals, own, seen, windows, repairs, notes)
+    return Outcome(settled, *residuals, torque_train, torque_held, windows, repairs, notes)
 
 
 def assess(
     chosen: ChosenModel,
-    found: Outcome,
-    own_values: FloatArray | None,
+    result: Outcome,
+    file_values: FloatArray | None,
     accept: float,
     least: float,
 ) -> Estimate:
-    """Return the estimate that a solution is, with its fit, its verdict, and what is drawn of it.
+    """Return the estimate of a solution, with its fit, its verdict, and its curves.
 
     Args:
-        chosen: the run with the equations that were solved, or with those of a sample.
-        found: the solution, and how it fits all logs.
-        own_values: parameters (p,) of the robot's own file, None where it has none.
+        chosen: the run with the solved equations; for long logs, those of a sample.
+        result: the solution and its fit to all logs.
+        file_values: (p,) parameters in the robot file; None if it has none.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
     run, best, held = chosen.run, chosen.best, chosen.held
     model, train = best.model, best.train
     evaluator, robot = run.evaluator, run.evaluator.model.robot
-    settled = found.settled
+    settled = result.settled
     solution, method, bias = settled.solution, settled.method, ""
     if method.name not in UNBIASED and best.columns is None:
         system = system_of(evaluator, train)
@@ -137,16 +135,16 @@ def assess(
         std = np.full(len(X), math.nan)
         std[known] = solution.std[known]
     parameters = _parameter_estimates(evaluator, X, std)
-    judged = motion_error(evaluator, run.held, X, found.seen)
+    judged = motion_error(evaluator, run.held, X, result.torque_held)
     error, floor = judged.error, judged.noise
     unexplained = _unexplained(error, floor, least)
-    limits = restrictions(chosen.together, robot)
+    limits = restrictions(chosen.proportional, robot)
     uses = Uses(
-        prediction_use(run, settled, found.seen, floor, accept, least),
+        prediction_use(run, settled, result.torque_held, floor, accept, least),
         parameters_use(parameters, settled, unexplained, bias, scaled=scale_unknown(run)),
-        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, own_values),
+        simulation_use(evaluator, (run.train, run.held), X, parameters, limits, file_values),
     )
-    own_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
+    model_traces = [t for part in (*train, *held) for t in _model_traces(part, model, X)]
     data = [(part.kind, part.log.samples) for part in (*train, *held)]
     prior = None
     if method.prior is not None:
@@ -161,10 +159,10 @@ def assess(
         method=method.label,
         parameters=parameters,
         condition_number=solution.condition_number,
-        train=found.train,
-        validation=found.held,
-        torque_train=found.own.residual,
-        torque_validation=found.seen.residual,
+        train=result.train,
+        validation=result.held,
+        torque_train=result.torque_train.residual,
+        torque_validation=result.torque_held.residual,
         moving=error,
         noise_floor=floor,
         unexplained=unexplained,
@@ -172,12 +170,12 @@ def assess(
         window_s=None if model.name == "torque" else model.window,
         verdict="trusted" if uses.prediction.ok else "doubtful",
         reasons=uses.prediction.reasons,
-        suspected=(*run.suspected, *suspicions(run, solution, found.seen, accept)),
-        headline=BETWEEN_USES.join((_headline(found.seen, floor), *uses.sentences)),
+        suspected=(*run.suspected, *suspicions(run, solution, result.torque_held, accept)),
+        headline=BETWEEN_USES.join((_headline(result.torque_held, floor), *uses.sentences)),
         uses=uses,
         band=run.band,
-        alternatives=tuple(_alternatives(chosen.found, method, solution, found)),
-        repairs=found.repairs,
+        alternatives=tuple(_alternatives(chosen.alternatives, method, solution, result)),
+        repairs=result.repairs,
         physical=settled.physical,
         at_bound=settled.at_bound,
         excludes=method.excludes,
@@ -185,25 +183,25 @@ def assess(
         comparison=solution.comparison,
         prior=prior,
         correlation=solution.covariance / np.outer(size, size),
-        notes=(*_notes(chosen, solution, found), *found.notes),
+        notes=(*_notes(chosen, solution, result), *result.notes),
         provenance=provenance(evaluator, data, _settings(method)),
-        traces=(*own_traces, *found.own.traces, *found.seen.traces),
+        traces=(*model_traces, *result.torque_train.traces, *result.torque_held.traces),
     )
 
 
-def _headline(seen: TorqueFit, noise: Residual) -> str:
+def _headline(held: TorqueFit, noise: Residual) -> str:
     """Return the torque error on held-out motion in one sentence."""
-    error = seen.in_motion.residual.relative
+    error = held.in_motion.residual.relative
     text = f"{percent(error)} torque error on motion it has not seen"
-    if seen.rest.any():
-        text += f" ({percent(seen.residual.relative)} with joints at rest)"
+    if held.rest.any():
+        text += f" ({percent(held.residual.relative)} with joints at rest)"
     if math.isnan(noise.relative):
         return f"{text}; the noise floor is unknown."
     return f"{text}; noise accounts for {percent(noise.relative)}."
 
 
 def _unexplained(error: Residual, noise: Residual, least: float) -> float | None:
-    """Return the part of a torque that noise does not explain; None where no joint shows any."""
+    """Return the part of the torque that neither model nor noise explains; None if invisible."""
     if quiet(error.per_joint or (), noise.per_joint or (), least):
         return None
     known = float(np.nan_to_num(noise.relative))  # the floor may be unknown
@@ -221,32 +219,32 @@ def _parameter_estimates(
 
 
 def _alternatives(
-    models: Sequence[Alternative], method: Method, solution: Solution, found: Outcome
+    models: Sequence[Alternative], method: Method, solution: Solution, result: Outcome
 ) -> list[Alternative]:
-    """Return the models; the chosen one with the fit of all logs, not of the sample it had."""
+    """Return the models. The chosen one gets the fit to all logs instead of that to a sample."""
     out = []
     for model in models:
         if model.chosen and method.is_wls:
             model = replace(
                 model,
                 condition_number=solution.condition_number,
-                train=found.own.residual,
-                validation=found.seen.residual,
+                train=result.torque_train.residual,
+                validation=result.torque_held.residual,
             )
         out.append(model)
     return out
 
 
-def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str, ...]:
-    """Say what was done to the logs, and what the intervals do not tell."""
+def _notes(chosen: ChosenModel, solution: Solution, result: Outcome) -> tuple[str, ...]:
+    """Return notes on changes of the logs, and on the limits of the standard deviations."""
     run, count = chosen.run, len(solution.X)
     out = [note for log in run.logs for note in log.samples.notes]
-    out += [f"band: {run.band.in_words()}", *_of_rests(run.band, found.seen)]
-    if not run.given:
+    out += [f"band: {run.band.in_words()}", *_of_rests(run.band, result.torque_held)]
+    if not run.has_validation:
         out.append("no validation log is given: the last fifth of each log is held out")
-    if found.windows < _PLENTY * count:
+    if result.windows < _PLENTY * count:
         out.append(
-            f"{found.windows:.0f} independent equations for {count} parameters: under "
+            f"{result.windows:.0f} independent equations for {count} parameters: under "
             f"{_PLENTY} each, the standard deviations tend to be too small"
         )
     out += solution.notes
@@ -259,22 +257,22 @@ def _notes(chosen: ChosenModel, solution: Solution, found: Outcome) -> tuple[str
     return tuple(filter(None, out))
 
 
-def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
-    """Say what rests do, where the logs that judge have any."""
+def _of_rests(band: Band, held: TorqueFit) -> tuple[str, ...]:
+    """Return a note on the weight of samples at rest, if the validation logs have any."""
     if band.rests is None:
         return ()
     low, high = (f"{w:.2g}" for w in (min(band.rests.weight), max(band.rests.weight)))
     weights = low if low == high else f"{low} to {high}"
     return tuple(
         "joints stand still at times, where static friction can take any value between its limits: "
-        f"{told}; rows at rest have {weights} times the weight of "
+        f"{errors}; rows at rest have {weights} times the weight of "
         "rows in motion"
-        for told in seen.told_apart
+        for errors in held.told_apart
     )
 
 
-def own_version() -> str:
-    """Return symgen's version; "unknown" where it is not installed."""
+def symgen_version() -> str:
+    """Return the version of symgen; "unknown" if it is not installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
@@ -288,35 +286,35 @@ def provenance(
     logs: Iterable[tuple[str, Samples]],
     more: Iterable[tuple[str, str]] = (),
 ) -> tuple[tuple[str, str], ...]:
-    """Return what made an estimate: symgen's version, the backend, the robot, and the logs.
+    """Return the provenance of an estimate: version of symgen, backend, robot, and logs.
 
     Args:
         evaluator: the compiled model.
-        logs: with their kind.
-        more: what else has to be told, before the logs.
+        logs: kind and samples of each log.
+        more: further pairs of label and value, which come before the logs.
     """
     robot = hashlib.sha256(robot_toml(evaluator.model.robot).encode()).hexdigest()
-    own = (("symgen", own_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot))
+    head = (("symgen", symgen_version()), ("backend", evaluator.backend), (ROBOT_DIGEST, robot))
     data = ((f"{kind} {s.name}, {LOG_DIGEST}", samples_digest(s)) for kind, s in logs)
-    return (*own, *more, *data)
+    return (*head, *more, *data)
 
 
 def _settings(method: Method) -> list[tuple[str, str]]:
-    """Return what the provenance of an estimate says of its method."""
+    """Return the options of a method, for the provenance of an estimate."""
     out = []
     if method.name == "recursive":
         out.append(("forgetting", f"{method.forgetting:g}"))
     if method.prior is not None:
-        given = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
-        out.append(("prior, sha256 of its means and std", hashlib.sha256(given).hexdigest()))
+        content = np.concatenate([method.prior.mean, method.prior.std]).tobytes()
+        out.append(("prior, sha256 of its means and std", hashlib.sha256(content).hexdigest()))
     return out
 
 
 def _model_traces(part: EquatedLog, model: EquationModel, X: FloatArray) -> tuple[Trace, ...]:
-    """Return what the model's own equations measure and predict, for drawing."""
-    if model.name == "torque":  # drawn from `fit`
+    """Return the measured and predicted sides of the equations of a model, for plots."""
+    if model.name == "torque":  # `fit` has these curves
         return ()
-    t = reduce(np.intersect1d, [e.t for e in part.equations])  # a mask is by joint
+    t = reduce(np.intersect1d, [e.t for e in part.equations])  # masks differ by joint
     kept = [(e, np.isin(e.t, t)) for e in part.equations]
     measured = np.stack([(e.y / e.scale)[k] for e, k in kept], axis=1)
     predicted = np.stack([(e.W @ X / e.scale)[k] for e, k in kept], axis=1)

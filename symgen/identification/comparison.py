@@ -1,4 +1,4 @@
-"""Two estimates of one robot side by side: which parameters moved, and by how much."""
+"""Compare two estimates of one robot: which parameters moved, and by how much."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Compared:
 
     @property
     def name(self) -> str:
-        """The name in both."""
+        """Name of the parameter."""
         return self.a.name
 
     @property
@@ -41,12 +41,12 @@ class Compared:
 
     @property
     def std(self) -> float:
-        """Standard deviation of the difference of independent estimates, in the same unit."""
+        """Standard deviation of the difference, for independent estimates, in the same unit."""
         return math.hypot(self.a.std, self.b.std)
 
     @property
     def sigmas(self) -> float:
-        """The difference over its standard deviation; NaN where that is unknown or zero."""
+        """The difference over its standard deviation; NaN if that is unknown or zero."""
         return self.difference / self.std if 0 < self.std < math.inf else math.nan
 
     @property
@@ -60,13 +60,13 @@ class Comparison(Viewable):
     """Two estimates of one robot.
 
     Attributes:
-        names: what the two are called: their paths, or "a" and "b".
+        names: names of the estimates: their paths, or "a" and "b".
         a, b: the estimates.
-        parameters: those that both have with the same formula and unit, in the order of a.
-        left_out: name of every other one, and why it is not compared.
-        notes: what limits the comparison, in words.
-        shared: labels of the training logs that both used.
-        alike: names of training logs of both that may be one file, or parts of it.
+        parameters: parameters with the same formula and unit in both, in the order of a.
+        left_out: name of every other parameter, and the reason why it is not compared.
+        notes: limits of the comparison, as texts.
+        shared: labels of the training logs that both estimates used.
+        alike: names that training logs of both have. The logs may be one file, or parts of it.
     """
 
     names: tuple[str, str]
@@ -90,10 +90,11 @@ class Comparison(Viewable):
 
     @property
     def verdict(self) -> str:
-        """Differ (a parameter moved), agree, or unknown.
+        """The result: "differ" (a parameter moved), "agree", or "unknown".
 
-        It is unknown where no standard deviation is, and where none moved but both used one log, or
-        logs of one name: their errors are alike then, and so are values that are wrong.
+        It is unknown if there are no standard deviations. It is also unknown if no parameter moved,
+        but both estimates used one log or logs with the same name. Such estimates share the errors
+        of the log, so that wrong values agree too.
         """
         if self.moved:
             return "differ"
@@ -107,20 +108,20 @@ class Comparison(Viewable):
         judged = sum(not math.isnan(p.sigmas) for p in self.parameters)
         if not judged:
             return f"No standard deviation of the {count} common parameters is known."
-        # of the normal law beyond 3 standard deviations
+        # expected number beyond 3 standard deviations of a normal distribution
         chance = f"{judged * math.erfc(BEYOND / math.sqrt(2)):.2g}"
-        told = (
+        text = (
             f"{len(self.moved)} of {judged} parameters moved by more than {BEYOND:g} combined "
             f"standard deviations; chance alone would move {chance} of them on average."
         )
         if self.verdict == "unknown" and self.shared:
-            told += " Both used the same training data, so that this shows no agreement."
+            text += " Both used the same training data, so that this shows no agreement."
         elif self.verdict == "unknown":
-            told += (
-                f" Both used a training log named {', '.join(self.alike)}: where that is one file, "
-                "this shows no agreement; two files are told apart by their names."
+            text += (
+                f" Both used a training log named {', '.join(self.alike)}: if that is one file, "
+                "this shows no agreement; give different files different names."
             )
-        return told
+        return text
 
     def to_json(self) -> dict[str, Any]:
         """Return the comparison as JSON values (schema symgen.comparison/1)."""
@@ -164,16 +165,17 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
 
         sigmas = (b - a) / sqrt(std_a^2 + std_b^2)
 
-    The standard deviation of the difference is that of estimates from independent data. A parameter
-    is compared where both have it with the same formula and unit: ZZ1R of two sets may join
-    different standard parameters, and is another quantity then.
+    The standard deviation of the difference is valid for independent data. A parameter is compared
+    only if both estimates have it with the same formula and unit. ZZ1R of two sets may regroup
+    different standard parameters, and is then a different quantity.
 
     Args:
         a: an estimate, the folder that `identify` wrote, or its estimate.json.
-        b: the other.
+        b: the other estimate.
 
     Raises:
-        ParameterError: a file cannot be read, the robots differ in name, or no parameter is common.
+        ParameterError: symgen cannot read a file, the names of the robots differ, or the estimates
+            have no common parameter.
     """
     names = tuple(k if isinstance(x, Estimate) else str(x) for k, x in (("a", a), ("b", b)))
     first, second = (x if isinstance(x, Estimate) else read_estimate(x) for x in (a, b))
@@ -214,7 +216,7 @@ def compare(a: Estimate | str | Path, b: Estimate | str | Path) -> Comparison:
 def _notes(
     a: Estimate, b: Estimate, shared: tuple[str, ...], alike: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Return what limits a comparison: data in common, other robot files, errors without std."""
+    """Return the limits of a comparison: common data, other robot files, excluded errors."""
     notes = ["the difference in standard deviations assumes that the two used independent data"]
     if alike:
         notes.append(
@@ -244,7 +246,7 @@ def _notes(
 
 
 def _logs(estimate: Estimate) -> dict[str, str]:
-    """Return digest and name of the logs that an estimate was trained on."""
+    """Return digest and name of the training logs of an estimate."""
     start, end = "train ", f", {LOG_DIGEST}"
     return {
         value: key.removeprefix(start).removesuffix(end)

@@ -22,8 +22,8 @@ def traces_npz(traces: tuple[Trace, ...], moving: Residual | None = None) -> byt
     """Return traces as the bytes of an NPZ file.
 
     Curves are in single precision, times in double. `index`, a JSON text in bytes, lists the
-    traces in order; their arrays are `trace0_t`, `trace0_measured`, ... It has the torque error of
-    joints in motion, too, where there is one.
+    traces in order, and contains the torque error of joints in motion or null. The arrays of the
+    traces are `trace0_t`, `trace0_measured`, ...
     """
     index = json.dumps({"traces": as_json(traces), "moving": as_json(moving)})
     arrays: dict[str, Any] = {"index": np.frombuffer(index.encode(), dtype=np.uint8)}
@@ -37,7 +37,7 @@ def traces_npz(traces: tuple[Trace, ...], moving: Residual | None = None) -> byt
 
 
 def read_traces(path: Path) -> tuple[tuple[Trace, ...], Residual | None]:
-    """Read traces and error from a file of `traces_npz`; a missing file has none.
+    """Read traces and error from a file of `traces_npz`; empty and None if the file is missing.
 
     Raises:
         ParameterError: the file is damaged.
@@ -54,7 +54,7 @@ def read_traces(path: Path) -> tuple[tuple[Trace, ...], Residual | None]:
             )
             moving = index.get("moving")
             return traces, None if moving is None else from_json(Residual, moving, path)
-    except Exception as error:  # a damaged archive raises one of two dozen kinds
+    except Exception as error:  # a damaged archive raises one of many kinds
         raise ParameterError(
             f"{path}: damaged ({type(error).__name__}); accepted: the file that identify wrote, or "
             "none (figures over time are left out then)"
@@ -62,10 +62,10 @@ def read_traces(path: Path) -> tuple[tuple[Trace, ...], Residual | None]:
 
 
 def _arrays(file: Any, start: str, entry: Any) -> dict[str, Any]:
-    """Return the arrays of a trace: finite numbers, as many rows as t in each.
+    """Return the arrays of a trace: finite numbers, with one row for each entry of t.
 
     Raises:
-        ValueError: they are others.
+        ValueError: an array has another shape or a number that is not finite.
     """
     places = ((f.name, f"{start}_{f.name}") for f in fields(Trace) if f.name not in entry)
     arrays = {key: np.asarray(file[at], dtype=float) for key, at in places if at in file}

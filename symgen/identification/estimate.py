@@ -1,4 +1,4 @@
-"""The result of an identification, as a frozen value that is written, compared and drawn."""
+"""The result of an identification, as a frozen value."""
 
 from __future__ import annotations
 
@@ -40,18 +40,17 @@ from symgen.views import Viewable
 
 SCHEMA = "symgen.estimate/2"
 MARKER = "estimate.json"
-#: Between the sentences of a headline: a file holds it in one line.
+#: Separator of the sentences of a headline, which is one line in the file.
 BETWEEN_USES = " | "
-_PER_JOINT = ("torque", "momentum")  # residuals of one component a joint
-#: Schemas that are read.
+#: Schemas that symgen can read.
 READ = (SCHEMA, "symgen.estimate/1")
-#: Labels of provenance: the robot, and what ends the label of a log.
+#: Labels in the provenance: that of the robot, and the end of that of a log.
 ROBOT_DIGEST, LOG_DIGEST = "robot, sha256 of its canonical robot.toml", "sha256 of samples"
 
 
 @dataclass(frozen=True)
 class JointLabel:
-    """A joint: its number in the file, the unit of its torque, and the file's own name for it."""
+    """A joint: its number in the file, the unit of its torque, and its name in the file."""
 
     number: int
     unit: str
@@ -59,7 +58,7 @@ class JointLabel:
 
     @property
     def label(self) -> str:
-        """Return how results call the joint."""
+        """Name of the joint in results."""
         return joint_label(self.number, self.name or "")
 
 
@@ -72,7 +71,7 @@ def joints_of(robot: Robot) -> tuple[JointLabel, ...]:
 class ParameterEstimate:
     """One identified parameter: value and standard deviation, in `unit`.
 
-    `relative_std_percent` is 100 std / |value|; infinite for a value of zero.
+    `relative_std_percent` is 100 std / |value|, or infinite if the value is zero.
     """
 
     name: str
@@ -89,14 +88,14 @@ class ParameterEstimate:
 
 @dataclass(frozen=True)
 class Consistency:
-    """Whether a robot that could exist has these base parameters.
+    """Whether the base parameters are physically possible.
 
     Attributes:
-        distance_sigma: from least squares to the nearest physically possible base parameters, in
-            standard deviations; None where it is unknown.
-        reason: why the estimate is not possible; None where it is.
-        held_out: torque errors on held-out folds of least squares and of the nearest possible
-            parameters; None where both are the same.
+        distance_sigma: distance from least squares to the nearest physically possible base
+            parameters, in standard deviations; None if unknown.
+        reason: why the estimate is not possible; None if it is possible.
+        held_out: torque errors of least squares and of the nearest possible parameters on held-out
+            folds; None if both are the same, or if there is no such comparison.
     """
 
     distance_sigma: float | None
@@ -105,7 +104,7 @@ class Consistency:
 
     @property
     def text(self) -> str:
-        """The same as one sentence."""
+        """The result in one sentence."""
         if self.reason is not None:
             return self.reason.text
         return "bodies of positive mass can have these base parameters"
@@ -116,15 +115,15 @@ UNCHECKED = Consistency(None, Reason("not_checked", text="not checked"))
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """One model of an identification.
+    """One of the fitted models of an identification.
 
     Attributes:
         model: energy, momentum or torque.
-        condition_number: of its regressor with columns scaled to unit norm.
-        train, validation: its residual in torque; None where its logs do not determine it.
-        held_out: error in torque on folds left out of its fit, RMS over the joints.
-        chosen: whether it is the estimate.
-        reason: in words.
+        condition_number: condition number of its regressor with columns scaled to unit norm.
+        train, validation: torque residuals; None if the logs do not determine the parameters.
+        held_out: torque error on held-out folds, RMS over the joints.
+        chosen: whether this model is the estimate.
+        reason: a text with its torque error, or why it has no solution.
     """
 
     model: str
@@ -145,37 +144,41 @@ class Estimate(Viewable):
         joints: number in the file and unit of the torque of each movable joint.
         model: energy, momentum or torque.
         method: name of the estimator.
-        parameters: in the order of X.
-        condition_number: of the regressor with its columns scaled to unit norm.
-        train: residual of the model's own equations on the training data.
-        validation: the same on data that the estimate never saw.
-        torque_train: residual in torque of the same parameters, per joint.
+        parameters: the base parameters, in the order of X.
+        condition_number: condition number of the regressor with its columns scaled to unit norm.
+        train: residual of the equations of the model on the training data.
+        validation: the same on the validation data.
+        torque_train: torque residual of the same parameters on the training data.
         torque_validation: the same on the validation data.
-        moving: torque_validation of joints in motion; None where it is not known.
-        noise_floor: what noise alone leaves of the torque of the validation data, of joints in
-            motion; None where it is not known.
-        unexplained: part of that torque that neither the model nor noise explains; None where no
-            joint's error is visible beside its noise.
-        cutoff_hz: of the zero-phase filter, None where none was used.
-        window_s: length of the energy windows, s.
+        moving: torque_validation for joints in motion; None if unknown.
+        noise_floor: torque error on the validation data that noise alone causes, for joints in
+            motion; None if unknown.
+        unexplained: part of the torque that neither the model nor noise explains; None if no
+            joint's error is visible above its noise.
+        cutoff_hz: cutoff of the zero-phase filter, Hz; None without a filter.
+        window_s: length of the windows of energy and momentum, s; None for the torque model.
         verdict: "trusted" or "doubtful".
         reasons: why it is doubtful; empty for "trusted".
-        suspected: what may be wrong but is not certain; it changes no verdict.
-        notes: what was done to the logs, in words.
-        correlation: of the estimated parameters, shape (p, p).
+        suspected: possible faults that are not certain and do not change the verdict.
+        notes: texts on the changes of the logs and on the fit.
+        correlation: correlation of the parameters, (p, p).
         possible: whether some robot has these parameters.
-        at_bound: names of the parameters that a constraint of possible robots holds; their standard
-            deviations do not describe them.
-        physical: how far least squares is from a possible robot, and why the estimate is none.
-        excludes: what the standard deviations leave out, in words.
-        endogeneity: tests of whether least squares is biased here, where instruments exist.
-        comparison: the same parameters by other methods: wls beside iv and iv beside wls.
-        prior: what was given as a prior, its std infinite where nothing was; None without one.
+        at_bound: names of the parameters at a bound of possible robots; their standard deviations
+            are not valid.
+        physical: distance of least squares from a possible robot, and why the estimate is not
+            possible.
+        excludes: a text with the errors that the standard deviations do not include.
+        endogeneity: tests for a bias of least squares, if there are instruments.
+        comparison: the same parameters by other methods, for example wls in an estimate by iv.
+        prior: values of the prior, with infinite std for parameters without one; None without a
+            prior.
         band: the filters of the run; None in an older file.
-        repairs: what was mended in the logs before anything was estimated.
-        alternatives: the models that were fitted, the chosen one first.
-        uses: what the estimate may be used for; None in a file of schema 1.
-        headline: the torque error, then a sentence for each use, with BETWEEN_USES between them.
+        repairs: repairs of the logs.
+        alternatives: the fitted models, the chosen one first.
+        uses: the uses of the estimate; None in a file of schema 1.
+        headline: the torque error and a sentence for each use, separated by BETWEEN_USES.
+        provenance: pairs of label and value: version, backend, digests of robot and logs, options.
+        traces: curves of the fit, for plots.
     """
 
     GONE: ClassVar = ("whiteness",)
@@ -227,7 +230,7 @@ class Estimate(Viewable):
 
     @property
     def X(self) -> FloatArray:
-        """The values, shape (p,), in the order of every kernel."""
+        """The values (p,), in the order that all kernels use."""
         return np.array([p.value for p in self.parameters])
 
     @property
@@ -239,12 +242,12 @@ class Estimate(Viewable):
 
     @property
     def shifts(self) -> tuple[Fault, ...]:
-        """Repairs that shifted the torques of all logs, which other logs of the robot need too."""
+        """Repairs that shifted the torques of all logs. Other logs of the robot need them too."""
         return tuple(fault for fault in self.repairs if delay_of(fault))
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of X, shape (p, p)."""
+        """Covariance of X, (p, p)."""
         std = np.array([p.std for p in self.parameters])
         return self.correlation * np.outer(std, std)
 
@@ -254,12 +257,13 @@ class Estimate(Viewable):
 
 
 def read_estimate(path: str | Path) -> Estimate:
-    """Read an estimate again.
+    """Read an estimate from estimate.json.
+
+    The curves for plots come from curves.npz in the same folder, if that file exists. Values that
+    an older estimate.json lacks are empty.
 
     Args:
-        path: the folder that `identify` wrote, or the estimate.json in it. The curves for figures
-            come from curves.npz beside it; without that file there are none. What an older
-            estimate.json does not hold is empty.
+        path: the folder that `identify` wrote, or the estimate.json in it.
 
     Raises:
         ParameterError: there is no estimate, or it is damaged.
@@ -271,20 +275,20 @@ def read_estimate(path: str | Path) -> Estimate:
             f"{path}: the folder has {', '.join(others)} and no {file.name}; accepted: a result of "
             "symgen identify, for a diagnosis that of the line next: which it printed"
         )
-    found = read_result(Estimate, file, *READ)
-    wrong = _torn(found)
+    estimate = read_result(Estimate, file, *READ)
+    wrong = _torn(estimate)
     if wrong:
         raise ParameterError(
             f"{file}: damaged at {wrong}; accepted: schema {SCHEMA} as identify writes it"
         )
-    torque = found.torque_validation and found.torque_validation.per_joint
+    torque = estimate.torque_validation and estimate.torque_validation.per_joint
     joints = (JointLabel(j, "N m or N") for j in range(1, len(torque or ()) + 1))
     traces, moving = read_traces(file.with_name(FILE))
-    return replace(found, joints=found.joints or tuple(joints), traces=traces, moving=moving)
+    return replace(estimate, joints=estimate.joints or tuple(joints), traces=traces, moving=moving)
 
 
 def _torn(e: Estimate) -> str:
-    """Return which parts of an estimate do not belong together, "" where all do."""
+    """Return which part of an estimate contradicts the others, or ""."""
     names = {p.name for p in e.parameters}
     if len(names) < len(e.parameters) or not names:
         return "parameters: some are missing, or there twice"

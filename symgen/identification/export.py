@@ -48,19 +48,20 @@ _CAVEAT = (
     "base parameters do not determine link parameters: these are one of infinitely many sets that "
     "give the same torques, and a single mass or centre need not be the robot's"
 )
-#: Difference of a parameter that is read from the written one, of the largest, that is rounding.
+#: Largest rounding error of a parameter that is written and read, as a part of the largest one.
 _READ = 1e-8
 
 
 def values_header(estimate: Estimate, prefix: str | None = None) -> str:
     """Return NAME_values.h: the identified X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h of the generated package. It compares digests, and compiles only with a
-    package of the same robot.toml. Its first lines have the verdict and the reasons.
+    The header includes NAME.h of the generated package. It compares digests, so it compiles only
+    with a package of the same robot.toml. Its first lines are the verdict and the reasons.
 
     Args:
         estimate: the estimate.
-        prefix: prefix of the package; the name of the robot by default, NAMEf for a float package.
+        prefix: prefix of the package, for example NAMEf for a float package; by default the name of
+            the robot.
 
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
@@ -82,10 +83,10 @@ class IdentifiedFile:
     """A robot file of another program with identified values.
 
     Attributes:
-        text: of the file.
-        values: every standard parameter of the robot by name, as the file has it where it can.
-        left_out: name, value and unit of what the format cannot hold.
-        notes: what the numbers in it are, and who reads them; one line each.
+        text: text of the file.
+        values: every standard parameter of the robot by name, including those in `left_out`.
+        left_out: name, value and unit of each non-zero parameter that the format cannot hold.
+        notes: texts on the numbers in the file and on the programs that read them.
     """
 
     text: str
@@ -101,33 +102,33 @@ def identified_file(
     X: FloatArray | None = None,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
-    """Write identified values into the text of the robot's own file.
+    """Return the text of a robot file with identified values.
 
-    Base parameters do not determine link parameters: of all physically possible ones that give X,
-    symgen takes those closest to the file's own. If X is not physically possible, it takes the
-    nearest possible X, in the metric of its covariance.
+    Base parameters do not determine link parameters. Of all physically possible ones that give X,
+    symgen takes those closest to the values of the file. If X is not physically possible, it takes
+    the nearest possible X, in the metric of its covariance.
 
     Args:
-        path: of the file that the robot was read from.
-        estimate: identified on that robot.
-        robot: that robot, where joints of the file are held still in it.
+        path: the file from which the robot was read.
+        estimate: an estimate of that robot.
+        robot: that robot, if it fixes joints that move in the file.
         X: (p,) base parameters to write; by default those of the estimate.
-        folder: where the text is to be, for relative paths in it; by default where the file is.
+        folder: destination of the text, for its relative paths; by default the folder of the file.
 
     Raises:
-        RobotError: the file cannot be read.
-        ParameterError: it is another robot's, or cannot hold the values.
+        RobotError: symgen cannot read the file.
+        ParameterError: the file is of another robot, or cannot hold the values.
     """
     path = Path(path)
-    found = read_imported(path)
-    model = derive(with_fixed_links(robot or found.robot, found.robot, path))
+    imported = read_imported(path)
+    model = derive(with_fixed_links(robot or imported.robot, imported.robot, path))
     ours, theirs = model.base.names, (p.name for p in estimate.parameters)
     if [n.removesuffix("R") for n in ours] != [n.removesuffix("R") for n in theirs]:
         raise ParameterError(f"{path}: the estimate is of another robot")
     links = link_parameters(
         model,
         estimate.X if X is None else X,
-        prior=cad_parameters(path, model) if found.parameters else None,
+        prior=cad_parameters(path, model) if imported.parameters else None,
         nearest=estimate.covariance,
     )
     mjcf = path.suffix.lower() == ".xml"
@@ -146,12 +147,14 @@ def identified_file(
             )
     if mjcf:
         text = updated_mjcf(path, dynamics)
-        held = {f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings}
-        held |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
-        held |= {*_springs(model.robot).values()}
+        contained = {
+            f"{kind}{c.second}" for kind in ("IAM", "FSM", "FVM") for c in dynamics.couplings
+        }
+        contained |= {f"OF{joint.joint}" for joint in dynamics.joints if joint.stiffness}
+        contained |= {*_springs(model.robot).values()}
     else:
         text, _ = read_text(path, "accepted: a .urdf")
-        text, held = updated_urdf(text, dynamics, str(path)), set()
+        text, contained = updated_urdf(text, dynamics, str(path)), set()
         if any(joint.armature for joint in dynamics.joints):
             notes.append(
                 "rotor inertia stands in <dynamics armature>, which symgen reads; other programs "
@@ -162,7 +165,7 @@ def identified_file(
                 "Coulomb friction stands in <dynamics friction>, which Drake and some simulators "
                 "ignore"
             )
-    left_out = tuple(_left_out(model, links, held))
+    left_out = tuple(_not_contained(model, links, contained))
     if mjcf:
         absent = dict.fromkeys((name for name, _, _ in left_out), 0.0)
         _require_read(text, path, model, {**links.values, **absent})
@@ -171,18 +174,18 @@ def identified_file(
 
 
 def _require_read(text: str, path: Path, model: Model, values: Mapping[str, float]) -> None:
-    """Refuse an MJCF of which MuJoCo reads other values than were written.
+    """Refuse an MJCF from which MuJoCo reads other values than symgen wrote.
 
     Settings of the compiler can change masses and inertias, and springdamper changes damping.
 
     Args:
-        text: the file with the values.
-        path: where its relative paths lead from.
-        model: of the robot.
-        values: standard parameters that were written.
+        text: the text of the file, with the values.
+        path: base of its relative paths.
+        model: model of the robot.
+        values: the written standard parameters.
 
     Raises:
-        ParameterError: a base parameter is read with another value.
+        ParameterError: MuJoCo reads another value of a base parameter.
     """
     with TemporaryDirectory() as folder:
         place = Path(folder) / path.name
@@ -200,7 +203,7 @@ def _require_read(text: str, path: Path, model: Model, values: Mapping[str, floa
 
 
 def _dynamics(robot: Robot, links: LinkParameters) -> Dynamics:
-    """Return what a robot file can hold of the parameters of a robot."""
+    """Return the parameters of a robot that a robot file can hold."""
     springs = _springs(robot)
 
     def value(name: str) -> float:
@@ -228,20 +231,20 @@ def _springs(robot: Robot) -> dict[int, str]:
     return {e.joints[0]: e.linear[0][0] for e in robot.effects if e.name == SPRING}
 
 
-def _left_out(
-    model: Model, links: LinkParameters, held: Collection[str]
+def _not_contained(
+    model: Model, links: LinkParameters, contained: Collection[str]
 ) -> Iterator[tuple[str, float, str]]:
-    """Yield what a format cannot hold and is not 0.
+    """Yield the non-zero parameters that a format cannot hold.
 
     Args:
-        model: of the robot.
-        links: its parameters.
-        held: names of the parameters that the file holds beside links, rotors and friction.
+        model: model of the robot.
+        links: parameters of the robot.
+        contained: names of parameters in the file in addition to links, rotors and friction.
     """
     always = {*names.LINK, names.ROTOR, "FS", "FV"}
     for p in model.base.standard:
         value = links.values[p.name]
-        if value and p.prefix not in always and p.name not in held:
+        if value and p.prefix not in always and p.name not in contained:
             yield p.name, value, p.unit
 
 
@@ -252,23 +255,24 @@ def export(
     *,
     folder: str | Path | None = None,
 ) -> IdentifiedFile:
-    """Write all that a URDF or MJCF can hold of an estimate into a copy of the robot's file.
+    """Return a copy of a URDF or MJCF with all parameters of an estimate that it can hold.
 
     Args:
         estimate: an estimate.json, or the folder that `identify` wrote.
         source: path of the URDF or MJCF. Only <inertial>, friction, rotor inertia, springs and
             couplings change in the copy.
-        robot: the robot that was identified, its path or a library name; by default the robot.toml
-            beside the estimate, or else the robot of the file.
-        folder: where the text is to be; paths to meshes are relative to it. By default that of
+        robot: the identified robot, its path or a library name. By default the robot.toml in the
+            folder of the estimate, or else the robot of `source`.
+        folder: destination of the copy, for relative paths of meshes; by default the folder of
             `source`.
 
     Raises:
-        RobotError: a robot cannot be read.
-        ParameterError: the estimate cannot be read, is another robot's, or cannot be written.
+        RobotError: symgen cannot read a robot.
+        ParameterError: symgen cannot read the estimate, the estimate is of another robot, or the
+            file cannot hold its values.
     """
-    found, robot = read_identified(estimate, robot)
-    return identified_file(source, found, robot, folder=folder)
+    known, robot = read_identified(estimate, robot)
+    return identified_file(source, known, robot, folder=folder)
 
 
 def export_samples(
@@ -282,48 +286,50 @@ def export_samples(
 ) -> Iterator[IdentifiedFile]:
     """Yield copies of a robot's file with parameters drawn from their distribution.
 
-        X ~ N(X0, C),    moved to the nearest X that a robot can have
+        X ~ N(X0, C),    moved to the nearest physically possible X
 
-    For domain randomisation: the files differ by what the logs leave open.
+    The files serve domain randomisation: they differ by the uncertainty of the estimate.
 
     Args:
         estimate, source, robot, folder: as for `export`.
         count: number of files.
-        seed: of the draws.
+        seed: seed of the draws.
 
     Raises:
-        RobotError: a robot cannot be read.
-        ParameterError: as `export`, or the estimate has no covariance.
+        RobotError: symgen cannot read a robot.
+        ParameterError: as for `export`, or the estimate has no covariance.
     """
-    found, robot = read_identified(estimate, robot)
-    p = len(found.parameters)
-    if found.covariance.shape != (p, p) or not np.isfinite(found.covariance).all():
+    known, robot = read_identified(estimate, robot)
+    p = len(known.parameters)
+    if known.covariance.shape != (p, p) or not np.isfinite(known.covariance).all():
         raise ParameterError(
             f"{estimate}: it has no covariance of all its parameters; accepted: an estimate whose "
             "parameters all have a standard deviation"
         )
-    values, vectors = np.linalg.eigh(found.covariance)
+    values, vectors = np.linalg.eigh(known.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        X = found.X + root @ rng.normal(size=p)
-        yield identified_file(source, found, robot, X, folder)
+        X = known.X + root @ rng.normal(size=p)
+        yield identified_file(source, known, robot, X, folder)
 
 
 def read_identified(
     estimate: str | Path, robot: str | Path | Robot | None = None
 ) -> tuple[Estimate, Robot | None]:
-    """Return an estimate, and the robot that it is of; None where no file tells.
+    """Return an estimate and its robot.
+
+    The robot is None if the caller names none and the folder of the estimate has no robot.toml.
 
     Raises:
-        RobotError: the robot cannot be read.
-        ParameterError: the estimate cannot be read, or is another robot's.
+        RobotError: symgen cannot read the robot.
+        ParameterError: symgen cannot read the estimate, or it is of another robot.
     """
     known = read_estimate(estimate)
     path = Path(estimate)
-    beside = (path if path.is_dir() else path.parent) / "robot.toml"
-    if robot is None and beside.is_file():
-        robot = beside
+    in_folder = (path if path.is_dir() else path.parent) / "robot.toml"
+    if robot is None and in_folder.is_file():
+        robot = in_folder
     if robot is not None:
         robot = read_robot(robot)
         digest = hashlib.sha256(robot_toml(robot).encode()).hexdigest()
@@ -336,7 +342,7 @@ def read_identified(
 
 
 class FileErrors(NamedTuple):
-    """Relative torque errors on a log: of the parameters in each file, and of the estimate."""
+    """Relative torque errors on a log, of the parameters in each file and of the estimate."""
 
     files: list[float]
     estimate: float
@@ -349,23 +355,25 @@ def file_errors(
     robot: str | Path | Robot,
     reading: Reading | None = None,
 ) -> FileErrors:
-    """Return the torque error of the values in robot files on a log, beside the estimate's.
+    """Return the torque errors on a log, of the values in robot files and of the estimate.
 
-    All are taken in the band of the estimate. What a file does not hold is 0.
+    All errors use the band of the estimate. A parameter that a file does not hold is 0.
 
     Args:
-        paths: of URDF or MJCF files.
+        paths: paths of URDF or MJCF files.
         log: path of the log.
-        estimate: identified on the robot.
-        robot: that robot.
-        reading: how the log is read.
+        estimate: an estimate of the robot.
+        robot: the robot.
+        reading: options of reading the log.
 
     Raises:
-        LogError: the log cannot be read.
+        LogError: symgen cannot read the log.
         ParameterError: a file is of another robot.
     """
     robot = read_robot(robot)
     model = derive(robot, JUDGING)
-    given = [*(read_parameters(path, model) for path in paths), estimate.X]
-    *files, own = torque_errors(robot, log, given, estimate.band, estimate.shifts, reading)
-    return FileErrors(files, own)
+    parameters = [*(read_parameters(path, model) for path in paths), estimate.X]
+    *files, of_estimate = torque_errors(
+        robot, log, parameters, estimate.band, estimate.shifts, reading
+    )
+    return FileErrors(files, of_estimate)

@@ -1,18 +1,16 @@
 """Instruments for measured logs: the regressor along a motion without the noise of W.
 
-Instruments need a motion whose errors are independent of those in W and y. These are:
+Instruments need a motion whose errors are independent of those in W and y. There are two:
 
-- the commanded motion: independent of all sensor noise, also in closed loop. The best choice;
-- encoders for tachometers: W uses q and qd as measured. Z uses q after a zero-phase low-pass in the
-  band of the motion, and its derivative, but not the tachometer. This is valid for tachometer noise
-  of any spectrum. Encoder noise within the band is in both; it enters W only through q, not through
-  its derivative.
+- The commanded motion is independent of all sensor noise, also in closed loop. It is the best
+  choice.
+- The encoders are instruments for measured speeds. W uses the measured q and qd. Z uses q after a
+  zero-phase low-pass in the band of the motion, and its derivative. This is valid for tachometer
+  noise of any spectrum. Encoder noise within the band is in both W and Z, but it enters W only
+  through q, not through its derivative.
 
-Speeds that were derived from the encoders are no second sensor: in the band, W and any smoothed Z
+Speeds that are derived from the encoders are no second sensor: in the band, W and any smoothed Z
 have the same noise. Without a commanded motion, symgen refuses this case.
-
-An estimate from the same log can drive a simulation for Z only if it is precise, because it carries
-the noise of the log into Z.
 """
 
 from __future__ import annotations
@@ -38,13 +36,13 @@ from symgen.runtime.evaluator import Evaluator
 def instrumented(
     evaluator: Evaluator, part: EquatedLog, model: EquationModel, commanded: Source | None
 ) -> EquatedLog:
-    """Return a part whose equations have instruments: their rows along another motion.
+    """Return a log whose equations have instruments Z: the rows along another motion.
 
     Args:
         evaluator: the compiled model.
-        part: part of a training log.
-        model: model of its equations.
-        commanded: its commanded motion; None to use the encoders.
+        part: a training log with its equations.
+        model: model of the equations.
+        commanded: commanded motion of the log; None to use the encoders.
 
     Raises:
         IdentificationError: there is neither a commanded motion nor a measured speed.
@@ -68,22 +66,22 @@ def instrumented(
 
 
 def _commanded(source: Source, robot: Robot, samples: Samples) -> Samples:
-    """Return a commanded motion: a log, or a table of t, q1.. and qd1.. as `excite` writes.
+    """Read a commanded motion from a log, or from a table of t, q1.. and qd1.. as `excite` writes.
 
     Raises:
         LogError: it is the log itself, which has the same noise.
     """
     if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".csv":
-        t, found = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
-        if "tau" not in found:  # nothing reads it
-            ones = np.ones_like(found["q"])
+        t, columns = read_columns(source, ("q",), ("qd", "tau"), "t, q1.., optional qd1..")
+        if "tau" not in columns:  # a log needs torques, but nothing uses these
+            ones = np.ones_like(columns["q"])
             name = Path(source).name
-            return prepare(make_log(name, t, found["q"], ones, found.get("qd"), n=robot.n))
+            return prepare(make_log(name, t, columns["q"], ones, columns.get("qd"), n=robot.n))
     motion = prepare(open_log(source, robot))
     if np.array_equal(motion.q, samples.q):
         raise LogError(
             f"{motion.name}: the commanded motion is the measured one of {samples.name}, with its "
-            "noise; accepted: the motion that was asked for"
+            "noise; accepted: the motion that the controller was to follow"
         )
     return motion
 

@@ -1,10 +1,10 @@
-"""What an estimate is good for: prediction and parameters, and what is suspected.
+"""Judge whether an estimate is good for prediction and for reading parameters.
 
     prediction  the torque error on held-out motion is at most `accept`, no fault of the recorder or
                 of the robot file is shown, and no part of the motion has a much larger error
-    parameters  which of them are known, and whether a robot can have them
+    parameters  which parameters are known, and whether a robot can have them
 
-The third use, simulation, is judged by `symgen.identification.simulation`.
+`symgen.identification.simulation` judges the third use.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ _SCALED = (
 
 
 def prediction_use(
-    run: Run, settled: Settled, seen: TorqueFit, noise: Residual, accept: float, least: float
+    run: Run, settled: Settled, held: TorqueFit, noise: Residual, accept: float, least: float
 ) -> PredictionUse:
-    """Judge the torque on held-out motion: of joints that move, where any does.
+    """Judge the torque error on held-out motion, for joints in motion if any joint moves.
 
     Args:
         run: the logs, with the faults that are shown.
-        settled: the estimate, and whether a robot can have its parameters.
-        seen: torques of data that the estimate never saw.
-        noise: what noise alone leaves of them.
+        settled: the solution, and whether a robot can have its parameters.
+        held: torques of the validation logs.
+        noise: torque error that noise alone causes on them.
         accept: largest torque error of a usable model, as a part of the torque.
         least: smallest torque that matters, as a part of the torque.
     """
-    error, worst = seen.in_motion.residual.relative, run.worst
+    error, fold = held.in_motion.residual.relative, run.largest_fold_error
     reasons = list(run.shown)
     grade = "good" if error <= GOOD else "usable"
     if error <= accept:
@@ -66,13 +66,13 @@ def prediction_use(
         if not reasons:
             text += f"; {_SEARCH}"
         reasons.append(Reason("error", value=error, limit=accept, text=text))
-    if worst > VARIES * error and worst**2 - error**2 > least**2:
+    if fold > VARIES * error and fold**2 - error**2 > least**2:
         text = (
-            f"the error depends on the motion: {percent(worst)} on another part of the motion that "
+            f"the error depends on the motion: {percent(fold)} on another part of the motion that "
             f"the fit did not use; {_SEARCH}"
         )
-        reasons.append(Reason("varies", value=worst, limit=VARIES * error, text=text))
-    large = _large_errors(run.held, seen, run.evaluator.model.robot)
+        reasons.append(Reason("varies", value=fold, limit=VARIES * error, text=text))
+    large = _large_errors(run.held, held, run.evaluator.model.robot)
     return PredictionUse(tuple(reasons), grade=grade, large=tuple(large))
 
 
@@ -84,15 +84,15 @@ def parameters_use(
     *,
     scaled: bool,
 ) -> ParametersUse:
-    """Judge which parameters are known, and what speaks against them as those of a robot.
+    """Judge which parameters are known, and collect reasons against reading single values.
 
     Args:
-        parameters: of the estimate.
-        settled: whether a robot can have them, and which of them a constraint holds.
+        parameters: parameters of the estimate.
+        settled: whether a robot can have them, and which of them are at a bound.
         unexplained: part of the torque that neither the model nor noise explains; None if it is
             not visible.
-        bias: of least squares, in words, or "".
-        scaled: whether they have a common factor that is unknown.
+        bias: a text on the bias of least squares, or "".
+        scaled: whether all parameters have an unknown common factor.
     """
     reasons = []
     if scaled:
@@ -121,11 +121,11 @@ def parameters_use(
     return ParametersUse(tuple(reasons), () if scaled else tuple(known), count)
 
 
-def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> list[Reason]:
-    """Return what may be wrong with the logs, or with motions that they do not contain."""
+def suspicions(run: Run, solution: Solution, held: TorqueFit, accept: float) -> list[Reason]:
+    """Return possible faults of the logs, and reasons against predicting other motions."""
     reasons = []
     reasons += _hardly_moving(run.train, run.evaluator.model.robot)
-    if seen.in_motion.residual.relative < MISFIT:
+    if held.in_motion.residual.relative < MISFIT:
         reasons += _without_friction(run, solution.X)
     other = uncertain_torque(run.evaluator, run.train, solution.noise, mixed=True).relative
     if other > accept:
@@ -138,7 +138,7 @@ def suspicions(run: Run, solution: Solution, seen: TorqueFit, accept: float) -> 
 
 
 def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
-    """Return a reason if the training logs do not determine what the held-out motion needs."""
+    """Return a reason if the training logs leave the torque of the held-out motion uncertain."""
     train, held = (
         uncertain_torque(run.evaluator, logs, solution.covariance) for logs in (run.train, run.held)
     )
@@ -161,17 +161,19 @@ def _not_excited(run: Run, solution: Solution, accept: float) -> list[Reason]:
 def _mostly_noise(noise: Residual) -> list[Reason]:
     """Return a reason if more than half of the power of the measured torque is noise."""
     half = math.sqrt(1 / 2)
-    if not noise.relative > half:  # it may be unknown
+    if not noise.relative > half:  # NaN if the noise is unknown
         return []
     text = f"the torque is mostly noise ({percent(noise.relative)}): record larger torques"
     return [Reason("noise", value=noise.relative, limit=half, text=text)]
 
 
-def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) -> list[Reason]:
+def _large_errors(
+    logs: Sequence[FilteredLog], fit_to_logs: TorqueFit, robot: Robot
+) -> list[Reason]:
     """Return the joints whose torque error in motion is large, with the error in N m or N."""
-    each = seen.in_motion.residual.per_joint or ()
+    each = fit_to_logs.in_motion.residual.per_joint or ()
     squares, counts = np.zeros(robot.n), np.zeros(robot.n)
-    for log in held:
+    for log in logs:
         rows = log.free if log.resting is None else log.free & ~log.resting
         squares += np.sum(rows * log.measured**2, axis=0)
         counts += rows.sum(axis=0)
@@ -186,10 +188,10 @@ def _large_errors(held: Sequence[FilteredLog], seen: TorqueFit, robot: Robot) ->
 
 
 def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
-    """Return the joints that stay slower than 2 % of the fastest one of their kind in all logs.
+    """Return a reason for each joint that stays slower than 2 % of the fastest one of its kind.
 
-    What is fitted there carries over to faster motions of these joints by chance only, whatever
-    its standard deviation.
+    Parameters that are fitted to such slow motion may be wrong for faster motion of the joint,
+    whatever their standard deviation.
     """
     moving = moving_joints([log.qd for log in logs], robot.sigma)
     size = np.ptp(np.concatenate([log.q for log in logs]), axis=0)
@@ -207,10 +209,10 @@ def _hardly_moving(logs: Sequence[FilteredLog], robot: Robot) -> list[Reason]:
     return reasons
 
 
-def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
-    """Return the motion to which a model is restricted whose joints moved in proportion."""
+def restrictions(proportional: Sequence[Sequence[int]], robot: Robot) -> list[Reason]:
+    """Return a reason for each group of joints that moved in proportion in all training logs."""
     reasons = []
-    for group in together:
+    for group in proportional:
         text = (
             f"this model holds only for motion in which {robot.listed(group)} move in "
             "proportion, as in the training logs"
@@ -222,7 +224,7 @@ def restrictions(together: Sequence[Sequence[int]], robot: Robot) -> list[Reason
 def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
     """Return a reason if the torques have none of the friction that the robot file declares.
 
-    A controller's feed-forward fits a rigid-body model perfectly; a motor never moves without
+    The feed-forward of a controller fits a rigid-body model perfectly. A motor never moves without
     friction.
     """
     if not any(joint.friction for joint in run.evaluator.model.robot.movable):
@@ -243,7 +245,7 @@ def _without_friction(run: Run, X: FloatArray) -> list[Reason]:
 
 
 def _numbers(robot: Robot, places: Sequence[int]) -> tuple[int, ...]:
-    """Return the numbers of joints in the robot file, by their places in q."""
+    """Return the joint numbers in the robot file of some positions."""
     return tuple(robot.movable[j].number for j in places)
 
 
@@ -260,9 +262,9 @@ def uncertain_torque(
 
     Args:
         evaluator: the compiled model, with torque_regressor.
-        logs: with the motion.
+        logs: logs with the motion.
         covariance: C of X, (p, p).
-        mixed: whether the joints of a state are drawn from the logs independently of each other.
+        mixed: whether the joints of a state are drawn from the logs independently.
     """
     chosen = mixed_states if mixed else some_states
     W = evaluator["torque_regressor"](*chosen(*motion_states(logs)))

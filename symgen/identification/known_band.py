@@ -1,4 +1,4 @@
-"""Logs that known parameters are compared with: opened, repaired, and filtered in one band."""
+"""Open logs for a comparison with known parameters: repair them and filter them in one band."""
 
 from __future__ import annotations
 
@@ -48,27 +48,27 @@ def open_in_band(
 
     Args:
         evaluator: the compiled model.
-        sources: paths, or logs.
-        reading: how the logs are read, and what is masked.
-        band: filters of the run that gave the parameters; by default those that suit the logs best.
-        shifts: shifts of the torques by that run.
-        cutoff: of the filter of positions and speeds, Hz, instead of that of the band.
+        sources: paths or logs.
+        reading: options of reading and masking.
+        band: filters of the run that estimated the parameters; by default, symgen chooses them.
+        shifts: shifts of the torques in that run.
+        cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the band.
         progress: called with a text about the current step.
 
     Raises:
-        LogError: a log cannot be read or belongs to another robot.
+        LogError: symgen cannot read a log, or it belongs to another robot.
     """
     (opened,), repairs = open_logs((sources,), evaluator.model.robot, reading, progress)
     samples, _, more = join_bands(opened, (), None if band is None else band.comparison_hz)
-    found = band or choose_band(evaluator, samples, cutoff)
+    chosen = band or choose_band(evaluator, samples, cutoff)
     if cutoff is not None:
-        found = replace(found, cutoff_hz=cutoff)
-    progress(f"band: {found.in_words()}")
+        chosen = replace(chosen, cutoff_hz=cutoff)
+    progress(f"band: {chosen.in_words()}")
     repairs += more
     logs = []
     for s in samples:
         shifted, done = with_known_shifts(s, shifts)
         repairs += done
-        logs.append(filter_log(shifted, found))
-    notes = (*(note for s in samples for note in s.notes), f"band: {found.in_words()}")
-    return LogsInBand(tuple(logs), found, tuple(repairs), notes)
+        logs.append(filter_log(shifted, chosen))
+    notes = (*(note for s in samples for note in s.notes), f"band: {chosen.in_words()}")
+    return LogsInBand(tuple(logs), chosen, tuple(repairs), notes)

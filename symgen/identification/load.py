@@ -2,8 +2,8 @@
 
     s = (XX XY XZ YY YZ ZZ MX MY MZ M),   c = (MX, MY, MZ)/M,   I_c = J - M (c'c I - c c')
 
-Standard deviations are those of the first order. If the logs do not determine a direction of s,
-what depends on it has no value.
+Standard deviations are first-order approximations. A quantity has no value if it depends on a
+direction of s that the logs do not determine.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from symgen.identification.pseudo_inertia import (
 from symgen.robot.tables import Frame
 
 COM = ("cx", "cy", "cz")
-#: Names of mass, centre and inertia about it, in the order of `read_off`.
+#: Names of mass, centre of mass and inertia about it, in the order of `read_off`.
 LABELS = ("mass", *COM, *names.INERTIA)
 #: Units of ten link parameters, for a body of LENGTH and 1 kg.
 UNITS = np.array([*[LENGTH**2] * 6, *[LENGTH] * 3, 1.0])
-#: What is small in these units: steps of derivatives, smallest eigenvalue of the pseudo-inertia of
-#: a possible load, and share of a direction that logs do not determine.
+#: Small number in these units: step of derivatives, smallest eigenvalue of the pseudo-inertia of a
+#: possible load, and largest share of an undetermined direction in a determined quantity.
 SMALL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Ten link parameters of a load, as far as logs determine them.
+    """Ten link parameters of a load, and the directions that the logs determine.
 
     Attributes:
         s: (10,) XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame.
-        covariance: of s, (10, 10), in the directions that are determined.
-        null: (10, k) orthonormal directions, in units of 0.1 m and 1 kg, that are not.
+        covariance: (10, 10) covariance of s in the determined directions.
+        null: (10, k) orthonormal undetermined directions, in units of 0.1 m and 1 kg.
     """
 
     s: FloatArray
@@ -56,7 +56,7 @@ class Load:
             P' = A P A',  A = T^-1,  with the pseudo-inertia P of the load
 
         Args:
-            frame: constant in the frame of the load.
+            frame: a frame that is fixed in the frame of the load.
         """
         A = np.linalg.inv(np.array(frame.transform))
         T = np.array([parameters_of(A @ pseudo_inertia(unit) @ A.T) for unit in np.eye(10)]).T
@@ -64,26 +64,26 @@ class Load:
         return Load(T @ self.s, T @ self.covariance @ T.T, null)
 
     def determined(self) -> tuple[str, ...]:
-        """Return which of LABELS the logs determine: those that no open direction changes."""
+        """Return the LABELS of the quantities that no undetermined direction changes."""
         slopes = _slopes(UNITS * np.arange(1.0, 11.0)) * UNITS  # of a load without symmetries
         open_ = np.linalg.norm(slopes @ self.null, axis=1)
-        whole = np.linalg.norm(slopes, axis=1)
-        return tuple(name for name, x in zip(LABELS, open_ / whole, strict=True) if x < SMALL)
+        norms = np.linalg.norm(slopes, axis=1)
+        return tuple(name for name, x in zip(LABELS, open_ / norms, strict=True) if x < SMALL)
 
     def std(self) -> FloatArray:
-        """Return standard deviations of mass, centre and inertia about it, (10,)."""
+        """Return the standard deviations of mass, centre of mass and inertia about it, (10,)."""
         J = _slopes(self.s)
         return np.sqrt(np.maximum(np.diag(J @ self.covariance @ J.T), 0.0))
 
     def nearest(self, mass: float | None = None) -> Load:
-        """Return the most likely load that exists: a body of positive density.
+        """Return the most probable physically possible load: a body of positive density.
 
             minimise |z|^2   with   s = s0 + L z,  L L' = C,  and a positive definite pseudo-inertia
 
         Directions that the logs do not determine are free.
 
         Args:
-            mass: kept, where it is known.
+            mass: known mass of the load, kg, which is kept; None if unknown.
 
         Raises:
             ParameterError: the solver finds no solution.

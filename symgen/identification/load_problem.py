@@ -1,7 +1,7 @@
 """Torque equations of logs with and without a load.
 
-Link parameters s of a load that is fixed on a link enter the base parameters as those of the link
-do, X = G s. With Y the torque regressor, torques are linear in s:
+The link parameters s of a load that is fixed on a link enter the base parameters like those of the
+link, X = G s. With Y the torque regressor, torques are linear in s:
 
     tau = Y X + (Y G) s
 
@@ -9,8 +9,8 @@ All joints share X and s. A solution is a step of weighted least squares from pa
 
     tau - m0 = Y dX + c Y G ds,    c = 1 in logs with the load, 0 in those without
 
-with m0 the torque of the model before. Effects that depend on the torque of the model have their
-columns at the parameters before, so several steps settle them.
+with m0 the torque of the model at X0, s0. Effects that depend on the torque of the model have their
+columns at X0, s0 too, so they need several steps.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class LoadFit:
     """A solution for robot and load.
 
     Attributes:
-        X: (p,) the robot's parameters.
-        a: (r,) the load, along the directions that torques show.
+        X: (p,) parameters of the robot.
+        a: (r,) the load along its determined directions.
     """
 
     X: FloatArray
@@ -51,13 +51,13 @@ class LoadFit:
 
 
 class Solved(NamedTuple):
-    """A fit, with the last step to it: r changes of the load, then of X.
+    """A fit and the last step to it.
 
     Attributes:
-        problem: with the columns of that step.
+        problem: the problem with the columns of that step.
         fit: the fit.
-        solution: of the step.
-        system: equations of the step.
+        solution: changes of the load (r,), then of X, in that step.
+        system: equations of that step.
     """
 
     problem: LoadProblem
@@ -65,13 +65,13 @@ class Solved(NamedTuple):
     solution: Solution
     system: LinearSystem
 
-    def by_given(self) -> FloatArray:
-        """Return the derivative of the solution by X where X is not solved for, (k, p)."""
-        rows = (*self.problem.carried, *self.problem.alone)
+    def derivative_by_known(self) -> FloatArray:
+        """Return the derivative of the solution with respect to known parameters X, (k, p)."""
+        rows = (*self.problem.loaded, *self.problem.bare)
         weights = self.solution.weights
-        own = [w * e.W for w, e in zip(weights, self.system.logs, strict=True)]
-        given = [w * e.W for w, e in zip(weights, rows, strict=True)]
-        slope = np.linalg.lstsq(np.concatenate(own), np.concatenate(given), rcond=None)[0]
+        fitted = [w * e.W for w, e in zip(weights, self.system.logs, strict=True)]
+        known = [w * e.W for w, e in zip(weights, rows, strict=True)]
+        slope = np.linalg.lstsq(np.concatenate(fitted), np.concatenate(known), rcond=None)[0]
         return -np.asarray(slope)
 
 
@@ -81,20 +81,20 @@ class LoadProblem:
 
     Attributes:
         evaluator: the compiled model.
-        model: of the equations.
-        logs: those with the load, and those without.
-        carried, alone: their equations.
-        G: (p, 10) from the parameters of the load to X.
-        V: (10, r) directions of the load that torques show, orthonormal in UNITS.
-        known: (10,) what is known of the load: its mass, or nothing.
-        free: places of the parameters of the robot that are solved for.
+        model: model of the equations.
+        logs: logs with the load, and logs without it.
+        loaded, bare: equations of the logs with the load, and of those without it.
+        G: (p, 10) matrix from the parameters of the load to X.
+        V: (10, r) determined directions of the load, orthonormal in UNITS.
+        known: (10,) known parameters of the load: its mass or 0, and zeros.
+        free: indices of the fitted parameters of the robot.
     """
 
     evaluator: Evaluator
     model: EquationModel
     logs: tuple[Sequence[FilteredLog], Sequence[FilteredLog]]
-    carried: Sequence[Equations]
-    alone: Sequence[Equations]
+    loaded: Sequence[Equations]
+    bare: Sequence[Equations]
     G: FloatArray
     V: FloatArray
     known: FloatArray
@@ -102,7 +102,7 @@ class LoadProblem:
 
     def on_link(self, link: int) -> LoadProblem:
         """Return the problem of a load on another link."""
-        G, V = _directions(self.evaluator, self.carried, link, bool(self.known.any()))
+        G, V = _directions(self.evaluator, self.loaded, link, bool(self.known.any()))
         return replace(self, G=G, V=V)
 
     def solve(self, start: LoadFit) -> Solved:
@@ -111,35 +111,35 @@ class LoadProblem:
         Raises:
             IdentificationError: the steps do not converge.
         """
-        found = self.step(start)
+        solved = self.step(start)
         if not self.evaluator.model.robot.loaded:
-            return found
+            return solved
         for _ in range(ROUNDS):
-            found = self.around(found.fit).step(found.fit)
-            change = np.abs(found.solution.X)
-            if (change <= SETTLED * found.solution.std + 1e-12).all():
-                return found
+            solved = self.around(solved.fit).step(solved.fit)
+            change = np.abs(solved.solution.X)
+            if (change <= SETTLED * solved.solution.std + 1e-12).all():
+                return solved
         raise IdentificationError(
             "load and friction do not converge; accepted: logs with and without the load, of "
             "motions that turn it against gravity"
         )
 
     def around(self, fit: LoadFit) -> LoadProblem:
-        """Return the problem with the effects that depend on the model's torque at a fit."""
-        carried, alone = self.logs
-        whole = fit.X + self.in_X(fit)
+        """Return the problem with load-dependent effects evaluated at a fit."""
+        loaded, bare = self.logs
+        with_load = fit.X + self.in_X(fit)
         return replace(
             self,
-            carried=_rows(self.evaluator, self.model, carried, whole),
-            alone=_rows(self.evaluator, self.model, alone, fit.X),
+            loaded=_rows(self.evaluator, self.model, loaded, with_load),
+            bare=_rows(self.evaluator, self.model, bare, fit.X),
         )
 
     def step(self, at: LoadFit) -> Solved:
         """Solve for changes of the load and of the free parameters."""
         columns, load = self.G * UNITS @ self.V, self.in_X(at)
         rows = []
-        logs = [(e, at.X + load, columns) for e in self.carried]
-        logs += [(e, at.X, 0 * columns) for e in self.alone]
+        logs = [(e, at.X + load, columns) for e in self.loaded]
+        logs += [(e, at.X, 0 * columns) for e in self.bare]
         for e, X, shown in logs:
             W = np.hstack([e.W @ shown, e.W[:, self.free]])
             rows.append(replace(e, W=W, y=e.y - e.W @ X))
@@ -149,16 +149,21 @@ class LoadProblem:
         system = LinearSystem(tuple(labels), tuple(rows))
         solution = Wls().solve(system)
         a, X = np.split(solution.X, [len(at.a)])
-        whole = at.X.copy()
-        whole[self.free] += X
-        return Solved(self, LoadFit(whole, at.a + a), solution, system)
+        updated = at.X.copy()
+        updated[self.free] += X
+        return Solved(self, LoadFit(updated, at.a + a), solution, system)
 
     def in_X(self, fit: LoadFit) -> FloatArray:
-        """Return what the load adds to X, (p,)."""
+        """Return the contribution of the load to X, (p,)."""
         return self.G @ (self.known + UNITS * (self.V @ fit.a))
 
     def load(self, fit: LoadFit, covariance: FloatArray) -> Load:
-        """Return the load of a fit, with the covariance of its directions, (r, r)."""
+        """Return the load of a fit.
+
+        Args:
+            fit: the fit.
+            covariance: (r, r) covariance of `fit.a`.
+        """
         from scipy.linalg import null_space
 
         onto = UNITS[:, None] * self.V
@@ -178,26 +183,26 @@ def load_problem(
 
     Args:
         evaluator: the compiled model.
-        logs: those with the load, and those without.
-        X: (p,) at which effects take the model's torque.
+        logs: logs with the load, and logs without it.
+        X: (p,) parameters at which load-dependent effects are evaluated.
         link: number of the joint whose link carries the load.
-        mass: of the load, if it is known.
-        fixed: number of the first parameters of the robot, which are not solved for.
+        mass: known mass of the load, kg; None if unknown.
+        fixed: number of leading parameters of the robot that are not fitted.
     """
     features = features_of([*logs[0], *logs[1]], evaluator.model.robot.sigma)
     model = EquationModel("torque", 0.0, features=features)
-    carried, alone = (_rows(evaluator, model, group, X) for group in logs)
+    loaded, bare = (_rows(evaluator, model, group, X) for group in logs)
     known = np.array([*[0.0] * 9, mass or 0.0])
-    G, V = _directions(evaluator, carried, link, mass is not None)
-    rows = np.concatenate([e.W for e in (*carried, *alone)])
+    G, V = _directions(evaluator, loaded, link, mass is not None)
+    rows = np.concatenate([e.W for e in (*loaded, *bare)])
     free = [k for k in identifiable_columns(rows).kept if k >= fixed]
-    return LoadProblem(evaluator, model, logs, carried, alone, G, V, known, free)
+    return LoadProblem(evaluator, model, logs, loaded, bare, G, V, known, free)
 
 
 def _rows(
     evaluator: Evaluator, model: EquationModel, logs: Sequence[FilteredLog], X: FloatArray
 ) -> list[Equations]:
-    """Return the torque equations of logs, with effects of the model's torque at X (p,)."""
+    """Return the torque equations of logs, with load-dependent effects evaluated at X (p,)."""
     settled = replace(model, at=tuple(X.tolist()))
     return [e for log in logs for e in settled.equations(evaluator, log)]
 
@@ -205,10 +210,9 @@ def _rows(
 def _directions(
     evaluator: Evaluator, rows: Sequence[Equations], link: int, weighed: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Return G (p, 10) of a load on a link, and the directions (10, r) of it that torques show.
+    """Return G (p, 10) of a load on a link, and its determined directions (10, r).
 
-    The directions are orthonormal, in the units of a load of 0.1 m and 1 kg; with a known mass they
-    leave it as it is.
+    The directions are orthonormal in units of 0.1 m and 1 kg. They do not change a known mass.
     """
     model = evaluator.model
     G, free = regrouping(model)[:, link_columns(model, link)], 10 - weighed

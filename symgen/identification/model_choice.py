@@ -1,8 +1,8 @@
-"""The band of a run, and the model that is chosen for it.
+"""Choose the band of a run and its model.
 
-There are three ways to the same parameters: energy, momentum and torque from the same filtered
-logs. What chooses between them is the error in torque, in the comparison band, on folds of the
-training logs that a fit did not see.
+Three models give the same parameters from the same filtered logs: energy, momentum and torque.
+symgen keeps the one with the smallest torque error, in the comparison band, on held-out folds of
+the training logs.
 """
 
 from __future__ import annotations
@@ -60,49 +60,49 @@ from symgen.policy import KNOWN
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Equations of the torques that models are compared by.
+#: Torque equations, on which the models are compared.
 _COMPARED = EquationModel("torque", 0.0)
-#: Speeds closer than this to a linear relation are proportional.
+#: Two speeds are proportional if the sine of the angle between them is below this.
 PROPORTIONAL = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class OpenLogs:
-    """Logs that were opened and repaired, or a sample of them, and the model of their robot.
+    """Opened and repaired logs, or a sample of them, and the model of their robot.
 
     Attributes:
         evaluator: the compiled model.
-        train, held: the logs.
-        repairs: what was mended in them.
-        given: whether validation logs were given.
-        progress: is told what is being done.
-        threads: that look for the band at once.
+        train, held: the training and the validation logs.
+        repairs: repairs of the logs.
+        has_validation: whether there are validation logs from the user.
+        progress: called with a text about the current step.
+        threads: number of threads that choose the band.
     """
 
     evaluator: Evaluator
     train: Sequence[Samples]
     held: Sequence[Samples] = ()
     repairs: Sequence[Fault] = ()
-    given: bool = True
+    has_validation: bool = True
     progress: Say = silent
     threads: int = 1
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Logs in the band that was chosen for them.
+    """Logs in their band.
 
     Attributes:
         evaluator: the compiled model.
         band: the filters.
-        train, held: the logs.
-        repairs: what was mended in them.
-        given: whether validation logs were given.
+        train, held: the training and the validation logs.
+        repairs: repairs of the logs.
+        has_validation: whether there are validation logs from the user.
         shown: faults of recorder or robot file that are shown as the cause.
-        suspected: what else may be wrong or missing.
-        delay: by which torques were late, s.
-        worst: torque error on the fold of motion where it is largest, of fits to the others; 0.0
-            where something is masked.
+        suspected: other possible faults and missing effects.
+        delay: delay of the torques that is undone, s.
+        largest_fold_error: largest torque error of a fold, predicted by the fit to the other folds;
+            0.0 if samples are masked.
     """
 
     evaluator: Evaluator
@@ -110,15 +110,15 @@ class Run:
     train: tuple[FilteredLog, ...]
     held: tuple[FilteredLog, ...] = ()
     repairs: tuple[Fault, ...] = ()
-    given: bool = True
+    has_validation: bool = True
     shown: tuple[Reason, ...] = ()
     suspected: tuple[Reason, ...] = ()
     delay: float = 0.0
-    worst: float = 0.0
+    largest_fold_error: float = 0.0
 
     @property
     def logs(self) -> tuple[FilteredLog, ...]:
-        """All logs."""
+        """The training logs, then the validation logs."""
         return (*self.train, *self.held)
 
     def torques(self, X: FloatArray) -> tuple[TorqueFit, TorqueFit]:
@@ -128,12 +128,12 @@ class Run:
 
 
 def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool = False) -> Run:
-    """Mend speeds, choose the band, and filter the logs in it.
+    """Repair speeds, choose the band, and filter the logs in it.
 
     Args:
         opened: the logs.
-        cutoff: of the filter, Hz, where the user gives it.
-        own_speeds: whether measured speeds are kept in any case.
+        cutoff: cutoff of the filter, Hz; None to choose it.
+        own_speeds: whether to keep measured speeds in any case.
     """
     evaluator, progress = opened.evaluator, opened.progress
     progress("choosing the band")
@@ -143,24 +143,24 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     progress(f"band: {band.in_words()}")
     logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)
-    return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.given)
+    return Run(evaluator, band, tuple(logs), tuple(others), repairs, opened.has_validation)
 
 
 def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -> Run:
-    """Ask what may be missing or wrong, and shift torques that are late.
+    """Search for missing effects and faults of the logs, and undo delays and contacts.
 
-    Where these are late by more than a kept row, no model has told the band: it is chosen again.
+    A delay of more than one kept row spoils the choice of the band, which is then repeated.
 
     Args:
         opened: the logs.
-        run: the same in their band.
-        cutoff: of the filter, Hz, where the user gives it.
+        run: the same logs in their band.
+        cutoff: cutoff of the filter, Hz; None to choose it.
         least: smallest torque that matters, as a part of a joint's torque.
     """
     robot = run.evaluator.model.robot
     every = [f for log in run.logs for f in unmended_faults(log.samples, robot.passive)]
     broken = tuple(Reason("broken_channel", text=f.fault) for f in every)
-    # Where parameters are not told apart, any cause could be one of them.
+    # With parameters that the logs cannot separate, the search could name any of several causes.
     if broken or robot.loaded or proportional_joints(run.train):
         return replace(run, shown=broken)
     answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
@@ -174,14 +174,14 @@ def ask_search(opened: OpenLogs, run: Run, cutoff: float | None, least: float) -
     if answer.delays:
         answer = ask(run.evaluator, run.train, run.held, least, opened.progress)
     run = _without(run, answer.contacts)
-    # What is masked is filtered into the rows around it, a little.
+    # The filter spreads masked samples slightly into the rows around them.
     masked = any(log.mask is not None for log in run.logs)
-    worst = 0.0 if masked else answer.worst
-    return replace(run, shown=answer.shown, suspected=answer.suspected, worst=worst)
+    largest = 0.0 if masked else answer.largest_fold_error
+    return replace(run, shown=answer.shown, suspected=answer.suspected, largest_fold_error=largest)
 
 
 def _without(run: Run, contacts: Sequence[Contact]) -> Run:
-    """Return the run without the samples of contacts, which no motion of the robot explains."""
+    """Return the run with the samples of contacts masked."""
     for contact in contacts:
         span = contact.span
         where = run.evaluator.model.robot.listed(contact.joints)
@@ -194,7 +194,7 @@ def _without(run: Run, contacts: Sequence[Contact]) -> Run:
             kind=contact.definition.name,
             joints=contact.joints,
         )
-        train, held = (tuple(map(span.left_out, group)) for group in (run.train, run.held))
+        train, held = (tuple(map(span.mask, group)) for group in (run.train, run.held))
         run = replace(run, train=train, held=held, repairs=(*run.repairs, fault))
     return run
 
@@ -219,17 +219,17 @@ def _shifted(run: Run, change: Change) -> Run:
 
 @dataclass(frozen=True, eq=False)
 class ModelCandidate:
-    """A model with its equations, solved by weighted least squares.
+    """A model with its equations and its weighted least-squares solution.
 
     Attributes:
-        model: of the equations.
-        train: the training logs with them.
-        blocks: summaries by blocks of time, of its equations and of the torques.
-        held_out: error in torque on folds that were left out of the fit.
-        columns: which parameters the equations determine; None for all.
-        solution: by weighted least squares; None if they determine none.
-        torques: of the training and the validation logs; empty without a solution.
-        error: why there is no solution.
+        model: model of the equations.
+        train: the training logs with their equations.
+        blocks: summaries of the equations and of the torques, by blocks of time.
+        held_out: torque error on held-out folds.
+        columns: the parameters that the equations determine; None for all.
+        solution: the weighted least-squares solution; None if there is none.
+        torques: torques of the training and of the validation logs; empty without a solution.
+        error: the error of the solver, if there is no solution.
     """
 
     model: EquationModel
@@ -243,29 +243,29 @@ class ModelCandidate:
 
     @property
     def kept(self) -> list[int] | None:
-        """Places of the parameters that are solved for; None for all."""
+        """Indices of the fitted parameters; None for all."""
         return None if self.columns is None else self.columns.kept
 
 
 @dataclass(frozen=True, eq=False)
 class ChosenModel:
-    """A run with the equations of the model that was chosen for it.
+    """A run and its chosen model.
 
     Attributes:
         run: the logs.
-        best: the model; its solution is None where an effect of the load had to settle.
-        held: the validation logs with its equations.
-        found: the models that were fitted, the chosen one first.
-        fault: of the motion, in words, or "".
-        together: joints whose speeds are proportional to each other throughout, in groups.
+        best: the chosen model. Its solution is None if the robot has load-dependent effects.
+        held: the validation logs with the equations of the model.
+        alternatives: the results of all fitted models, the chosen one first.
+        fault: a text on a fault of the motion, or "".
+        proportional: groups of joints whose speeds are proportional in all training logs.
     """
 
     run: Run
     best: ModelCandidate
     held: list[EquatedLog]
-    found: tuple[Alternative, ...]
+    alternatives: tuple[Alternative, ...]
     fault: str
-    together: tuple[tuple[int, ...], ...]
+    proportional: tuple[tuple[int, ...], ...]
 
 
 def choose_model(
@@ -275,25 +275,25 @@ def choose_model(
     motions: Sequence[Source],
     progress: Say,
 ) -> ChosenModel:
-    """Fit the models and take the one that predicts best.
+    """Fit the models and keep the one with the smallest held-out torque error.
 
     Args:
         run: the logs in the band.
-        models: whose equations are tried.
-        method: that solves them then.
-        motions: the commanded motion of each training log, or none.
-        progress: is told what is being done.
+        models: models to fit.
+        method: method that later solves the equations of the chosen model.
+        motions: commanded motion of each training log; empty if there are none.
+        progress: called with a text about the current step.
 
     Raises:
-        IdentificationError: no model's equations fit these logs; the reason of the first.
-        LogError: a mask leaves too little, or a validation log is too short.
+        IdentificationError: no model fits these logs; the reason is that of the first model.
+        LogError: a mask leaves too few samples, or a validation log is too short.
     """
     evaluator, robot = run.evaluator, run.evaluator.model.robot
-    together = proportional_joints(run.train)
-    fault = motion_fault(together, robot)
+    proportional = proportional_joints(run.train)
+    fault = motion_fault(proportional, robot)
     known = features_of(run.train, robot.sigma)
     models = [replace(model, features=known) for model in models]
-    found: tuple[Alternative, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
     if robot.loaded:
         progress("settling the effects that hold the model's torque")
         model = settle_load(evaluator, run.train, models[0])
@@ -302,9 +302,10 @@ def choose_model(
         best = ModelCandidate(model, train, (torques, torques))
     else:
         progress(f"fitting {', '.join(m.name for m in models)}")
-        reduce = bool(together) and method.prior is None  # a prior tells what the motion does not
+        # A prior determines the parameters that the motion does not.
+        reduce = bool(proportional) and method.prior is None
         with blame_motion(fault):
-            best, found = _best_model(run, models, reduce)
+            best, alternatives = _best_model(run, models, reduce)
     train = []
     for k, part in enumerate(best.train):
         if method.name == "iv" or method.is_tested(part.log):
@@ -319,18 +320,18 @@ def choose_model(
         what = "; accepted: a longer log, or a second one for validation"
         raise LogError(f"{error}{what}") from error
     _require_equations(held, robot)
-    return ChosenModel(run, replace(best, train=train), held, found, fault, together)
+    return ChosenModel(run, replace(best, train=train), held, alternatives, fault, proportional)
 
 
 def _equations(run: Run, model: EquationModel) -> list[EquatedLog]:
-    """Return the training logs with equations."""
+    """Return the training logs with the equations of a model."""
     logs = [EquatedLog("train", log, model.equations(run.evaluator, log)) for log in run.train]
     _require_equations(logs, run.evaluator.model.robot)
     return logs
 
 
 def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
-    """Refuse logs of which masks leave too few equations."""
+    """Refuse logs whose masks leave too few equations."""
     for part in logs:
         require_left(part.log, part.equations, robot)
 
@@ -338,15 +339,15 @@ def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
 def _best_model(
     run: Run, models: Sequence[EquationModel], reduce: bool
 ) -> tuple[ModelCandidate, tuple[Alternative, ...]]:
-    """Fit every model and compare them; validation logs report, and do not choose.
+    """Fit every model and compare them on folds of the training logs.
 
     Args:
         run: the logs in the band.
-        models: whose equations are tried.
-        reduce: whether to solve for what the equations determine alone.
+        models: models to fit.
+        reduce: whether to fit only parameters that the equations determine.
 
     Returns:
-        The model that predicts best, and the results of all, that one first.
+        The model with the smallest torque error, and the results of all models, that one first.
     """
     compared = _equations(run, replace(_COMPARED, features=models[0].features))
     torques = block_summary([p.equations for p in compared], _COMPARED.gap)
@@ -368,10 +369,10 @@ def _best_model(
         raise next(iter(errors.values()))
     candidates.sort(key=lambda candidate: candidate.held_out)
     best = candidates[0]
-    found = [_alternative(candidate, best) for candidate in candidates]
+    alternatives = [_alternative(candidate, best) for candidate in candidates]
     for name, reason in errors.items():
-        found.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
-    return best, tuple(found)
+        alternatives.append(Alternative(name, math.inf, None, None, math.inf, False, str(reason)))
+    return best, tuple(alternatives)
 
 
 def _solved(run: Run, candidate: ModelCandidate) -> ModelCandidate:
@@ -387,10 +388,11 @@ def _solved(run: Run, candidate: ModelCandidate) -> ModelCandidate:
 def _determined_columns(
     run: Run, train: Sequence[EquatedLog], model: EquationModel
 ) -> IdentifiableColumns | None:
-    """Return which parameters some equations determine beyond noise; None for all.
+    """Return the parameters that some equations determine beyond noise; None for all.
 
-    Noise takes as much of what a column has for itself as a known parameter may be wrong, at most:
-    least squares is biased by that (Fuller 1987, section 1.1).
+    Noise E of the regressor W biases least squares: along a direction v of the parameters, by the
+    share ||E v||^2 / ||W v||^2 (Fuller 1987, section 1.1). The equations determine v if this share
+    is below `symgen.policy.KNOWN`.
     """
     W = system_of(run.evaluator, train).W
     noise = noise_columns(run.evaluator, run.train, model)
@@ -398,26 +400,28 @@ def _determined_columns(
     return None if len(columns.known) == W.shape[1] else columns
 
 
-def _alternative(own: ModelCandidate, best: ModelCandidate) -> Alternative:
-    """Return the result of a model beside the best one."""
+def _alternative(candidate: ModelCandidate, best: ModelCandidate) -> Alternative:
+    """Return the result of a model, compared with the best one."""
     number, train, held = math.inf, None, None
-    reason = f"{percent(own.held_out)} torque error on folds left out"
-    if own is not best:
-        reason += f", {own.held_out / max(best.held_out, 1e-300):.3g} times the best"
-    if own.error is not None:
-        reason += f"; {own.error}"
-    if own.solution is not None:
-        number = own.solution.condition_number
-        train, held = (fit.residual for fit in own.torques)
-    return Alternative(own.model.name, number, train, held, own.held_out, own is best, reason)
+    reason = f"{percent(candidate.held_out)} torque error on folds left out"
+    if candidate is not best:
+        reason += f", {candidate.held_out / max(best.held_out, 1e-300):.3g} times the best"
+    if candidate.error is not None:
+        reason += f"; {candidate.error}"
+    if candidate.solution is not None:
+        number = candidate.solution.condition_number
+        train, held = (fit.residual for fit in candidate.torques)
+    return Alternative(
+        candidate.model.name, number, train, held, candidate.held_out, candidate is best, reason
+    )
 
 
 @contextmanager
 def blame_motion(fault: str) -> Iterator[None]:
-    """Say why data do not determine parameters, where the motion is why.
+    """Add a fault of the motion to the error that the data do not determine the parameters.
 
     Raises:
-        IdentificationError: they do not.
+        IdentificationError: the data do not determine the parameters.
     """
     try:
         yield
@@ -431,33 +435,33 @@ def blame_motion(fault: str) -> Iterator[None]:
 
 
 def proportional_joints(logs: Sequence[FilteredLog]) -> tuple[tuple[int, ...], ...]:
-    """Return the joints whose speeds are proportional to each other throughout, in groups.
+    """Return the groups of joints whose speeds are proportional in all logs.
 
-    Gautier and Khalil warn of them: the arm then moves as one body with fewer degrees of freedom,
-    and the information matrix is singular.
+    The arm then moves like one with fewer degrees of freedom, and the information matrix is
+    singular (a warning of Gautier and Khalil).
 
     Args:
-        logs: in the band of the run.
+        logs: logs in the band of the run.
     """
     from scipy.sparse.csgraph import connected_components
 
     qd = np.concatenate([log.qd for log in logs])
     unit = qd / column_norms(qd)
-    apart = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
-    count, label = connected_components(apart < PROPORTIONAL, directed=False)
+    sines = np.sqrt(np.maximum(0.0, 1 - (unit.T @ unit) ** 2))
+    count, label = connected_components(sines < PROPORTIONAL, directed=False)
     groups = (np.flatnonzero(label == k) for k in range(count))
     return tuple(tuple(map(int, group)) for group in groups if len(group) > 1)
 
 
-def motion_fault(together: Sequence[Sequence[int]], robot: Robot) -> str:
-    """Return in words why a motion cannot excite a model, or ''.
+def motion_fault(proportional: Sequence[Sequence[int]], robot: Robot) -> str:
+    """Return a text that says why a motion cannot excite a model, or "".
 
     Args:
-        together: joints whose speeds are proportional to each other.
-        robot: for the names of joints.
+        proportional: groups of joints whose speeds are proportional.
+        robot: gives the names of joints.
     """
     return "; ".join(
         f"the speeds of {robot.listed(group)} are proportional to each other "
         "throughout; move the joints independently"
-        for group in together
+        for group in proportional
     )

@@ -1,4 +1,4 @@
-"""Parameter values from files: `[parameters]` in TOML, or an estimate.json."""
+"""Read parameter values from files: TOML with [parameters], an estimate.json, or a robot file."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 from symgen.schemas import from_json, result_file
 
-#: Name of the parameters in the folder of a diagnosis.
+#: Name of the file of parameters in the folder of a diagnosis.
 PARAMETERS = "parameters.toml"
-_SAME = 1e-6  # m or rad: the frames of two files of one robot agree so closely
+_SAME = 1e-6  # m or rad, tolerance between the frames of two files of one robot
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class KnownParameters:
     """Parameters that are an input of a command.
 
     Attributes:
         file: file of the parameters.
         X: (p,) base parameters.
         named: value and standard deviation (or None) of each parameter in that file, by name.
-        estimate: estimate in that file; None for TOML and URDF files.
-        band: filters of the run that gave the parameters; None if the file does not state them.
+        estimate: estimate in that file; None for TOML and robot files.
+        band: filters of the run that estimated the parameters; None if the file has none.
     """
 
     file: Path
@@ -53,11 +53,11 @@ class Given:
 
     @property
     def shifts(self) -> tuple[Fault, ...]:
-        """Shifts of the torques of all logs that the estimate stands on."""
+        """Shifts of the torques of all logs in the run of the estimate."""
         return () if self.estimate is None else self.estimate.shifts
 
 
-def read_given(path: str | Path, model: Model) -> Given:
+def read_known(path: str | Path, model: Model) -> KnownParameters:
     """Read the base parameters of a model, and their estimate if there is one.
 
     Args:
@@ -71,12 +71,12 @@ def read_given(path: str | Path, model: Model) -> Given:
     X, file = _base(named, model, path), parameters_file(path)
     if file.suffix == ".json":
         estimate = read_estimate(file)
-        return Given(file, X, named, estimate, estimate.band)
-    return Given(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
+        return KnownParameters(file, X, named, estimate, estimate.band)
+    return KnownParameters(file, X, named, None, _band(file) if file.suffix == ".toml" else None)
 
 
 def parameters_file(path: str | Path) -> Path:
-    """Return the file of parameters: the path, or estimate.json or parameters.toml of a folder."""
+    """Return the path of a file, or estimate.json or else parameters.toml of a folder."""
     file = result_file(path, MARKER)
     diagnosed = file.with_name(PARAMETERS)
     return diagnosed if Path(path).is_dir() and not file.exists() and diagnosed.exists() else file
@@ -96,14 +96,18 @@ def read_parameters(path: str | Path, model: Model) -> FloatArray:
     """Read the base parameters X (p,) of a model.
 
     Args:
-        path: the folder that `identify` or `diagnose` wrote, the estimate.json in it, or a TOML
-            file with a table [parameters]: base parameters by name (`ZZ1R = 1.7`), or standard
-            ones (`ZZ1 = 1.2`), which are regrouped; or the .urdf that the robot was imported from,
-            whose inertias are standard parameters.
+        path: one of
+
+            - the folder that `identify` or `diagnose` wrote, or the estimate.json in it;
+            - a TOML file with a table [parameters] of base parameters (`ZZ1R = 1.7`), or of
+              standard parameters (`ZZ1 = 1.2`), which symgen regroups;
+            - the robot file from which the robot was imported, for example a .urdf, whose inertias
+              are standard parameters.
         model: model of the robot.
 
     Raises:
-        ParameterError: the file cannot be read, or a name is unknown, missing or not a number.
+        ParameterError: symgen cannot read the file, or a parameter is unknown, missing or not a
+            number.
     """
     return _base(read_named(Path(path), model), model, path)
 
@@ -113,23 +117,23 @@ def _base(named: Mapping[str, tuple[Any, Any]], model: Model, path: str | Path) 
 
 
 def read_values(path: str | Path, model: Model) -> Values:
-    """Read the parameters of a model for a package: X, and standard parameters if the file has all.
+    """Read the parameters of a package: X, and standard parameters if the file has all of them.
 
     Args:
         path: a path as for `read_parameters`.
         model: model of the robot.
 
     Raises:
-        ParameterError: as `read_given` and `estimate_facts`.
+        ParameterError: as `read_known` and `estimate_facts`.
     """
-    given = read_given(path, model)
-    own = (f"From {Path(path).name}.",)
-    facts = own if given.estimate is None else estimate_facts(given.estimate)
-    return named_values(given.X.tolist(), given.named, model.base, facts)
+    known = read_known(path, model)
+    source = (f"From {Path(path).name}.",)
+    facts = source if known.estimate is None else estimate_facts(known.estimate)
+    return named_values(known.X.tolist(), known.named, model.base, facts)
 
 
 def estimate_facts(estimate: Estimate) -> tuple[str, ...]:
-    """Return what the header of values says of an estimate: verdict, headline and provenance.
+    """Return the facts of an estimate in the header of values: verdict, headline, provenance.
 
     Raises:
         ParameterError: a value is not finite, or the result of method consistent is not possible.
@@ -155,7 +159,7 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
     """Return value and standard deviation (or None) of each parameter in a file.
 
     Raises:
-        ParameterError: the file cannot be read, or belongs to another robot.
+        ParameterError: symgen cannot read the file, or it is of another robot.
     """
     if path.suffix.lower() in FORMATS:
         return {name: (value, None) for name, value in cad_parameters(path, model).items()}
@@ -186,18 +190,18 @@ def read_named(path: Path, model: Model) -> dict[str, tuple[Any, Any]]:
 
 
 def cad_parameters(path: Path, model: Model) -> dict[str, float]:
-    """Return the parameter values of another program's file, if it has the frames of the model.
+    """Return the parameter values of a robot file of another program.
 
     A missing rotor inertia or friction is 0.
 
     Raises:
-        ParameterError: the file has no parameters, or belongs to another robot.
+        ParameterError: the file has no parameters, or its frames are not those of the model.
     """
-    found = read_imported(path)
-    if not found.parameters:
+    imported = read_imported(path)
+    if not imported.parameters:
         raise ParameterError(f"{path}: it holds no values of parameters")
-    robot = with_fixed_links(model.robot, found.robot, path)
-    values = dict(found.parameters)
+    robot = with_fixed_links(model.robot, imported.robot, path)
+    values = dict(imported.parameters)
     if robot == model.robot:
         return _with_drives(values, model)
     there = derive(robot)
@@ -206,7 +210,7 @@ def cad_parameters(path: Path, model: Model) -> dict[str, float]:
 
 
 def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:
-    """Return the parameters that a model has; drives and a payload without values are 0."""
+    """Return the values of the parameters of a model; missing ones of drives and payload are 0."""
     load = [f"{prefix}L" for prefix in names.LINK]
     for p in model.base.standard:
         if p.name in load or not (p.inertial and p.prefix in names.LINK):
@@ -216,25 +220,25 @@ def _with_drives(values: dict[str, Any], model: Model) -> dict[str, Any]:
 
 
 def values_of_file(robot: Any, model: Model) -> FloatArray | None:
-    """Return the base parameters (p,) that a robot's own file has; None where it has none.
+    """Return the base parameters (p,) in a robot file; None if it has none.
 
-    They are in a URDF, MJCF or .par itself, and in NAME_parameters.toml beside the robot.toml of
-    `symgen import`. A rotor inertia or friction that the file lacks is 0.
+    A URDF, MJCF or .par contains the values. `symgen import` writes them to NAME_parameters.toml in
+    the folder of robot.toml. A missing rotor inertia or friction is 0.
 
     Args:
-        robot: path of the robot's file; of anything else there are no values.
+        robot: path of the robot file; anything else has no values.
         model: model of the robot.
     """
     if not isinstance(robot, (str, Path)) or not Path(robot).is_file():
         return None  # a name of the library has no file
     path = Path(robot)
-    beside = path.with_name(f"{model.robot.name}_parameters.toml")
+    imported = path.with_name(f"{model.robot.name}_parameters.toml")
     try:
         if path.suffix.lower() in FORMATS:
             values = cad_parameters(path, model)
-        elif beside.is_file():
-            found = {name: value for name, (value, _) in read_named(beside, model).items()}
-            values = _with_drives(found, model)
+        elif imported.is_file():
+            named = {name: value for name, (value, _) in read_named(imported, model).items()}
+            values = _with_drives(named, model)
         else:
             return None
         return base_values(values, model, str(path))
@@ -243,9 +247,9 @@ def values_of_file(robot: Any, model: Model) -> FloatArray | None:
 
 
 def _undeclared(name: str, value: float, robot: Robot) -> bool:
-    """Whether a parameter is a 0 of a rotor or a friction that the robot does not have.
+    """Whether a parameter is 0 and belongs to a rotor or friction that the robot does not declare.
 
-    Files of `import` contain them, even if robot.toml no longer declares them.
+    The file that `symgen import` wrote may have such values, because the user can edit robot.toml.
     """
     prefix = name.rstrip("0123456789")
     number = name[len(prefix) :]
@@ -254,13 +258,18 @@ def _undeclared(name: str, value: float, robot: Robot) -> bool:
 
 
 def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
-    """Return a robot with the fixed links of a file in which the same joints move.
+    """Return a robot with the fixed links of an imported robot.
 
-    Joints of the file may be fixed in the robot. Fixed links behind all joints that move may
-    differ: their bodies are part of the links that carry them.
+    The robot may fix joints that move in the file. Fixed links after the last moving joint may
+    differ, because their bodies are part of the links that carry them.
+
+    Args:
+        robot: the robot.
+        imported: the robot of the file.
+        where: path of the file, for messages.
 
     Raises:
-        ParameterError: the frame of a joint is another one.
+        ParameterError: the frames of a joint differ.
     """
     count = imported.moving[-1].number
     theirs, ours = imported.with_values().joints[:count], robot.with_values().joints
@@ -269,7 +278,7 @@ def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
         keys = ["antecedent", "gamma", "b", "alpha", "d"]
         if a.sigma == b.sigma or not b.fixed:
             keys += ["sigma", "theta", "r"]
-        else:  # it stands somewhere along its axis
+        else:  # the robot may fix the joint at any position
             keys.append("r" if a.turns else "theta")
         if any(abs(float(getattr(a, key) - getattr(b, key))) > _SAME for key in keys):
             behind.append(b)
@@ -285,7 +294,7 @@ def with_fixed_links(robot: Robot, imported: Robot, where: str | Path) -> Robot:
 
 
 def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatArray:
-    """Return M at some positions, (N, n, n): columns of inverse dynamics from rest.
+    """Return the mass matrix M at some positions, (N, n, n), from inverse dynamics at rest.
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
@@ -305,7 +314,7 @@ def mass_matrices(evaluator: Evaluator, q: FloatArray, X: FloatArray) -> FloatAr
 
 
 def link_columns(model: Model, link: int) -> list[int]:
-    """Return the indices of the ten parameters of a link among the standard ones."""
+    """Return the indices of the ten parameters of a link among the standard parameters."""
     place = {p.name: k for k, p in enumerate(model.base.standard)}
     return [place[f"{prefix}{link}"] for prefix in names.LINK]
 
@@ -317,12 +326,12 @@ def is_finite(value: Any) -> bool:
 
 
 def base_values(
-    given: Mapping[str, Any], model: Model, where: str, partial: bool = False
+    named: Mapping[str, Any], model: Model, where: str, partial: bool = False
 ) -> FloatArray:
-    """Return X (p,) from base or standard parameters by name; standard ones are regrouped.
+    """Return X (p,) from base or standard parameters by name, and regroup standard ones.
 
     Args:
-        given: names and values.
+        named: values by name.
         model: model of the robot.
         where: name of the source in error messages.
         partial: whether missing parameters become NaN instead of an error.
@@ -330,59 +339,61 @@ def base_values(
     Raises:
         ParameterError: a name is unknown or missing, or a value is not a finite number.
     """
-    for name, value in given.items():
+    for name, value in named.items():
         if not is_finite(value):
             raise ParameterError(f"{where}: {name} is {value!r}; accepted: a finite number")
     base, standard = model.base, [p.name for p in model.base.standard]
     known = {*standard, *base.names}
-    given = {k: v for k, v in given.items() if k in known or not _undeclared(k, v, model.robot)}
-    unknown = sorted(set(given) - known)
+    named = {k: v for k, v in named.items() if k in known or not _undeclared(k, v, model.robot)}
+    unknown = sorted(set(named) - known)
     if unknown:
         raise ParameterError(
             f"{where}: {', '.join(unknown[:5])} is no parameter of {model.robot.name}; accepted: "
             f"{', '.join(base.names[:8])}, ... or standard parameters"
         )
-    X, s = (np.array([float(given.get(n, np.nan)) for n in own]) for own in (base.names, standard))
+    X = np.array([float(named.get(n, np.nan)) for n in base.names])
+    s = np.array([float(named.get(n, np.nan)) for n in standard])
     G = regrouping(model) if np.isnan(X).any() else np.zeros((len(X), len(s)))
     X = np.where(np.isnan(X), np.sum(np.where(G == 0, 0.0, G * s), axis=1), X)
     for name in () if partial else np.array(base.names)[np.isnan(X)]:
         row = G[base.names.index(name)]
-        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in given]
+        missing = [n for n, g in zip(standard, row, strict=True) if g and n not in named]
         raise ParameterError(
             f"{where}: {name} is missing, and {', '.join(missing[:5])} to regroup it from"
         )
     return X
 
 
-#: Standard deviation of a prior value that has none, as a share of the value ...
+#: Default standard deviation of a prior value, as a share of the value.
 SHARE = 0.3
-#: ... which counts as at least this share of the largest of its unit.
+#: Smallest value for this rule, as a share of the largest value with the same unit.
 _LEAST = 0.1
 
 
 def read_prior(path: str | Path, model: Model) -> Prior:
     """Read a prior for the base parameters.
 
-    A base parameter has a prior if the file has it, or all standard parameters that it contains.
-    The others are free. Standard deviations come from an estimate.json. Otherwise they are 30 % of
-    the value, or 3 % of the largest value of the same unit if that is more. Parameters that a .urdf
-    does not define (rotor inertia, friction of 0) have no prior, nor do base parameters with them.
+    A base parameter has a prior if the file has its value, or all standard parameters that it
+    contains. The others are free. An estimate.json has standard deviations. For other files, they
+    are 30 % of the value, or 3 % of the largest value with the same unit if that is more. A .urdf
+    does not define rotor inertia and friction of 0. Base parameters that contain them have no
+    prior.
 
     Args:
-        path: an estimate.json, TOML with [parameters] (base or standard ones), or the .urdf that
-            the robot was imported from.
+        path: an estimate.json, TOML with [parameters] (base or standard ones), or the .urdf from
+            which the robot was imported.
         model: model of the robot.
 
     Raises:
-        ParameterError: the file cannot be read, or has no parameter of this robot.
+        ParameterError: symgen cannot read the file, or it has no parameter of this robot.
     """
     path = Path(path)
     pairs = read_named(path, model)
     if path.suffix.lower() in FORMATS:
         links = {p.name for p in model.base.standard if p.inertial and p.prefix in names.LINK}
-        pairs = {name: own for name, own in pairs.items() if own[0] or name in links}
-    given = {name: value for name, (value, _) in pairs.items()}
-    values = base_values(given, model, str(path), partial=True)
+        pairs = {name: pair for name, pair in pairs.items() if pair[0] or name in links}
+    named = {name: value for name, (value, _) in pairs.items()}
+    values = base_values(named, model, str(path), partial=True)
     known = np.isfinite(values)
     if not known.any():
         raise ParameterError(f"{path}: it gives no base parameter of {model.robot.name}")
@@ -392,7 +403,7 @@ def read_prior(path: str | Path, model: Model) -> Prior:
     share = SHARE * np.maximum(size, _LEAST * largest)
     std = np.where(known & (share > 0), share, np.inf)
     for k in np.flatnonzero(known):
-        own = pairs.get(model.base.names[k], (None, None))[1]
-        if is_finite(own) and own > 0:
-            std[k] = own
+        stated = pairs.get(model.base.names[k], (None, None))[1]
+        if is_finite(stated) and stated > 0:
+            std[k] = stated
     return Prior(np.where(known, values, 0.0), std)

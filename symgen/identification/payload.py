@@ -1,8 +1,9 @@
-"""payload: mass, centre of mass and inertia of what the arm carries, from logs with it.
+"""payload: identify mass, centre of mass and inertia of a load from logs with the load.
 
-Either the parameters X of the unloaded robot are given, and friction is identified again from the
-logs with the load; or logs without the load are, and all is solved at once: friction and errors of
-the model, where both motions are alike, cancel (Khalil, Gautier, Lemoine 2007).
+There are two ways. With known parameters X of the unloaded robot, symgen identifies the load and
+friction from the logs with the load. With logs without the load, symgen fits robot and load in one
+system. Friction and model errors then cancel if both motions are alike (Khalil, Gautier, Lemoine
+2007).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
 from symgen.identification.load import COM, LABELS, Load, read_off
 from symgen.identification.load_problem import LoadFit, LoadProblem, load_problem
-from symgen.identification.parameters import Given, read_given
+from symgen.identification.parameters import KnownParameters, read_known
 from symgen.identification.solving import settle_load
 from symgen.parallel import Say, silent
 from symgen.policy import BEYOND, SHOWN
@@ -52,20 +53,20 @@ WITHOUT, WITH = "torque without the load", "torque with the load"
 
 @dataclass(frozen=True)
 class Quantity:
-    """A value with its standard deviation; both None where the logs do not determine it."""
+    """A value with its standard deviation; both are None if the logs do not determine it."""
 
     value: float | None
     std: float | None
 
 
 @dataclass(frozen=True)
-class Left:
+class LoadErrors:
     """Torque error of joints in motion, ||tau - model|| / ||tau||, on the logs with the load.
 
     Attributes:
-        before, after: without the load in the model, and with it.
-        noise_floor: what noise alone leaves.
-        joints_before, joints_after: the same for each joint.
+        before, after: error of the model without the load, and with it.
+        noise_floor: error that noise alone causes.
+        joints_before, joints_after: `before` and `after` of each joint.
     """
 
     before: float
@@ -77,25 +78,26 @@ class Left:
 
 @dataclass(frozen=True, kw_only=True)
 class Payload(Viewable):
-    """What the arm carries, in the frame of a link.
+    """The load of a robot, in the frame of a link.
 
     Attributes:
-        robot: its name.
-        frame: name of the frame of com and inertia; the number of `joint` for that of its link.
-        mass: kg.
+        robot: name of the robot.
+        frame: name of the frame of com and inertia, or the number of `joint` for that of its link.
+        mass: mass, kg.
         com: centre of mass (3), m.
         inertia: XX XY XZ YY YZ ZZ about the centre of mass, kg m2; XY is the matrix entry.
-        identifiable: names of what the logs determine, of mass, cx cy cz, XX .. ZZ.
-        gain_uncertainty_percent: of the drives' gains, which is part of std; None: not given.
-        residual: torque error without and with the load.
-        method: in words.
+        identifiable: names of the quantities that the logs determine: mass, cx cy cz, XX .. ZZ.
+        gain_uncertainty_percent: standard deviation of the gains of the drives, which is part of
+            std; None if unknown.
+        residual: torque errors without and with the load in the model.
+        method: a text on the method.
         band: the filters of the run.
         repairs: repairs of the logs.
         notes: texts about the run.
         joints: number, unit and name of each movable joint.
         joint: number of the joint whose link carries the load.
-        traces: measured torque of the logs with the load, and that of the model, log by log: of
-            the quantities WITHOUT and WITH the load.
+        traces: measured and modelled torque of each log with the load, for the quantities WITHOUT
+            and WITH the load.
     """
 
     GONE: ClassVar = ("gains",)
@@ -107,7 +109,7 @@ class Payload(Viewable):
     inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
     identifiable: tuple[str, ...]
     gain_uncertainty_percent: float | None
-    residual: Left
+    residual: LoadErrors
     method: str
     band: Band
     repairs: tuple[Fault, ...]
@@ -123,12 +125,12 @@ class Payload(Viewable):
 
     @property
     def link(self) -> str:
-        """How results call the joint whose link carries the load."""
+        """Name in results of the joint whose link carries the load."""
         return next(joint.label for joint in self.joints if joint.number == self.joint)
 
     @property
     def frame_label(self) -> str:
-        """How results call the frame of the load."""
+        """Name in results of the frame of the load."""
         return self.frame if isinstance(self.frame, str) else self.link
 
     def to_json(self) -> dict[str, Any]:
@@ -144,13 +146,13 @@ class Payload(Viewable):
 
 
 def read_payload(path: str | Path) -> Payload:
-    """Read a payload again.
+    """Read a payload from payload.json.
 
     Args:
         path: the folder that `payload` wrote, or the payload.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: there is no payload.json, or it is damaged.
     """
     file = result_file(path, MARKER)
     traces, _ = read_traces(file.with_name(FILE))
@@ -170,29 +172,32 @@ def payload(
     reading: Reading | None = None,
     progress: Say = silent,
 ) -> Payload:
-    """Identify the load that a robot carries on its last moving link.
+    """Identify the load on a link of a robot.
+
+    The link is that of [payload] in the robot file, or else the last moving link.
 
     Args:
         robot: a robot, a path or a library name.
-        logs: recorded with the load.
-        parameters: of the robot without it: estimate.json, or TOML with [parameters], or the folder
-            that `identify` or `diagnose` wrote.
-        without: logs without the load, best of the same motions; X is then taken from them.
-        frame: name of the frame in which the load is given, one of `Robot.frames` on its link; ""
-            for that of the joint.
-        mass: of the load, kg, where it was weighed.
-        gain: standard deviation of the drives' gains, in percent: it scales masses and inertias;
-            by default that of [drive], where it states one.
-        cutoff: of the filter of positions and speeds, Hz; by default that of the parameters' file,
-            or else the one that suits the logs best.
-        reading: how logs are read, and what of them is left out.
-        progress: is told what is being done.
+        logs: logs that were recorded with the load.
+        parameters: parameters of the robot without the load: the folder that `identify` or
+            `diagnose` wrote, its estimate.json, or TOML with [parameters].
+        without: logs without the load, preferably of the same motions; X then comes from them.
+        frame: name of the frame of the result, one of `Robot.frames` on the link; "" for the frame
+            of the joint.
+        mass: known mass of the load, kg; None if unknown.
+        gain: standard deviation of the gains of the drives, in percent, which scales masses and
+            inertias; by default that of [drive].
+        cutoff: cutoff of the filter of positions and speeds, Hz; by default that of the file of
+            parameters, or else the one that suits the logs best.
+        reading: options of reading and masking.
+        progress: called with a text about the current step.
 
     Raises:
-        LogError: a log cannot be read or belongs to another robot.
-        ParameterError: the parameters are another robot's, or a number is none.
-        IdentificationError: the logs do not show a load, or neither parameters nor logs without it
-            are given.
+        LogError: symgen cannot read a log, or it belongs to another robot.
+        ParameterError: the parameters are of another robot, or a number is invalid.
+        RobotError: the robot has no such frame on the link of the load.
+        IdentificationError: the logs do not show a load, or there are neither parameters nor logs
+            without the load.
     """
     loaded, bare = listed_logs(logs), listed_logs(without)
     require_logs(loaded)
@@ -211,9 +216,9 @@ def payload(
         gain = source.drive.gain_uncertainty_percent
     progress("deriving and compiling the model")
     model = derive(source, JUDGING)
-    given = None if parameters is None else read_given(parameters, model)
+    in_file = None if parameters is None else read_known(parameters, model)
     evaluator = load(model)
-    band, shifts = (None, ()) if given is None else (given.band, given.shifts)
+    band, shifts = (None, ()) if in_file is None else (in_file.band, in_file.shifts)
     opened = open_in_band(
         evaluator, [*loaded, *bare], reading,
         band=band, shifts=shifts, cutoff=cutoff, progress=progress,
@@ -221,41 +226,41 @@ def payload(
     require_other_data([log.samples for log in opened.logs], [])
     groups = opened.logs[: len(loaded)], opened.logs[len(loaded) :]
     progress("solving")
-    known = None if bare else given  # with logs without the load, X comes from them
+    known = None if bare else in_file  # with logs without the load, X comes from them
     X = _without_load(evaluator, groups[1]) if known is None else known.X
     problem = load_problem(evaluator, groups, X, link, mass, 0 if known is None else model.inertial)
     start = LoadFit(X, np.zeros(problem.V.shape[1]))
-    found = problem.solve(start)
-    covariance, notes = found.solution.covariance, opened.notes
+    solved = problem.solve(start)
+    covariance, notes = solved.solution.covariance, opened.notes
     how = "logs with and without the load, solved together"
     if known is not None:
         how = "logs with the load and given parameters, with the friction fitted again"
         spread, doubts = _known_covariance(known, model)
         notes += doubts
         if spread is not None:
-            shift = found.by_given()[:, : model.inertial]
+            shift = solved.derivative_by_known()[:, : model.inertial]
             covariance = covariance + shift @ spread[: model.inertial, : model.inertial] @ shift.T
-    unloaded = found.fit.X if known is None else X
-    whole = found.fit.X + problem.in_X(found.fit)
-    left, traces = _left(evaluator, groups[0], unloaded, whole)
-    r = len(found.fit.a)
-    carried = problem.load(found.fit, covariance[:r, :r])
+    unloaded = solved.fit.X if known is None else X
+    with_load = solved.fit.X + problem.in_X(solved.fit)
+    errors, traces = _load_errors(evaluator, groups[0], unloaded, with_load)
+    r = len(solved.fit.a)
+    body = problem.load(solved.fit, covariance[:r, :r])
     if in_frame is not None:
-        carried = carried.in_frame(in_frame)
-    _require_link(found.problem, start, link, left.after)
+        body = body.in_frame(in_frame)
+    _require_link(solved.problem, start, link, errors.after)
     if mass is None:
-        _require_mass(carried, source.label(link))
-    quantities, more = _quantities(carried, mass, (gain or 0.0) / 100)
-    own_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
+        _require_mass(body, source.label(link))
+    quantities, more = _quantities(body, mass, (gain or 0.0) / 100)
+    body_mass, x, y, z, xx, xy, xz, yy, yz, zz = quantities
     return Payload(
         robot=source.name,
         frame=frame or link,
-        mass=own_mass,
+        mass=body_mass,
         com=(x, y, z),
         inertia=(xx, xy, xz, yy, yz, zz),
-        identifiable=carried.determined(),
+        identifiable=body.determined(),
         gain_uncertainty_percent=gain,
-        residual=left,
+        residual=errors,
         method=f"weighted least squares of torque: {how}",
         band=opened.band,
         repairs=opened.repairs,
@@ -267,19 +272,26 @@ def payload(
 
 
 def _without_load(evaluator: Evaluator, logs: Sequence[FilteredLog]) -> FloatArray:
-    """Return X (p,) at which a solution begins: effects of the model's torque need a good one."""
+    """Return a start X (p,) for the solution, which load-dependent effects need to be good."""
     if not evaluator.model.robot.loaded:
         return np.zeros(len(evaluator.model.base.parameters))
     return np.array(settle_load(evaluator, logs, EquationModel("torque", 0.0)).at)
 
 
-def _left(
-    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, whole: FloatArray
-) -> tuple[Left, tuple[Trace, ...]]:
-    """Return the torque errors of the model without the load, X (p,), and with it, and traces."""
-    first, second = (fit(evaluator, logs, x, "train") for x in (X, whole))
-    before, after = first.in_motion.residual, motion_error(evaluator, logs, whole, second)
-    left = Left(
+def _load_errors(
+    evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray, with_load: FloatArray
+) -> tuple[LoadErrors, tuple[Trace, ...]]:
+    """Return the torque errors and traces of the model without the load and with it.
+
+    Args:
+        evaluator: the compiled model.
+        logs: the logs with the load.
+        X: (p,) parameters without the load.
+        with_load: (p,) parameters with the load.
+    """
+    first, second = (fit(evaluator, logs, x, "train") for x in (X, with_load))
+    before, after = first.in_motion.residual, motion_error(evaluator, logs, with_load, second)
+    errors = LoadErrors(
         before.relative,
         after.error.relative,
         after.noise.relative,
@@ -287,22 +299,24 @@ def _left(
         after.error.per_joint or (),
     )
     traces = []
-    for quantity, found in ((WITHOUT, first), (WITH, second)):
-        traces += [replace(trace, quantity=quantity, raw=None) for trace in found.traces]
-    return left, tuple(traces)
+    for quantity, torques in ((WITHOUT, first), (WITH, second)):
+        traces += [replace(trace, quantity=quantity, raw=None) for trace in torques.traces]
+    return errors, tuple(traces)
 
 
-def _known_covariance(given: Given, model: Model) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """Return the covariance of given parameters if it is known, and notes on it."""
-    estimate = given.estimate
+def _known_covariance(
+    known: KnownParameters, model: Model
+) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Return the covariance of known parameters, None if there is none, and notes on it."""
+    estimate = known.estimate
     if estimate is None:
-        return None, ("std leaves out the errors of the given parameters: the file states none",)
-    doubt = () if estimate.verdict == "trusted" else (f"{given.file}: a doubtful estimate",)
+        return None, ("std does not include the errors of the parameters: their file has no std",)
+    doubt = () if estimate.verdict == "trusted" else (f"{known.file}: a doubtful estimate",)
     if len(estimate.correlation) != len(model.base.names):
         return None, doubt
     if not np.isfinite(estimate.covariance).all():
         raise ParameterError(
-            f"{given.file}: it does not determine all parameters; accepted: an estimate that does"
+            f"{known.file}: it does not determine all parameters; accepted: an estimate that does"
         )
     return estimate.covariance, doubt
 
@@ -315,58 +329,58 @@ def _frame_on(robot: Robot, name: str, link: int) -> Frame | None:
     """
     if not name:
         return None
-    found = robot.frame(name)
-    if found.joint != link:
-        own = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
+    chosen = robot.frame(name)
+    if chosen.joint != link:
+        listed = ", ".join(f.name for f in robot.frames if f.joint == link) or "none"
         raise RobotError(
-            f"--frame {shortened(name)}: it is on the link of joint {found.joint}, and the load "
-            f"on that of {robot.label(link)}; accepted: {own}"
+            f"--frame {shortened(name)}: it is on the link of joint {chosen.joint}, and the load "
+            f"on that of {robot.label(link)}; accepted: {listed}"
         )
-    return found
+    return chosen
 
 
 def _require_link(problem: LoadProblem, start: LoadFit, link: int, after: float) -> None:
-    """Refuse a load that another link carries.
+    """Refuse a result if a load on another link fits much better.
 
     Args:
-        problem: of a load on its link, solved.
-        start: where its solution began.
-        link: its number.
-        after: its torque error.
+        problem: the solved problem of a load on a link.
+        start: start of its solution.
+        link: joint number of the link.
+        after: torque error of the result.
 
     Raises:
-        IdentificationError: a load on another link leaves at most half of the error.
+        IdentificationError: a load on another link has less than half of the error.
     """
-    evaluator, left = problem.evaluator, {link: after}
+    evaluator, errors = problem.evaluator, {link: after}
     robot = evaluator.model.robot
     for joint in robot.movable:
         other = problem.on_link(joint.number)
         if joint.number == link or not other.V.size:
             continue
-        found = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
-        torques = fit(evaluator, problem.logs[0], found.X + other.in_X(found))
-        left[joint.number] = torques.in_motion.residual.relative
-    best = min(left, key=lambda number: left[number])
-    if left[best] < SHOWN * after:
+        moved = other.step(replace(start, a=np.zeros(other.V.shape[1]))).fit
+        torques = fit(evaluator, problem.logs[0], moved.X + other.in_X(moved))
+        errors[joint.number] = torques.in_motion.residual.relative
+    best = min(errors, key=lambda number: errors[number])
+    if errors[best] < SHOWN * after:
         raise IdentificationError(
-            f"a load on another link fits better: the torque error is {percent(left[best])} "
+            f"a load on another link fits better: the torque error is {percent(errors[best])} "
             f"with a load on {robot.label(best)}, {percent(after)} with one on "
             f"{robot.label(link)}; accepted: joint = {best} in [payload] of the robot file"
         )
 
 
-def _require_mass(carried: Load, link: str) -> None:
+def _require_mass(body: Load, link: str) -> None:
     """Refuse a load whose mass the logs do not show.
 
     Raises:
-        IdentificationError: it is not determined, or within 3 standard deviations of none.
+        IdentificationError: the mass is not determined, or below 3 standard deviations.
     """
-    if "mass" not in carried.determined():
+    if "mass" not in body.determined():
         raise IdentificationError(
             f"the logs do not determine the mass of a load on the link of {link}; accepted: logs "
             "in which it is turned against gravity, or --mass"
         )
-    mass, std = read_off(carried.s)[0], carried.std()[0]
+    mass, std = read_off(body.s)[0], body.std()[0]
     if mass < BEYOND * std:
         raise IdentificationError(
             f"the logs show no load on the link of {link}: its mass is {mass:.3g} kg with a "
@@ -375,23 +389,24 @@ def _require_mass(carried: Load, link: str) -> None:
 
 
 def _quantities(
-    carried: Load, mass: float | None, gain: float
+    estimated: Load, mass: float | None, gain: float
 ) -> tuple[list[Quantity], tuple[str, ...]]:
-    """Return mass, centre and inertia of the possible load nearest to one, and notes.
+    """Return mass, centre of mass and inertia of the nearest possible load, and notes.
 
     Args:
-        carried: the load of the equations.
-        mass: where it is known.
-        gain: standard deviation of the drives' gains, a share: masses and inertias scale by it.
+        estimated: the load of the equations.
+        mass: known mass, kg; None if unknown.
+        gain: relative standard deviation of the gains of the drives, which scale masses and
+            inertias.
     """
-    body, notes = carried, list[str]()
+    body, notes = estimated, list[str]()
     try:
-        body = carried.nearest(mass)
-        if body is not carried:
+        body = estimated.nearest(mass)
+        if body is not estimated:
             notes.append("the load is the most probable one that is physically possible")
     except ParameterError as error:
         notes.append(f"not checked whether the load is physically possible: {error}")
-    values, std, known = read_off(body.s), carried.std(), carried.determined()
+    values, std, known = read_off(body.s), estimated.std(), estimated.determined()
     scaled = np.array([1.0, 0, 0, 0, *[1.0] * 6])
     if mass is not None:
         std[0] = scaled[0] = 0.0

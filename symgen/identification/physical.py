@@ -1,22 +1,23 @@
-"""Link parameters of a possible robot, and what is implausible of one.
+"""Link parameters of a possible robot, and a check of their plausibility.
 
 Of all links that give X, the nearest to those of a file minimise the log-determinant divergence of
-their pseudo-inertias: it has no units and is the same in every frame (Lee, Wensing, Park 2020).
+their pseudo-inertias. It has no units and is the same in every frame (Lee, Wensing, Park 2020).
 
     minimise sum over links of tr(C^-1 P) - log det(C^-1 P),   C the pseudo-inertia in the file
 
-At the limit of the possible, next to no links give X, and these may weigh tonnes. X = X0 + L z may
-then move a little, L L' its covariance, and |z / 0.01|^2 joins the sum.
+At the limit of the possible, almost no links give X, and they may weigh tonnes. X = X0 + L z may
+then move slightly, with L L' its covariance, and |z / 0.01|^2 is added to the sum.
 
 With C = R R' and Q = R^-1 P R^-T, a lower triangular Z and its diagonal bound log det Q from below:
 
     [[Q, Z], [Z', diag Z]] positive semidefinite,   log det Q >= sum of log Z_ii
 
-so that semidefinite and exponential cones express it (Ben-Tal and Nemirovski 2001, section 4.2).
+Semidefinite and exponential cones therefore express the divergence (Ben-Tal and Nemirovski 2001,
+section 4.2).
 
 Torques in N mm or in kN m fit equally well, with parameters a thousand times too large or small.
-The inertia M_jj of a joint, divided by the square of the robot's reach from there, is an apparent
-mass. A note reports if it is tonnes for all joints, or a few grams for all.
+The inertia M_jj of a joint, divided by the square of the robot's reach from the joint, is an
+apparent mass. A note warns if this mass is tonnes for all joints, or a few grams for all joints.
 """
 
 from __future__ import annotations
@@ -55,21 +56,21 @@ from symgen.robot.body import Body
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator
 
-#: Weight of the size of what a prior does not name.
+#: Weight of the size of parameters that are not in the prior.
 _UNNAMED = 1e-3
-#: Standard deviations by which X at the limit of the possible may move.
+#: Standard deviations by which X may move at the limit of the possible.
 _STRAY = 0.01
 
 
 def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
-    """Return the link of every joint of the file, including fixed ones.
+    """Return the link of every joint of the file, including fixed joints.
 
     With c = m/M, the inertia about the centre of mass is J - M (c'c I - c c'). A link whose
-    parameters are all 0 is a frame without mass.
+    parameters are all 0 is a frame without mass. A payload is part of its link.
 
     Args:
         robot: the mechanism.
-        values: its standard parameters by name; those of links are used (XX3 ... M3, XXL ... ML).
+        values: standard parameters by name, with all those of links (XX3 ... M3, XXL ... ML).
     """
     out = []
     for joint in robot.joints:
@@ -86,13 +87,14 @@ def bodies(robot: Robot, values: Mapping[str, float]) -> tuple[Body, ...]:
 
 @dataclass(frozen=True, eq=False)
 class LinkParameters:
-    """Physically possible standard parameters of all links, for given base parameters.
+    """Physically possible standard parameters of all links.
 
     Attributes:
         values: every standard parameter by name, in the order of the model.
-        X: the base parameters that they give, (p,).
-        sigmas: distance d of X from the requested one, sqrt(d' C^-1 d); 0 if they are equal.
-        bodies: mass, centre and inertia of the link of each joint.
+        X: (p,) base parameters of these values.
+        sigmas: distance sqrt(d' C^-1 d), with d the difference of X from the requested X; 0 if they
+            are equal.
+        bodies: mass, centre of mass and inertia of the link of each joint.
     """
 
     values: Mapping[str, float]
@@ -110,18 +112,18 @@ def link_parameters(
 ) -> LinkParameters:
     """Find physically possible link parameters that give the base parameters X.
 
-    Of all such sets it returns the one whose links are closest to those of the prior, by the
-    log-determinant divergence of their pseudo-inertias; without a prior, the smallest, in units of
-    a typical length and mass of the robot.
+    Of all such sets, it returns the one whose links are closest to those of the prior, by the
+    log-determinant divergence of their pseudo-inertias. Without a prior, it returns the smallest
+    set, in units of a typical length and mass of the robot.
 
     Args:
-        model: from `derive`.
+        model: model from `derive`.
         X: base parameters (p,), for example `estimate.X`.
-        prior: standard parameters by name, for example from CAD. The others are kept small, with a
-            thousandth of the weight.
+        prior: standard parameters by name, for example from CAD. Parameters without a prior become
+            small, with a thousandth of the weight.
         nearest: covariance (p, p) of X, for example `estimate.covariance`. With it, the function
-            replaces an impossible X by the nearest possible one, and one at the limit by one near
-            it; `sigmas` is the distance.
+            replaces an impossible X by the nearest possible one. An X at the limit of the possible
+            moves slightly. `sigmas` is the distance.
 
     Raises:
         ParameterError: no link parameters give X (the message has the reason), or X or the prior
@@ -168,16 +170,16 @@ def _closest(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the standard parameters s (s,) with the links closest to the prior, and their X (p,).
 
-    X is that of the problem, or near it in the metric L where that is at the limit of the possible.
-    If a link has no mass in the prior, it has none in the result. Other links that are not bodies
-    of positive mass in the prior become as small as possible.
+    X is that of the problem. At the limit of the possible, it is near that X in the metric L. A
+    link without mass in the prior has no mass in the result, if that is possible. Other links that
+    are not bodies of positive mass in the prior become as small as possible.
     """
     standard = [p.name for p in problem.model.base.standard]
     target = np.array([float(prior.get(name, 0.0)) for name in standard]) / problem.scale
     named = np.isin(standard, list(prior))
     is_body = named[problem.links].all(axis=1)
     is_body &= least_eigenvalues(target[problem.links]) > CERTAIN
-    # Frames without mass stay so where that leaves room: they lead no base parameter.
+    # A frame without mass can stay so only if it has no leading parameter of a base parameter.
     frames = named[problem.links].all(axis=1) & ~is_body
     frames &= ~np.isin(problem.links, problem.heads).any(axis=1)
     room, margin = problem, problem.margin()
@@ -186,7 +188,7 @@ def _closest(
         within = fixed.margin()
         if within.value > CERTAIN:
             room, margin, is_body = fixed, within, is_body[~frames]
-    x, X = room.onto @ margin.y + room.at, room.X  # the widest, where the solver finds no nearest
+    x, X = room.onto @ margin.y + room.at, room.X  # the fallback if the solver fails
     for wider in (room,) if L is None else (room, room.loosened(L)):
         with suppress(ParameterError):
             y = _nearest_links(wider, target, named, is_body, margin.value)
@@ -223,14 +225,14 @@ def _nearest_links(
 
         minimise sum over bodies of tr Q - log det Q + 1/2 sum over the others of w (x - target)^2
 
-    The other links keep half of the least eigenvalue that all can have at once.
+    The eigenvalues of the other links are at least half of `margin`.
 
     Args:
         room: constraints of y.
-        target: (s,) in the units of x.
+        target: (s,) target in the units of x.
         named: (s,) whether the prior has a parameter; others have a weight of a thousandth.
         is_body: (L,) whether a link is a body of positive mass in the target.
-        margin: the least eigenvalue that all links can have at once.
+        margin: the largest lower bound of eigenvalues that all links can satisfy.
     """
     weight = np.where(named | (not named.any()), 1.0, _UNNAMED)
     weight[room.links[is_body]] = 0.0
@@ -279,12 +281,12 @@ _DIAGONAL = [k for k, (row, column) in enumerate(_LOWER) if row == column]
 _VARIABLES = len(_LOWER) + len(_DIAGONAL)
 
 
-#: kg: no robot moves like less than a few coins at every joint, nor like more than a lorry.
+#: Limits of a plausible apparent mass, kg: a few coins, and a lorry.
 LIGHTEST, HEAVIEST = 0.02, 5000.0
 
 
 def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) -> str:
-    """Return a note if a robot would be absurdly heavy or light, else "".
+    """Return a note if the robot is implausibly heavy or light, else "".
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
@@ -298,9 +300,9 @@ def implausible(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray
     least, most = float(masses.min()), float(masses.max())
     if least <= HEAVIEST and most >= LIGHTEST:
         return ""
-    seen = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
+    mass = f"{least:.3g} kg at least" if least > HEAVIEST else f"{most:.3g} kg at most"
     return (
-        f"every joint moves like {seen} at the end of the arm: look at the units of the log "
+        f"every joint moves like {mass} at the end of the arm: look at the units of the log "
         "(N m, not N mm; N; rad; m; s)"
     )
 

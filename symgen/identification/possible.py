@@ -1,27 +1,25 @@
-"""The possible robot nearest to an estimate, by a semidefinite program.
+"""The nearest physically possible robot to an estimate, by a semidefinite program.
 
 Base parameters X = G s determine only combinations of the standard parameters s. X is possible if
-some s gives it in which every link is a body of positive mass density, and friction and rotor
-inertia are not negative:
+some s gives X with bodies of positive mass density and non-negative friction and rotor inertia:
 
     G s = X,   pseudo-inertia P_j positive definite for each link j,   IA, FS, FV >= 0
 
 (Sousa and Cortesao 2014; Traversaro, Brossette, Escande, Nori 2016; Wensing, Kim, Slotine 2018).
-Every base parameter has a leading standard parameter that no other one contains. The other standard
-parameters are free variables, and X = G s holds to rounding. The units are a typical length and
-mass of the robot, in which the entries of a pseudo-inertia have similar size.
+Every base parameter has a leading standard parameter that no other base parameter contains. The
+other standard parameters are free variables, and X = G s holds to rounding. The units are a typical
+length and mass of the robot, in which the entries of a pseudo-inertia have similar size.
 
-The possible X nearest to an estimate X0 of covariance C has the whitened deviation z as variable,
+The nearest possible X to an estimate X0 of covariance C minimises the whitened deviation z,
 
     minimise |z|^2 + faint |y|^2   with   X = X0 + L z,   L L' = C
 
-and the free standard parameters y. So the optimum has size one for any precision of the logs.
+over z and the free standard parameters y. The optimum has size one for any precision of the logs.
 
-Programs have a quadratic objective, affine equations, signs and semidefinite matrices,
+Clarabel (Goulart and Chen 2024) solves such programs, which have a quadratic objective, affine
+equations, signs and semidefinite matrices:
 
     minimise 1/2 y'P y + c'y   with   E y + f in a cone
-
-and are solved by Clarabel (Goulart and Chen 2024).
 """
 
 from __future__ import annotations
@@ -43,31 +41,31 @@ from symgen.identification.pseudo_inertia import IDENTITY, LENGTH, MATRIX, UNIT,
 from symgen.robot.expressions import six_digits
 from symgen.robot.types import Robot
 
-#: Smallest eigenvalue of a pseudo-inertia, in the robot's units, that counts as positive: what half
-#: the digits of a number show ...
+#: Smallest eigenvalue of a pseudo-inertia that counts as positive, in the robot's units: half of
+#: the digits of a number.
 CERTAIN = math.sqrt(np.finfo(float).eps)
-#: ... that the nearest possible parameters keep, far below the smallest link of an arm ...
+#: Smallest eigenvalue in the nearest possible parameters, far below the smallest link of an arm.
 _MARGIN = 1e-7
-#: ... and above which a robot is not asked for more.
+#: Upper limit of the margin that `Constraints.margin` maximises.
 _ENOUGH = 1e-3
 #: Largest trace of a pseudo-inertia, in the robot's units.
 _LARGEST = 300.0
 #: Weight of the squared size of variables that have no other weight.
 _FAINT = 1e-6
-#: Units of distance in the search for the nearest, in standard deviations, one after the other.
+#: Units of distance that the search for the nearest robot tries in turn, in standard deviations.
 _DISTANCES = (1.0, 10.0, 1e2, 1e3, 1e6, 1e9)
-#: A negative value of this size, in the robot's units, is rounding.
+#: A negative value of this size, in the robot's units, is a rounding error.
 _ROUNDING = 1e-12
-#: Share of a link in what makes X impossible, from which it is named.
+#: Smallest share of a link in the violated constraints for which a message names it.
 _BLAMED = 0.1
 #: Smallest eigenvalue of a correlation matrix.
-_TIED = 1e-10
+_SMALLEST = 1e-10
 #: Accuracy of the solver.
 _ACCURACY = 1e-10
-#: Statuses of the solver: to the accuracy; to a hundred times that, which decides existence.
+#: Statuses of the solver: solved to the accuracy, or to a hundred times that for decisions.
 _SOLVED, _DECIDED = ("Solved",), ("Solved", "AlmostSolved")
-#: Factor, and power of the length, of the robot's unit for each unit of a parameter; effects are
-#: free of constraints and taken as they are.
+#: Factor and power of the length in the robot's unit, for each unit of a parameter. Parameters of
+#: effects have no constraints and no scaling.
 _UNITS = {
     "kg m2": (1, 2),
     "kg m": (1, 1),
@@ -77,9 +75,9 @@ _UNITS = {
     "N": (10, 0),
     "N s/m": (10, 0),
 }
-#: Parameters that are positive by their nature.
+#: Prefixes of parameters that cannot be negative.
 POSITIVE = ("FS", "FV", "IA", "M", "FSM", "FVM", "IAM")
-#: Parameters that are above zero in every body.
+#: Prefixes of parameters that are positive in every body.
 _DIAGONAL = ("XX", "YY", "ZZ", "M")
 
 
@@ -88,11 +86,11 @@ class Possible:
     """The possible base parameters nearest to an estimate.
 
     Attributes:
-        X: (p,) base parameters; the estimate itself where it is possible.
-        distance: sqrt((X - X0)' C^-1 (X - X0)) from the estimate X0; 0 where it is possible.
-        at_bound: names of the parameters that a constraint holds at zero, or that it moved by more
-            than their standard deviation, which does not describe them then.
-        fault: a text, why the estimate is not possible; "" where it is.
+        X: (p,) base parameters; the estimate itself if it is possible.
+        distance: sqrt((X - X0)' C^-1 (X - X0)) from the estimate X0; 0 if it is possible.
+        at_bound: names of the parameters that a constraint holds at zero or moves by more than
+            their standard deviation. Their standard deviations are not valid.
+        fault: a text that says why the estimate is not possible; "" if it is possible.
     """
 
     X: FloatArray
@@ -102,21 +100,21 @@ class Possible:
 
 
 def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Possible:
-    """Return the nearest base parameters that a robot can have.
+    """Return the nearest physically possible base parameters.
 
         minimise (X - X0)' C^-1 (X - X0)
 
-    over parameters of links whose pseudo-inertias are positive definite, with friction and rotor
-    inertia not negative.
+    The pseudo-inertias of all links are positive definite. Friction and rotor inertia are not
+    negative.
 
     Args:
-        model: whose parameters they are.
+        model: model of the robot.
         X: base parameters X0, (p,).
-        covariance: C of X0, (p, p).
+        covariance: covariance C of X0, (p, p).
 
     Raises:
-        ParameterError: X are not base parameters of this robot, the covariance is not one, or the
-            solver finds no possible parameters.
+        ParameterError: X are not base parameters of this robot, the covariance is not a finite
+            matrix with a positive diagonal, or the solver finds no possible parameters.
     """
     problem = Constraints.of(model, X)
     fault = problem.fault()
@@ -145,11 +143,11 @@ def nearest_possible(model: Model, X: FloatArray, covariance: FloatArray) -> Pos
 
 
 class Margin(NamedTuple):
-    """How far inside the possible some parameters can be.
+    """Distance from the limit of the possible.
 
     Attributes:
         value: the largest t with P_j - t I positive semidefinite for every link j, up to 1e-3.
-        y: (m,) variables of that.
+        y: (m,) variables at this t.
         blame: (L,) share of each link in the constraints that limit t.
     """
 
@@ -160,18 +158,18 @@ class Margin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """The standard parameters of a robot that give X, in its own units: x = onto y + at.
+    """The standard parameters that give X, in the robot's units: x = onto y + at.
 
     Attributes:
-        model: of the robot.
+        model: model of the robot.
         X: (p,) base parameters.
-        G: (p, s) of X = G s.
+        G: (p, s) matrix of X = G s.
         scale: (s,) units: s = scale x.
-        heads: place of the leading standard parameter of each base parameter.
-        free: places of the others, which are the variables y.
-        onto, at: (s, m) and (s,).
-        links: (L, 10) places of the parameters of each link.
-        positive: places of friction and rotor inertia.
+        heads: index of the leading standard parameter of each base parameter.
+        free: indices of the other standard parameters, which are the variables y.
+        onto, at: (s, m) matrix and (s,) offset.
+        links: (L, 10) indices of the parameters of each link.
+        positive: indices of friction and rotor inertia.
     """
 
     model: Model
@@ -209,7 +207,7 @@ class Constraints:
         inertial = heads[: base.inertial]
         mass = float(np.max(np.abs(X[: base.inertial]) / scale[inertial], initial=0.0))
         scale = scale * (mass or 1.0)
-        # As equations beside the cones, X = G s makes the solver fail on some robots of six joints.
+        # The solver fails on some robots with six joints if X = G s is a separate equation.
         onto = np.eye(n)[:, free]
         onto[heads] = -G[:, free] * scale[free] / scale[heads, None]
         at = np.zeros(n)
@@ -217,15 +215,16 @@ class Constraints:
         return cls(model, X, G, scale, heads, free, onto, at, links, np.flatnonzero(drives))
 
     def loosened(self, L: FloatArray) -> Constraints:
-        """Return constraints in which X may move by L z; the variables z are the last ones."""
+        """Return constraints in which X may move by L z, with z after the variables y."""
         moved = np.zeros((len(self.at), L.shape[1]))
         moved[self.heads] = L / self.scale[self.heads, None]
         return replace(self, onto=np.hstack([self.onto, moved]))
 
     def cones(self, least: float | FloatArray = 0.0) -> list[Cone]:
-        """Return the cones of y: links as bodies, and what is never negative.
+        """Return the cones of y: bodies of the links, and non-negative friction and rotor inertia.
 
-        The pseudo-inertias of the links have eigenvalues of at least `least`, a number or (L,).
+        Args:
+            least: lower bound of the eigenvalues of the pseudo-inertias, a number or (L,).
         """
         floors = np.broadcast_to(least, len(self.links))
         out = [
@@ -235,10 +234,10 @@ class Constraints:
         return [*out, Cone("nonnegative", self.onto[self.positive], self.at[self.positive])]
 
     def margin(self) -> Margin:
-        """Return how far inside the possible the parameters that give X can be.
+        """Return the largest margin of parameters that give X.
 
         Raises:
-            ParameterError: the solver does not decide it.
+            ParameterError: the solver fails.
         """
         narrowed = np.zeros(len(self.at))
         narrowed[self.links] = -UNIT
@@ -260,10 +259,10 @@ class Constraints:
         return Margin(float(y[-1]), y[:-1], blame)
 
     def fault(self) -> str:
-        """Return a text: why no link parameters give X; "" if some do.
+        """Return a text that says why no link parameters give X, or "" if some do.
 
         Raises:
-            ParameterError: the solver does not decide it.
+            ParameterError: the solver fails.
         """
         prefixes = [p.prefix for p in self.model.base.standard]
         never_negative = np.isin(prefixes, (*_DIAGONAL, *POSITIVE))
@@ -281,9 +280,9 @@ class Constraints:
         value, _, blame = self.margin()
         if value > CERTAIN:
             return ""
-        worst = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
+        blamed = sorted(k for k in np.argsort(-blame, kind="stable")[:3] if blame[k] > _BLAMED)
         standard = self.model.base.standard
-        numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in worst]
+        numbers = [standard[self.links[k][0]].name.removeprefix(names.LINK[0]) for k in blamed]
         links = " and ".join(f"link {number}" for number in numbers)
         return f"the inertia of {links} cannot be positive definite"
 
@@ -299,7 +298,7 @@ def _units(model: Model) -> FloatArray:
 
 
 def _length(robot: Robot) -> float:
-    """Return a typical length in m: the mean of those of the geometry, or 0.1."""
+    """Return a typical length, m: the mean non-zero length of the geometry, or LENGTH."""
     plain = robot.with_values()
     lengths = [abs(float(e)) for j in plain.joints for e in (j.b, j.d, j.r) if e != 0]
     return sum(lengths) / len(lengths) if lengths else LENGTH
@@ -307,9 +306,10 @@ def _length(robot: Robot) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Cone:
-    """E y + f lies in a cone; E (m, n), f (m,).
+    """The constraint that E y + f lies in a cone, with E (m, n) and f (m,).
 
-    `kind` is "zero", "nonnegative", "semidefinite" or "exponential": f2 exp(f1/f2) <= f3.
+    `kind` is "zero", "nonnegative", "semidefinite" or "exponential": v2 exp(v1/v2) <= v3, with
+    v = E y + f.
     """
 
     kind: str
@@ -320,13 +320,13 @@ class Cone:
 def minimise(
     P: FloatArray, c: FloatArray, cones: Sequence[Cone], accepted: Sequence[str] = _DECIDED
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """Return the minimiser y (n,), and the dual vector of every cone.
+    """Minimise 1/2 y'P y + c'y; return y (n,) and the dual vector of each cone.
 
     Args:
-        P: positive semidefinite (n, n).
-        c: (n,).
+        P: positive semidefinite matrix (n, n).
+        c: vector (n,).
         cones: constraints on y.
-        accepted: statuses of Clarabel that are a solution.
+        accepted: statuses of Clarabel that count as a solution.
 
     Raises:
         ParameterError: Clarabel finds no solution.
@@ -360,10 +360,10 @@ def minimise(
 
 
 def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
-    """Yield minimisers (y, z) of |z/unit|^2 + faint |y|^2, for a unit of distance that grows.
+    """Yield minimisers (y, z) of |z/unit|^2 + faint |y|^2 for growing units of distance.
 
-    The solver needs variables of size one, and the distance |z| of the nearest point is not known.
-    The solution of the smallest unit is the most exact one.
+    The solver needs variables of size one, but the distance |z| of the nearest point is unknown.
+    The first solution, with the smallest unit, is the most accurate one.
 
     Args:
         free: number of variables y, which come first.
@@ -379,12 +379,12 @@ def nearest_moves(free: int, cones: Sequence[Cone]) -> Iterator[FloatArray]:
 
 
 def deviation_axes(covariance: FloatArray) -> FloatArray:
-    """Return L (p, p) with L L' a covariance, so that z of X = X0 + L z is in standard deviations.
+    """Return L (p, p) with L L' = covariance; z of X = X0 + L z is then in standard deviations.
 
-    Eigenvalues of the correlation matrix are at least 1e-10.
+    Smaller eigenvalues of the correlation matrix are raised to 1e-10.
     """
     std = np.sqrt(np.diag(covariance))
     unit = np.where(std > 0, std, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
-    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _TIED))
+    L: FloatArray = unit[:, None] * vectors * np.sqrt(np.maximum(values, _SMALLEST))
     return L

@@ -1,4 +1,4 @@
-"""predict: what a model with given parameters says of a log."""
+"""predict: torque and energy of a model with known parameters along a log."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.faults.fault import Fault
 from symgen.identification.estimate import JointLabel, joints_of
 from symgen.identification.known_band import open_in_band
-from symgen.identification.parameters import read_given
+from symgen.identification.parameters import read_known
 from symgen.robot.toml_io import read_robot
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import load
@@ -40,18 +40,18 @@ class Prediction(Viewable):
     """Torque and energy of a model along a log.
 
     Attributes:
-        robot: its name.
+        robot: name of the robot.
         torque: measured and predicted torque in the motion's band, (N, n), N m or N.
         error: ||measured - predicted|| over ||measured|| in the comparison band, per joint and over
             all joints stacked; see `symgen.estimation.torque_error`.
         moving: the same for joints in motion.
-        noise: what noise alone leaves of `moving`.
+        noise: torque error that noise alone causes, for joints in motion.
         kinetic: kinetic energy (N,), J; NaN if the base moves.
-        potential: potential energy (N,), J, up to a constant.
-        band: the filters of the run: those of the estimate, where it states them.
-        notes: what was done to the log.
+        potential: potential energy (N,), J, up to a constant; NaN if the base moves.
+        band: the filters of the run; those of the estimate, if its file has them.
+        notes: texts on the changes of the log.
         joints: number in the file and unit of the torque of each movable joint.
-        repairs: what was mended in the log.
+        repairs: repairs of the log.
     """
 
     robot: str
@@ -77,7 +77,7 @@ class Prediction(Viewable):
         return to_json(self, SCHEMA)
 
     def to_csv(self) -> bytes:
-        """Return the curves, prediction.csv."""
+        """Return the curves as the content of prediction.csv."""
         n = self.torque.measured.shape[1]
         labels = [f"tau{j}" for j in range(1, n + 1)] + [f"predicted{j}" for j in range(1, n + 1)]
         columns = [self.torque.t, self.torque.measured, self.torque.predicted]
@@ -93,48 +93,50 @@ def predict(
     cutoff: float | None = None,
     reading: Reading | None = None,
 ) -> Prediction:
-    """Predict the torque and the energy of a log from given parameters.
+    """Predict the torque and the energy along a log from known parameters.
 
     Args:
         robot: a robot, a path or a library name.
-        log: a path, or a log.
+        log: a path or a log.
         parameters: the folder that `identify` or `diagnose` wrote, its estimate.json, or TOML with
             [parameters].
-        cutoff: of the zero-phase filter of positions and speeds, Hz; by default that of the
-            parameters' file, or else the one that suits the log best.
-        reading: how the log is read, and what of it has no say in the error.
+        cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default that of the
+            file of parameters, or else the one that suits the log best.
+        reading: options of reading and masking. Masked samples do not count in the error.
 
     Raises:
-        LogError: the log cannot be read or belongs to another robot.
-        ParameterError: the parameters are not this robot's.
+        LogError: symgen cannot read the log, or it belongs to another robot.
+        ParameterError: the parameters are of another robot.
     """
     source = read_robot(robot)
     model = derive(source, (*JUDGING, "energy"))
-    given, evaluator = read_given(parameters, model), load(model)
+    known, evaluator = read_known(parameters, model), load(model)
     opened = open_in_band(
-        evaluator, [log], reading, band=given.band, shifts=given.shifts, cutoff=cutoff
+        evaluator, [log], reading, band=known.band, shifts=known.shifts, cutoff=cutoff
     )
-    (seen,) = opened.logs
-    compared = fit(evaluator, [seen], given.X)
-    judged = motion_error(evaluator, [seen], given.X, compared)
-    torque = torque_at(evaluator, given.X, *seen.motion)
-    measured = seen.tau
-    if seen.rows.cutoff is not None:
-        measured, torque = (lowpass(x, seen.step, seen.rows.cutoff) for x in (measured, torque))
-    kinetic = potential = np.full((len(seen.t), 1), np.nan)  # on a base that moves
+    (filtered,) = opened.logs
+    compared = fit(evaluator, [filtered], known.X)
+    judged = motion_error(evaluator, [filtered], known.X, compared)
+    torque = torque_at(evaluator, known.X, *filtered.motion)
+    measured = filtered.tau
+    if filtered.rows.cutoff is not None:
+        measured, torque = (
+            lowpass(x, filtered.step, filtered.rows.cutoff) for x in (measured, torque)
+        )
+    kinetic = potential = np.full((len(filtered.t), 1), np.nan)  # on a base that moves
     if not source.imu:
-        kinetic, potential = evaluator["energy"](seen.q, seen.qd, given.X)
+        kinetic, potential = evaluator["energy"](filtered.q, filtered.qd, known.X)
     return Prediction(
         robot=source.name,
         joints=joints_of(source),
-        log=seen.name,
+        log=filtered.name,
         error=compared.residual,
         moving=judged.error,
         noise=judged.noise,
         band=opened.band,
         repairs=opened.repairs,
         notes=(*opened.notes, *compared.told_apart),
-        torque=Trace(seen.name, "validation", "torque", seen.t, measured, torque),
+        torque=Trace(filtered.name, "validation", "torque", filtered.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],
     )
@@ -148,18 +150,18 @@ def torque_errors(
     shifts: Sequence[Fault] = (),
     reading: Reading | None = None,
 ) -> list[float]:
-    """Return the relative torque error of some parameters along a log, in one band.
+    """Return the relative torque error along a log of each of some sets of parameters, in one band.
 
     Args:
         robot: the robot.
-        log: a path, or a log.
-        parameters: (p,) base parameters of each.
-        band: the filters; by default those that suit the log best.
-        shifts: of the torques of all logs, done by the estimate.
-        reading: how the log is read.
+        log: a path or a log.
+        parameters: sets of base parameters (p,).
+        band: the filters; by default, symgen chooses them.
+        shifts: shifts of the torques in the run of the estimate.
+        reading: options of reading the log.
 
     Raises:
-        LogError: the log cannot be read or belongs to another robot.
+        LogError: symgen cannot read the log, or it belongs to another robot.
     """
     evaluator = load(derive(robot, JUDGING))
     opened = open_in_band(evaluator, [log], reading, band=band, shifts=shifts)
@@ -167,25 +169,25 @@ def torque_errors(
 
 
 def read_prediction(path: str | Path) -> Prediction:
-    """Read a prediction again: prediction.json, and prediction.csv beside it.
+    """Read a prediction from prediction.json and from prediction.csv in the same folder.
 
     Args:
         path: the folder that `predict` wrote, or the prediction.json in it.
 
     Raises:
-        ParameterError: there is none, or it is damaged.
+        ParameterError: a file does not exist or is damaged.
     """
     file = result_file(path, MARKER)
     curves = dict.fromkeys(("torque", "kinetic", "potential"))
-    found = read_result(Prediction, file, SCHEMA, **curves)
+    prediction = read_result(Prediction, file, SCHEMA, **curves)
     try:
-        n = len(found.joints)
+        n = len(prediction.joints)
         text = file.with_name(CURVES).read_text(encoding="utf-8")
         rows = np.loadtxt(io.StringIO(text), delimiter=",", skiprows=1, ndmin=2)
         t, measured, predicted, kinetic, potential = np.split(rows, np.cumsum([1, n, n, 1]), axis=1)
         if potential.shape[1] != 1 or not np.isfinite(rows).all():
             raise ValueError("columns")
-        errors = (found.error, found.moving, found.noise)
+        errors = (prediction.error, prediction.moving, prediction.noise)
         if n == 0 or any(len(each.per_joint or ()) != n for each in errors):
             raise ValueError("torque_error")
     except (OSError, ValueError) as error:
@@ -193,5 +195,5 @@ def read_prediction(path: str | Path) -> Prediction:
             f"{file}: damaged, or {CURVES} beside it is ({type(error).__name__}); accepted: both "
             "as predict writes them"
         ) from error
-    trace = Trace(found.log, "validation", "torque", t[:, 0], measured, predicted)
-    return replace(found, torque=trace, kinetic=kinetic[:, 0], potential=potential[:, 0])
+    trace = Trace(prediction.log, "validation", "torque", t[:, 0], measured, predicted)
+    return replace(prediction, torque=trace, kinetic=kinetic[:, 0], potential=potential[:, 0])

@@ -2,9 +2,9 @@
 
     P = [[S, m], [m', M]],   S = tr(J)/2 I - J = integral of r r' dm,   m = (MX, MY, MZ)
 
-A body of positive mass density has a positive definite one, and vice versa (Wensing, Kim, Slotine
-2018). A solver sees it as a vector: the upper triangle column by column, off-diagonal entries times
-sqrt(2), so that tr(A B) is a scalar product.
+A pseudo-inertia is positive definite if and only if some body of positive mass density has it
+(Wensing, Kim, Slotine 2018). A solver gets it as a vector: the upper triangle column by column,
+with off-diagonal entries times sqrt(2), so that tr(A B) is a scalar product.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from symgen import names
 from symgen.estimation.values import FloatArray
 from symgen.robot.body import steiner
 
-#: Length of a body, m, where nothing else says it.
+#: Default length of a body, m.
 LENGTH = 0.1
 
 
@@ -42,7 +42,7 @@ def parameters_of(P: FloatArray) -> FloatArray:
 
 
 def about_centre(link: Sequence[float] | FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return mass, centre of mass (3,) and inertia (3, 3) about it; NaN where the mass is 0.
+    """Return mass, centre of mass (3,) and inertia (3, 3) about it; NaN if the mass is 0.
 
     Args:
         link: XX XY XZ YY YZ ZZ MX MY MZ M about the origin of the frame, (10,).
@@ -66,7 +66,7 @@ def triangle_vector(matrix: FloatArray) -> FloatArray:
     return matrix[rows, columns] * np.where(rows == columns, 1.0, np.sqrt(2.0))
 
 
-#: Pseudo-inertias of unit parameters, (10, 4, 4); as columns of vectors, (10, 10); I as a vector.
+#: Pseudo-inertias of unit parameters, (10, 4, 4); the same as columns, (10, 10); I as a vector.
 BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(names.LINK))])
 MATRIX = np.array([triangle_vector(P) for P in BASIS]).T
 IDENTITY = triangle_vector(np.eye(4))
@@ -75,5 +75,5 @@ UNIT = parameters_of(np.eye(4))
 
 
 def least_eigenvalues(links: FloatArray) -> FloatArray:
-    """Return the least eigenvalue of the pseudo-inertia of each of some links (L, 10)."""
+    """Return the smallest eigenvalue of the pseudo-inertia of each link (L, 10)."""
     return np.asarray(np.linalg.eigvalsh(np.tensordot(links, BASIS, 1))[:, 0])

@@ -1,13 +1,13 @@
-"""identify on more samples than memory holds: long logs are read segment by segment.
+"""identify on more samples than memory holds: symgen reads long logs segment by segment.
 
     files --columns of time--> stretches without gaps --last fifth held out--> logs
-    logs --a sample of them--> in memory: band, delay, faults, model, scans, tests, curves
-    logs --segments--> EQUATIONS of each, folded where they are read --added up--> weights, X
+    logs --a sample of them--> in memory: band, delay, faults, model, tests, curves
+    logs --segments--> summaries of the equations of each --added up--> weights, X
     logs --segments again--> sums of scores, squared errors of torque --added up--> covariance, fit
 
-A segment is opened as a log of its own; what the ends of filters and windows leave out at its edges
-is less than a second in 2^18 samples. What is sent to whoever works is a segment's address; what
-comes back are sums, whose size does not depend on the number of samples.
+Each segment is opened as a separate log. Filters and windows lose less than a second at its edges,
+of 2^18 samples. A worker gets the address of a segment and returns sums, whose size does not depend
+on the number of samples.
 """
 
 from __future__ import annotations
@@ -57,34 +57,35 @@ from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 from symgen.runtime.evaluator import Evaluator, load
 
-#: Samples, of all training and of all validation logs, that are looked at in memory; pieces.
+#: Samples of all training logs and of all validation logs that are read into memory, in so many
+#: pieces.
 SAMPLE, HELD_SAMPLE, PIECES = 80_000, 20_000, 4
-#: A log has so many windows and samples, at least.
+#: Smallest length of a log, in windows and in samples.
 _WINDOWS, _FEWEST = 2.0, 20
-_LOOKED = 1 << 13  # samples of a segment that are checked for wrong speeds first
+_LOOKED = 1 << 13  # samples of a segment that are first checked for wrong speeds
 _KINDS = ("train", "validation")
 Result = TypeVar("Result")
 
 
 @lru_cache(maxsize=4)
 def load_model(robot: str, kernels: tuple[str, ...]) -> Evaluator:
-    """Compile and load a model, once a process.
+    """Compile and load a model once in each process.
 
     Args:
-        robot: text of its robot.toml.
-        kernels: names of its kernels.
+        robot: text of the robot.toml.
+        kernels: names of the kernels.
     """
     return load(derive(parse_robot(robot, "robot.toml"), kernels))
 
 
 @dataclass(frozen=True)
 class Segment:
-    """The address of some rows of a log of the run, which are opened as a log of their own.
+    """The address of some rows of a log, which are opened as a separate log.
 
     Attributes:
-        rows: of the log.
-        number: of the log.
-        clean: whether it is known that nothing is to be mended or masked in it.
+        rows: rows of the log.
+        number: number of the log.
+        clean: whether the segment is known to need no repair and no mask.
     """
 
     rows: Stretch
@@ -94,15 +95,15 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """How segments are read and treated.
+    """Options of reading and processing segments.
 
     Attributes:
-        robot: text of its robot.toml.
-        kernels: of the model.
-        reading: how files are read.
-        band: of the run.
-        model: of the equations.
-        delay: by which torques are late, s.
+        robot: text of the robot.toml.
+        kernels: kernels of the model.
+        reading: options of reading files.
+        band: band of the run.
+        model: model of the equations.
+        delay: delay of the torques to undo, s.
     """
 
     robot: str
@@ -119,7 +120,7 @@ class Settings:
 
 
 def segments_of(number: int, log: Stretch) -> list[Segment]:
-    """Cut a log into segments; one that is read as a whole is one."""
+    """Cut a log into segments; a file format without access to rows gives one segment."""
     if not reads_rows(log.file):
         return [Segment(log, number)]
     first, last = log.rows
@@ -131,10 +132,10 @@ def _open(segment: Segment, settings: Settings) -> tuple[FilteredLog, tuple[Faul
     """Read, repair, resample, mask and filter a segment in the band of the run.
 
     Returns:
-        The segment, and what was mended in it.
+        The filtered segment and its repairs.
 
     Raises:
-        LogError: the rows cannot be used, as for a whole log.
+        LogError: symgen cannot use the rows, for the same reasons as a log.
     """
     s, robot, reading = segment.rows, settings.evaluator.model.robot, settings.reading
     log, clock = read_rows(s, s.rows, robot, reading), (s.times[0], s.step)
@@ -159,20 +160,20 @@ def fold_equations(settings: Settings, segment: Segment) -> tuple[list[Summary],
     return [summarise(e) for e in settings.model.equations(settings.evaluator, log)], repairs
 
 
-#: By log and joint, the weight of the equations and the rows that scores are summed over.
+#: (number of the log, joint) -> weight of the equations, and lag of the sums of scores in rows.
 Weights = Mapping[tuple[int, int], tuple[float, int]]
 
 
 def fold_errors(
     settings: Settings, X: FloatArray, weights: Weights, segment: Segment
 ) -> tuple[FloatArray, TorqueFit]:
-    """Return what X leaves of a segment: the sums of scores (p, p), and the torque errors."""
+    """Return the sums of scores (p, p) of a segment for X, and its torque errors."""
     evaluator, (log, _) = settings.evaluator, _open(segment, settings)
     torque = modelled_torque(evaluator, log, X)
     fit = squares(log.free, log.measured, torque, log.resting)
     meat = np.zeros((len(X), len(X)))
     if segment.rows.kind == "train":
-        model = replace(settings.model, features=None)  # scores need none
+        model = replace(settings.model, features=None)  # scores need no features
         for j, e in enumerate(model.equations(evaluator, log)):
             weight, lag = weights[segment.number, j]
             meat += bartlett(scores(e, X, weight), lag)
@@ -181,14 +182,14 @@ def fold_errors(
 
 @dataclass(frozen=True, eq=False)
 class SampledLogs:
-    """Long logs, and what of them is looked at in memory.
+    """Long logs, and the sample of them in memory.
 
     Attributes:
         logs: all logs.
-        reading: how their rows are read.
-        notes: on stretches that are left out.
-        train, held: pieces of the logs of both kinds.
-        repairs: what was mended in them.
+        reading: options of reading rows.
+        notes: notes on stretches that are not used.
+        train, held: pieces of the training and of the validation logs.
+        repairs: repairs of the pieces.
     """
 
     logs: Sequence[Stretch]
@@ -199,10 +200,14 @@ class SampledLogs:
     repairs: tuple[Fault, ...]
 
     def in_words(self, what: str) -> tuple[str, ...]:
-        """Say what rests on the sample; nothing where it is all there is."""
-        own = sum(len(s.t) for s in (*self.train, *self.held))
+        """Return a note on the use of the sample; empty if it contains all samples.
+
+        Args:
+            what: text between the numbers of all samples and of those in the sample.
+        """
+        count = sum(len(s.t) for s in (*self.train, *self.held))
         total = sum(s.count for s in self.logs)
-        return (f"{total:,} samples were {what} {own:,} of them",) if own < total else ()
+        return (f"{total:,} samples were {what} {count:,} of them",) if count < total else ()
 
 
 def sample_logs(
@@ -213,18 +218,19 @@ def sample_logs(
     window: float,
     progress: Say,
 ) -> SampledLogs:
-    """Find the stretches of long logs, and open a sample of them.
+    """Find the stretches of long logs without gaps, and open a sample of them.
 
     Args:
-        robot: whose logs they are.
+        robot: the robot of the logs.
         logs, validation: files or URLs; without validation, the last fifth of every stretch is
             held out.
-        reading: how files are read.
-        window: of the equations, s.
-        progress: is told what is being done.
+        reading: options of reading files.
+        window: window of the equations, s.
+        progress: called with a text about the current step.
 
     Raises:
-        LogError: a file cannot be read, or nothing of it can be used.
+        LogError: symgen cannot read a file, a file stands twice in the lists, or the stretches are
+            too short.
     """
     every = [str(source) for source in (*logs, *validation)]
     twice = [name for name in every if every.count(name) > 1]
@@ -235,16 +241,16 @@ def sample_logs(
     short: list[str] = []
     for k, name in enumerate(every):
         for s in stretches(name, robot, reading):
-            own = [replace(s, kind=_KINDS[k >= len(logs)])] if validation else _split(s)
-            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in own):
-                parts += own
+            new = [replace(s, kind=_KINDS[k >= len(logs)])] if validation else _split(s)
+            if all(x.count >= _FEWEST and x.times[1] - x.times[0] > _WINDOWS * window for x in new):
+                parts += new
             else:
                 short.append(s.name)
-    said = first_of(short, 3)
+    listed = first_of(short, 3)
     for kind in _KINDS:
         if not any(s.kind == kind for s in parts):
-            raise LogError(f"{said}: too short a {kind} log; accepted: longer ones, without gaps")
-    notes = (f"{len(short)} stretches are too short and left out: {said}",) if short else ()
+            raise LogError(f"{listed}: too short a {kind} log; accepted: longer ones, without gaps")
+    notes = (f"{len(short)} stretches are too short and left out: {listed}",) if short else ()
     repairs: list[Fault] = []
     plain, groups = replace(reading, start=None, until=None), list[list[Samples]]()
     for kind, budget in zip(_KINDS, (SAMPLE, HELD_SAMPLE), strict=True):
@@ -269,7 +275,7 @@ def _split(s: Stretch) -> list[Stretch]:
 
 
 def sampled_rows(logs: Sequence[Stretch], budget: int) -> list[tuple[Stretch, tuple[int, int]]]:
-    """Return rows of logs that are looked at: all, or pieces evenly over them."""
+    """Return the rows of logs to read into memory: all, or evenly spaced pieces."""
     if sum(s.count for s in logs) <= budget:
         return [(s, s.rows) for s in logs]
     pieces, length = [], budget // PIECES
@@ -290,27 +296,27 @@ def open_long_logs(
     executor: Executor | None,
     progress: Say,
 ) -> LongLogs:
-    """Look at a sample of long logs; arguments as for `sample_logs` and `identify`."""
+    """Open a sample of long logs; the arguments are those of `sample_logs` and `identify`."""
     window = max(model.gap for model in models)
-    seen = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
+    data = sample_logs(robot, logs, validation, reading or Reading(), window, progress)
     kernels = tuple(dict.fromkeys(k for model in models for k in model.all_kernels))
     text = robot_toml(robot)
     progress("deriving and compiling the model")
     return LongLogs(
-        load_model(text, kernels), seen.train, seen.held, seen.repairs, bool(validation), progress,
+        load_model(text, kernels), data.train, data.held, data.repairs, bool(validation), progress,
         own_threads() if executor is None else 1,
-        sampled=seen, about=(text, kernels), executor=executor,
+        sampled=data, about=(text, kernels), executor=executor,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LongLogs(OpenLogs):
-    """A sample of long logs, and who folds all of them.
+    """A sample of long logs, and the executor that processes all of them.
 
     Attributes:
         sampled: the logs.
         about: text of the robot file, and the kernels of the model.
-        executor: that works on segments; None for threads of this process.
+        executor: executor of the work on segments; None for threads of this process.
     """
 
     sampled: SampledLogs
@@ -318,24 +324,28 @@ class LongLogs(OpenLogs):
     executor: Executor | None
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
-        """Solve least squares of all segments: fold, solve, and fold what the solution leaves."""
+        """Solve least squares over all segments.
+
+        It adds up the summaries of the equations, solves them, and adds up the errors of the
+        solution.
+        """
         run, logs = chosen.run, self.sampled.logs
         settings = Settings(
             *self.about, self.sampled.reading, run.band, chosen.best.model, run.delay
         )
         segments = [x for k, log in enumerate(logs) for x in segments_of(k, log)]
-        found: dict[tuple[int, int], Summary] = {}
+        summaries: dict[tuple[int, int], Summary] = {}
         mended: list[Fault] = []
         folded = self._each(partial(fold_equations, settings), segments, "equations")
         again: list[Segment] = []
-        for segment, (own, repairs) in zip(segments, folded, strict=True):
+        for segment, (joints, repairs) in zip(segments, folded, strict=True):
             mended += repairs
             again.append(replace(segment, clean=not (repairs or settings.reading.mask)))
-            for j, s in enumerate(own):
+            for j, s in enumerate(joints):
                 key = segment.number, j
-                found[key] = merge_summaries([found[key], s]) if key in found else s
+                summaries[key] = merge_summaries([summaries[key], s]) if key in summaries else s
         train, held = (
-            {key: s for key, s in found.items() if logs[key[0]].kind == kind} for kind in _KINDS
+            {key: s for key, s in summaries.items() if logs[key[0]].kind == kind} for kind in _KINDS
         )
         names = run.evaluator.model.base.names
         kept = list(range(len(names)) if chosen.best.kept is None else chosen.best.kept)
@@ -354,8 +364,8 @@ class LongLogs(OpenLogs):
         X = settled.solution.X
         if X is not solution.X:
             _, fits = self._errors(settings, X, summed, again)
-        seen = run.torques(X)
-        fits = [replace(a, traces=b.traces) for a, b in zip(fits, seen, strict=True)]
+        sample_fits = run.torques(X)
+        fits = [replace(a, traces=b.traces) for a, b in zip(fits, sample_fits, strict=True)]
         what = "folded; band, curves and tests of bias are those of"
         return outcome(
             settled,
@@ -369,20 +379,20 @@ class LongLogs(OpenLogs):
     def _errors(
         self, settings: Settings, X: FloatArray, weights: Weights, segments: Sequence[Segment]
     ) -> tuple[FloatArray, list[TorqueFit]]:
-        """Return what X leaves: the sums of scores, and the torques of both kinds."""
+        """Return the sums of scores for X, and the torque errors of both kinds of logs."""
         fits = {kind: TorqueFit.none(self.evaluator.model.robot.n) for kind in _KINDS}
         meat = np.zeros((len(X), len(X)))
-        left = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
-        for segment, (own, fit) in zip(segments, left, strict=True):
-            meat += own
+        results = self._each(partial(fold_errors, settings, X, weights), segments, "errors")
+        for segment, (part, fit) in zip(segments, results, strict=True):
+            meat += part
             fits[segment.rows.kind] += fit
         return meat, list(fits.values())
 
     def _each(
         self, fold: Callable[[Segment], Result], segments: Sequence[Segment], what: str
     ) -> Iterator[Result]:
-        """Yield what segments are folded to, in their order, and tell how far it is."""
-        found = in_order(fold, segments, self.threads, self.executor)
-        for k, result in enumerate(found, 1):
+        """Yield the result of each segment in order, and report the progress."""
+        results = in_order(fold, segments, self.threads, self.executor)
+        for k, result in enumerate(results, 1):
             yield result
             self.progress(f"{what}: {k} of {len(segments)} segments")

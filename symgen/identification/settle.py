@@ -1,8 +1,8 @@
-"""Which base parameters are the estimate: those of least squares, or the nearest possible ones.
+"""Choose between least squares and the nearest possible base parameters.
 
-Both are fitted to folds of the training logs, and compared by their torque error on the fold left
-out. The possible ones are the estimate unless they lose by an amount that matters: then no robot
-that the model can describe moves like the logs, and an effect is missing.
+symgen fits both to folds of the training logs, and compares their torque errors on the held-out
+folds. The possible parameters are the estimate unless their error is larger by a part that matters.
+In that case an effect is missing, because no robot of this model moves like the logs.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from symgen.identification.solving import CONSISTENT, Method
 from symgen.policy import LEAST, POSSIBLE, VARIES
 from symgen.robot.types import Robot
 
-#: Kind of the reason that the possible robots near least squares predict worse.
+#: Kind of the reason that the nearest possible robot predicts worse than least squares.
 EFFECT_MISSING = "effect_missing"
 _DIAGNOSE = "an effect is missing from the model: symgen diagnose searches for it"
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """The solution that is the estimate, and whether a robot can have its parameters.
+    """The solution of the estimate, and whether a robot can have its parameters.
 
     Attributes:
-        solution: its X is that of least squares, or the nearest possible one.
-        method: that the estimate is by.
+        solution: X is that of least squares, or the nearest possible one.
+        method: method of the estimate.
         physical: distance and torque errors of both, and why X is not possible.
-        at_bound: names of the parameters that a constraint holds.
+        at_bound: names of the parameters at a bound of possible robots.
     """
 
     solution: Solution
@@ -47,15 +47,16 @@ class Settled:
 
 
 def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
-    """Return the estimate: a solution, or the nearest possible one as the method has it.
+    """Return the solution without constraints or the nearest possible one, as the method requires.
 
     Args:
         chosen: the model with the folds of its equations.
-        method: "auto" compares both; "consistent" takes the possible one; others the solution.
+        method: "auto" compares both, "consistent" takes the possible one, and other methods take
+            the solution without constraints.
         least: the solution without constraints.
 
     Raises:
-        ParameterError: method consistent, and no possible parameters are found.
+        ParameterError: the method is "consistent" and the solver finds no possible parameters.
     """
     model = chosen.run.evaluator.model
     base = method.unconstrained
@@ -76,7 +77,7 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
     free, bounded = errors
     held_out = free.relative, bounded.relative
     if not method.is_bounded:
-        reason = _not_asked(near)
+        reason = _not_possible(near)
     elif method.name != CONSISTENT and bounded.relative > largest_error(free.relative):
         reason = _missing(near, free, bounded, model.robot)
     if reason is not None:
@@ -87,18 +88,19 @@ def settle(chosen: ChosenModel, method: Method, least: Solution) -> Settled:
 
 
 def largest_error(least: float) -> float:
-    """Return the largest held-out error of a possible robot that is taken, beside least squares'.
+    """Return the largest acceptable held-out error of a possible robot.
 
-    e + max(LEAST, POSSIBLE e), with LEAST a part of the torque and POSSIBLE one of the error.
+    The limit is e + max(LEAST, POSSIBLE e), with e the error of least squares. LEAST is a part of
+    the torque, and POSSIBLE is a part of the error.
     """
     return least + max(LEAST, POSSIBLE * least)
 
 
 def like_no_robot(free: float, bounded: float, accept: float) -> list[Reason]:
-    """Return a reason if no possible robot moves like the logs, while impossible parameters do.
+    """Return a reason if only impossible parameters explain the logs.
 
-    Torques or positions of the wrong sign and reversed time fit as well with negative masses or
-    friction that drives.
+    Torques or positions with the wrong sign, or reversed time, fit well with negative masses or
+    negative friction.
 
     Args:
         free, bounded: torque errors of least squares and of the nearest possible robot.
@@ -117,12 +119,12 @@ def like_no_robot(free: float, bounded: float, accept: float) -> list[Reason]:
 def held_out_errors(
     model: Model, blocks: tuple[Blocks, Blocks], covariance: FloatArray
 ) -> tuple[Residual, Residual]:
-    """Return the torque error on folds left out, of least squares and of the nearest possible X.
+    """Return the torque errors on held-out folds, of least squares and of the nearest possible X.
 
     Args:
-        model: of the robot.
-        blocks: of the equations that are fitted, and of the torques.
-        covariance: of X, (p, p): the metric of the distance.
+        model: model of the robot.
+        blocks: summaries of the fitted equations, and of the torques, by blocks of time.
+        covariance: covariance of X (p, p), the metric of the distance.
 
     Raises:
         ParameterError: a fold has no possible parameters.
@@ -138,8 +140,8 @@ def held_out_errors(
     return relative_error(free, size), relative_error(bounded, size)
 
 
-def _not_asked(near: Possible) -> Reason:
-    """Return the reason of a method without constraints."""
+def _not_possible(near: Possible) -> Reason:
+    """Return the reason for parameters that are not possible, by a method without constraints."""
     text = (
         f"{near.fault}; the nearest possible robot is {near.distance:.3g} standard deviations "
         "away: symgen identify --method auto or consistent gives it"
@@ -148,7 +150,7 @@ def _not_asked(near: Possible) -> Reason:
 
 
 def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) -> Reason:
-    """Return the reason of least squares that predict better than any possible robot near them."""
+    """Return the reason that the nearest possible robot predicts worse than least squares."""
     rise = np.array(bounded.per_joint) - np.array(free.per_joint)
     joints = np.flatnonzero(rise > min(LEAST, rise.max()) * (1 - 1e-9))
     limit = largest_error(free.relative)
@@ -162,7 +164,7 @@ def _missing(near: Possible, free: Residual, bounded: Residual, robot: Robot) ->
 
 
 def _moved(model: Model, least: Solution, near: Possible, method: str) -> Solution:
-    """Return the solution with the nearest possible X, the other one beside it."""
+    """Return the solution with the nearest possible X, and least squares in its comparison."""
     note = (
         f"least squares is not physically possible ({near.fault}): the nearest possible "
         f"parameters are {near.distance:.3g} standard deviations away"

@@ -1,4 +1,4 @@
-"""Whether an identified model can be simulated over the range of the motion."""
+"""Judge whether an identified model can be simulated over the range of the motion."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from symgen.identification.uses import SimulationUse
 from symgen.policy import NEARER, SIMULATES
 from symgen.runtime.evaluator import Evaluator
 
-#: Windows of held-out motion that are simulated, about: their RMS is then known to a fifth.
+#: Largest number of simulated windows of held-out motion, whose RMS is then known to a fifth.
 WINDOWS_PLAYED = 24
-#: States at which a model is looked at.
+#: Number of states at which the properties of a model are evaluated.
 STATES = 500
 _FRICTION = ("FS", "FV", "FSM", "FVM")
 
@@ -38,21 +38,22 @@ def simulation_use(
     X: FloatArray,
     parameters: Sequence[ParameterEstimate],
     restrictions: Sequence[Reason],
-    own_values: FloatArray | None,
+    file_values: FloatArray | None,
 ) -> SimulationUse:
     """Judge whether the model can be simulated over the range of the motion.
 
     The mass matrix has to be positive definite at positions of the logs, and at positions whose
-    joints are drawn from them independently; coefficients of friction must not be negative. On
-    held-out motion, the position error has to stay below limits of `symgen.policy`.
+    joints are drawn from the logs independently. Coefficients of friction must not be negative. On
+    held-out motion, the position error has to stay below the limits of `symgen.policy`.
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: the training logs, and the held-out ones.
-        X: the parameters, (p,).
+        logs: the training logs, and the validation logs.
+        X: (p,) parameters.
         parameters: the same with their standard deviations.
-        restrictions: motion to which the model is restricted: a simulated robot does not keep it.
-        own_values: parameters (p,) of the robot's own file, None where it has none.
+        restrictions: reasons that restrict the model to some motion, which a simulation would
+            leave.
+        file_values: (p,) parameters in the robot file; None if it has none.
     """
     if restrictions:
         return SimulationUse(tuple(restrictions))
@@ -63,7 +64,7 @@ def simulation_use(
         return SimulationUse((*reasons, moves))
     windows = _windows(held)
     horizons, diverged = _play(evaluator, windows, X)
-    before, _ = _play(evaluator, windows, own_values)
+    before, _ = _play(evaluator, windows, file_values)
     if horizons:
         reasons += _position_reasons(horizons)
     elif not reasons:
@@ -84,13 +85,13 @@ def motion_states(logs: Sequence[FilteredLog]) -> list[FloatArray]:
 
 
 def some_states(*motion: FloatArray) -> list[FloatArray]:
-    """Return about STATES states of a motion, (N, n) each, evenly over it."""
+    """Return about STATES evenly spaced states of a motion, arrays (N, n) each."""
     every = slice(None, None, max(1, len(motion[0]) // STATES))
     return [np.ascontiguousarray(x[every]) for x in motion]
 
 
 def mixed_states(*motion: FloatArray) -> list[FloatArray]:
-    """Return states whose joints, and base, are drawn from a motion independently."""
+    """Return STATES states whose joints are drawn from a motion independently."""
     count, n = motion[0].shape
     rows = np.random.default_rng(SEED).integers(count, size=(STATES, n))
     joints = [np.ascontiguousarray(x[rows, np.arange(n)]) for x in motion[:3]]
@@ -100,7 +101,7 @@ def mixed_states(*motion: FloatArray) -> list[FloatArray]:
 def _mass_matrix_reasons(
     evaluator: Evaluator, train: Sequence[FilteredLog], X: FloatArray
 ) -> list[Reason]:
-    """Return a reason if the mass matrix is not positive definite somewhere."""
+    """Return a reason if the mass matrix is not positive definite at some position."""
     q = motion_states(train)[0]
     positions = np.concatenate([*some_states(q), *mixed_states(q)])
     M = mass_matrices(evaluator, positions, X)
@@ -116,7 +117,7 @@ def _mass_matrix_reasons(
 
 
 def _friction_reasons(parameters: Sequence[ParameterEstimate]) -> list[Reason]:
-    """Return a reason for each coefficient of friction that is negative."""
+    """Return a reason for each negative coefficient of friction."""
     reasons = []
     for p in parameters:
         kind = p.name.rstrip("0123456789")
@@ -141,7 +142,7 @@ def _position_reasons(horizons: Sequence[Horizon]) -> list[Reason]:
 
 
 def _windows(held: Sequence[FilteredLog]) -> list[Window]:
-    """Return the windows of held-out motion that are simulated."""
+    """Return the windows of held-out motion to simulate."""
     windows = windows_of(held, max(1, WINDOWS_PLAYED // max(1, len(held))))
     if len(windows) <= WINDOWS_PLAYED:
         return windows
@@ -154,7 +155,10 @@ def _play(
     windows: Sequence[Window],
     X: FloatArray | None,
 ) -> tuple[tuple[Horizon, ...], int]:
-    """Return the position errors over windows, and how many diverged; none without a motion."""
+    """Return the position errors over windows, and the number of windows that diverge.
+
+    There are no errors if X is None, if there are no windows, or if friction is negative.
+    """
     if X is None or not windows:
         return (), 0
     t = np.array([0.0, *(h for h in HORIZONS if h <= windows[0].seconds)])

@@ -36,12 +36,13 @@ class Fit:
     """Options of a fit besides model and method.
 
     Attributes:
-        prior: estimate.json, TOML with [parameters], or the .urdf that the robot was imported from.
-            Methods auto, wls and consistent are pulled towards its values (see `read_prior`).
+        prior: estimate.json, TOML with [parameters], or the .urdf from which the robot was
+            imported. It pulls methods auto, wls and consistent towards its values (see
+            `read_prior`).
         commanded: commanded motion of each log, as instruments of method iv. By default, the
-            instruments come from the encoders, if speeds were measured too.
-        forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. About
-            1 / (1 - forgetting) samples are remembered, for any model and window.
+            encoders are the instruments, which requires measured speeds.
+        forgetting: weight of the past for each new sample, for method recursive, in (0, 1]. The
+            memory is about 1 / (1 - forgetting) samples, for any model and window.
     """
 
     prior: str | Path | None = None
@@ -52,7 +53,8 @@ class Fit:
         """Return one commanded motion for each log, or none.
 
         Raises:
-            IdentificationError: the method uses none, or their number is not that of the logs.
+            IdentificationError: the method uses no commanded motion, or the number of motions is
+                not that of the logs.
         """
         motions = listed_logs(self.commanded)
         if motions and (method != "iv" or len(motions) != logs):
@@ -63,10 +65,10 @@ class Fit:
         return motions
 
 
-#: Methods whose estimate is a possible robot: where that costs no held-out error, and always.
+#: Methods whose estimate is a possible robot: if that costs no held-out error, and always.
 AUTO, CONSISTENT = "auto", "consistent"
 ALL_METHODS = (AUTO, *METHODS, CONSISTENT, "recursive")
-#: Methods that only need sums over parts of the logs.
+#: Methods that need only sums over parts of the logs.
 FOLDED = (AUTO, Wls.name, Ols.name, CONSISTENT)
 _WITH_PRIOR = (AUTO, Wls.name, CONSISTENT)
 #: Methods that account for noise in the regressor.
@@ -75,14 +77,14 @@ _CONSTRAINED = (
     NOISE_BIAS + "; the constraints (they are those of the estimate without them, and too wide "
     "where a constraint binds)"
 )
-#: Rounds in which what depends on X follows it, and the change of X, in standard deviations, at
-#: which it has settled.
+#: Most rounds of an iteration of columns that depend on X; change of X, in standard deviations, at
+#: which it has converged.
 ROUNDS, SETTLED = 30, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class EquatedLog:
-    """One log in the band of the run, for one purpose: "train" or "validation"."""
+    """A log in the band of the run with its equations; `kind` is "train" or "validation"."""
 
     kind: str
     log: FilteredLog
@@ -94,16 +96,16 @@ class Method:
     """A method with its options.
 
     Attributes:
-        name: one of ALL_METHODS, or that of the estimator object.
-        forgetting: for method recursive, in (0, 1].
-        prior: for methods auto, wls and consistent.
-        given: the estimator object, if the user passed one.
+        name: one of ALL_METHODS, or the name of the estimator object.
+        forgetting: weight of the past for method recursive, in (0, 1].
+        prior: prior for methods auto, wls and consistent.
+        custom: the estimator object from the user, or None.
     """
 
     name: str
     forgetting: float = 1.0
     prior: Prior | None = None
-    given: Estimator | None = None
+    custom: Estimator | None = None
 
     @classmethod
     def of(cls, method: str | Estimator, forgetting: float = 1.0) -> Method:
@@ -117,7 +119,7 @@ class Method:
         return cls(method.name, forgetting, None, method)
 
     def __post_init__(self) -> None:
-        if self.given is None and self.name not in ALL_METHODS:
+        if self.custom is None and self.name not in ALL_METHODS:
             raise IdentificationError(f"method {self.name!r}; accepted: {', '.join(ALL_METHODS)}")
         if not (math.isfinite(self.forgetting) and 0 < self.forgetting <= 1):
             raise IdentificationError(
@@ -134,12 +136,12 @@ class Method:
 
     @property
     def plain(self) -> bool:
-        """Whether it is plain least squares, which sums over segments can solve."""
-        return self.name in FOLDED and self.prior is None and self.given is None
+        """Whether sums over segments are enough to solve the method."""
+        return self.name in FOLDED and self.prior is None and self.custom is None
 
     @property
     def is_bounded(self) -> bool:
-        """Whether its estimate may be the nearest possible one."""
+        """Whether its estimate may be the nearest possible parameters."""
         return self.name in (AUTO, CONSISTENT)
 
     @property
@@ -149,7 +151,7 @@ class Method:
 
     @property
     def is_wls(self) -> bool:
-        """Whether it solves the least squares that chooses the model."""
+        """Whether it uses the weighted least squares that chooses the model."""
         return self.plain and self.name != Ols.name
 
     @property
@@ -161,8 +163,8 @@ class Method:
     @property
     def excludes(self) -> str:
         """The errors that its standard deviations do not include."""
-        if self.given is not None and self.prior is None:
-            return self.given.excludes
+        if self.custom is not None and self.prior is None:
+            return self.custom.excludes
         if self.name == "recursive":
             return NOISE_BIAS
         if self.is_bounded:
@@ -170,13 +172,13 @@ class Method:
         return (self.prior or ESTIMATORS[self.name]).excludes
 
     def is_tested(self, log: FilteredLog) -> bool:
-        """Whether a log can show a bias of least squares: it has measured speeds."""
+        """Whether a log can show a bias of least squares, which requires measured speeds."""
         return self.name not in UNBIASED and log.band.velocity == "measured"
 
     @property
     def estimator(self) -> Estimator:
         """The estimator, without constraints."""
-        return self.given or self.prior or ESTIMATORS[self.unconstrained.name]
+        return self.custom or self.prior or ESTIMATORS[self.unconstrained.name]
 
 
 def system_of(evaluator: Evaluator, logs: Sequence[EquatedLog]) -> LinearSystem:
@@ -202,7 +204,8 @@ def solve_equations(
         kept: indices of the parameters that the logs determine; the others are 0. None for all.
 
     Raises:
-        IdentificationError: the logs do not determine the parameters, or the method cannot be used.
+        IdentificationError: the logs do not determine the parameters, or the method does not work
+            with this model.
     """
     system = system_of(evaluator, train)
     p = len(system.names)
@@ -213,23 +216,23 @@ def solve_equations(
                 f"method consistent: these data do not determine {listed}; accepted: method wls"
             )
         system = system.columns(kept)
-    if method.given is not None or method.name != "recursive":
-        found = method.estimator.solve(system)
+    if method.custom is not None or method.name != "recursive":
+        solution = method.estimator.solve(system)
     elif model.name == "torque":
         raise IdentificationError("method recursive works on the models of energy and momentum")
     else:
-        found = weighed(system, _memory(train, method.forgetting))
-    return found if kept is None else with_the_others_zero(found, kept, p)
+        solution = weighed(system, _memory(train, method.forgetting))
+    return solution if kept is None else with_the_others_zero(solution, kept, p)
 
 
 def noise_columns(
     evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
 ) -> FloatArray:
-    """Return the change of the regressor columns by noise of positions and speeds, (K, p).
+    """Return the change of the regressor due to noise of positions and speeds, (K, p).
 
         E = W(q + noise, qd + noise) - W(q, qd)
 
-    for one draw of white noise of the size that the channels have.
+    It uses one draw of white noise with the standard deviations of the channels.
 
     Args:
         evaluator: the compiled model.
@@ -251,10 +254,10 @@ def noise_columns(
 def settle_load(
     evaluator: Evaluator, logs: Sequence[FilteredLog], model: EquationModel
 ) -> EquationModel:
-    """Return the torque model with the columns of effects of the load at the converged X.
+    """Return the torque model with the columns of load-dependent effects at the converged X.
 
-    These columns depend on the torque of the model. Each round evaluates them at the X of the round
-    before, and solves weighted least squares, first without and then with them, until X converges.
+    These columns depend on the torque of the model. The first round solves weighted least squares
+    without them. Each further round evaluates them at the previous X, until X converges.
 
     Args:
         evaluator: the compiled model.
@@ -262,7 +265,7 @@ def settle_load(
         model: the torque model.
 
     Raises:
-        IdentificationError: it is another model, without accelerations, or X does not converge.
+        IdentificationError: the model is not that of torque, or X does not converge.
     """
     require_model(evaluator.model.robot, model.name)
     base = evaluator.model.base
@@ -281,11 +284,11 @@ def settle_load(
 
 
 def _memory(train: Sequence[EquatedLog], forgetting: float) -> list[FloatArray]:
-    """Return the weight of every row in a recursion that forgets, (K,) a log and joint.
+    """Return the weight of every row in a recursion that forgets, (K,) for each log and joint.
 
     The weight of its squared residual is forgetting^k, with k the samples from the end of its
-    window to the last end of all. About 1 / (1 - forgetting) samples are remembered, for any
-    window, overlap and number of joints. Masked time without equations does not count.
+    window to the last end of all. The memory is about 1 / (1 - forgetting) samples, for any window,
+    overlap and number of joints. Masked time without equations does not count.
     """
     out: list[FloatArray] = []
     later = 0.0  # samples after this log

@@ -1,4 +1,4 @@
-"""What an estimate may be used for, with reasons as values."""
+"""The uses of an estimate: prediction, parameters and simulation, with reasons as values."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def joined(reasons: Sequence[Reason]) -> str:
 
 @dataclass(frozen=True)
 class Use:
-    """Whether an estimate serves a purpose.
+    """Whether an estimate is good for one use.
 
     Attributes:
-        ok: whether nothing speaks against it.
-        reasons: what speaks against it; empty if nothing does.
+        ok: whether there are no reasons against the use.
+        reasons: reasons against the use.
     """
 
     name: ClassVar[str]
@@ -43,7 +43,7 @@ class PredictionUse(Use):
     """Whether an estimate predicts torque.
 
     Attributes:
-        grade: of the torque error on held-out motion: "good", "usable" or "poor".
+        grade: grade of the torque error on held-out motion: "good", "usable" or "poor".
         large: joints with a large torque error on held-out motion.
     """
 
@@ -90,9 +90,9 @@ class SimulationUse(Use):
 
     Attributes:
         horizons: position errors on held-out motion after some times.
-        before: the same with the values of the robot's own file; empty if it has none.
-        windows: number of windows of held-out motion that were simulated.
-        diverged: in how many of them the simulated robot ran away.
+        before: the same with the values of the robot file; empty if it has none.
+        windows: number of simulated windows of held-out motion.
+        diverged: number of windows in which the simulation diverges.
     """
 
     name: ClassVar[str] = "simulation"

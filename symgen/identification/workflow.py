@@ -71,22 +71,21 @@ def identify(
 ) -> Estimate:
     """Identify a robot's base parameters from measured logs.
 
-    Files of more than 2**18 samples together, and files at a URL, are read segment by segment, see
-    `symgen.identification.segments`. A pattern or a folder stands for its files.
+    symgen reads files with more than 2**18 samples in total, and files at a URL, segment by segment
+    (see `symgen.identification.segments`).
 
     Args:
         robot: a robot, a path or library name, or a loaded evaluator.
-        logs: training logs, or their paths.
-        validation: held-out logs for the verdict; without any, the last fifth of each log is held
-            out.
+        logs: training logs or their paths; a pattern or a folder stands for its files.
+        validation: held-out logs for the verdict; if empty, the last fifth of each log is held out.
         model: "energy", the model of Gautier and Khalil; "momentum", with n equations for each
             window; "torque", with filtered accelerations; "auto", which fits all three and keeps
             the one with the smallest torque error on held-out folds of the training logs.
         method: an estimator, such as `symgen.Wls()`, or its name: "wls" (each log and joint has a
             weight from its own residual), "ols", "huber", "tls", "iv", "consistent" (the nearest
             physically possible parameters), or "recursive" (least squares with forgetting). The
-            default "auto" is "consistent" unless that raises the torque error on held-out folds,
-            and "wls" then.
+            default "auto" is "consistent". If that raises the torque error on held-out folds, it is
+            "wls".
         window: length of the sliding windows of energy and momentum, s.
         cutoff: cutoff of the zero-phase filter of positions and speeds, Hz; by default the one with
             the smallest torque error on held-out folds of the training logs.
@@ -94,59 +93,60 @@ def identify(
         least: smallest torque that matters, as a part of the joint's torque.
         fit: prior, commanded motions, forgetting.
         reading: columns, span and masks of the logs.
-        exact: whether parameters that only the exact geometry separates stay apart.
-        executor: that works on the segments of long logs, `dask.distributed.Client.get_executor()`
-            for one; None for threads of this process, as many as cores, at most four.
+        exact: whether to keep parameters that only the exact geometry separates.
+        executor: executor of the work on segments of long logs, for example
+            `dask.distributed.Client.get_executor()`. None for threads of this process, one for each
+            core, at most four.
         progress: called with a text about the current step.
 
     Returns:
         The estimate, with standard deviations, residuals on held-out data, and a verdict.
 
     Raises:
-        LogError: a log cannot be read or does not belong to the robot.
-        IdentificationError: the logs do not determine the parameters.
+        LogError: symgen cannot read a log, or it belongs to another robot.
+        IdentificationError: an option is invalid, or the logs do not determine the parameters.
     """
     if model not in MODELS:
         raise IdentificationError(f"model {model!r}; accepted: {', '.join(MODELS)}")
     if not (math.isfinite(window) and window > 0):
         raise IdentificationError(f"a window of {window:g} s; accepted: a length above 0")
-    asked = fit or Fit()
-    by = Method.of(method, asked.forgetting)
-    sources, given = expanded(listed_logs(logs)), expanded(listed_logs(validation))
-    motions = asked.motions(len(sources), by.name)
+    options = fit or Fit()
+    by = Method.of(method, options.forgetting)
+    sources, held = expanded(listed_logs(logs)), expanded(listed_logs(validation))
+    motions = options.motions(len(sources), by.name)
     require_logs(sources)
     source = read_robot(robot.model.robot if isinstance(robot, Evaluator) else robot)
     source = replace(source, exact=exact or source.exact)
     models = _equation_models(source, model, window, by)
     opened: LogsInMemory | LongLogs
-    if is_long([*sources, *given]):
-        if whole := _whole(source, by, asked):
+    if is_long([*sources, *held]):
+        if option := _needs_memory(source, by, options):
             raise IdentificationError(
-                f"{whole} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
+                f"{option} on a long log; accepted: methods {', '.join(FOLDED)} alone, or files "
                 f"on a disk of {LIMIT:,} samples together"
             )
-        about = sources, given, models, reading, executor, progress
+        about = sources, held, models, reading, executor, progress
         opened = open_long_logs(source, *about)
     else:
-        opened = _open_in_memory(robot, source, (sources, given), models, reading, progress)
-    if asked.prior is not None:
-        by = replace(by, prior=read_prior(asked.prior, opened.evaluator.model))
+        opened = _open_in_memory(robot, source, (sources, held), models, reading, progress)
+    if options.prior is not None:
+        by = replace(by, prior=read_prior(options.prior, opened.evaluator.model))
     own_speeds = by.name == "iv" and not motions
     run = filter_in_band(opened, cutoff, own_speeds=own_speeds)
-    progress("asking what else could be wrong")
+    progress("searching for faults of the logs and missing effects")
     run = ask_search(opened, run, cutoff, least)
     chosen = choose_model(run, models, by, motions, progress)
     with blame_motion(chosen.fault):
-        found = opened.solve(chosen, by)
+        result = opened.solve(chosen, by)
     progress("judging")
-    own_values = values_of_file(robot, opened.evaluator.model)
-    return assess(chosen, found, own_values, accept, least)
+    file_values = values_of_file(robot, opened.evaluator.model)
+    return assess(chosen, result, file_values, accept, least)
 
 
 def _equation_models(
     robot: Robot, model: str, window: float, method: Method
 ) -> tuple[EquationModel, ...]:
-    """Return the models to try."""
+    """Return the models to fit."""
     tried = models_of(robot) if model == AUTO else (model,)
     for name in tried:
         require_model(robot, name)
@@ -155,10 +155,10 @@ def _equation_models(
     return tuple(EquationModel(name, window) for name in tried)
 
 
-def _whole(robot: Robot, method: Method, asked: Fit) -> str:
-    """Return the option that needs all samples in memory, or ''."""
+def _needs_memory(robot: Robot, method: Method, options: Fit) -> str:
+    """Return the option that needs all samples in memory, or ""."""
     needed = {
-        "prior": asked.prior,
+        "prior": options.prior,
         "effects that hold the torque of links": robot.loaded,
         f"method {method.label}": not method.plain,
     }
@@ -166,10 +166,10 @@ def _whole(robot: Robot, method: Method, asked: Fit) -> str:
 
 
 class LogsInMemory(OpenLogs):
-    """Logs that are in memory as a whole."""
+    """Logs that are completely in memory."""
 
     def solve(self, chosen: ChosenModel, method: Method) -> Outcome:
-        """Solve the equations of the chosen model, reusing the least squares of the choice."""
+        """Solve the equations of the chosen model, if possible with the solution of the choice."""
         run, best = chosen.run, chosen.best
         rows = sum(e.rows for p in best.train for e in p.equations)
         names = run.evaluator.model.base.names
@@ -192,11 +192,11 @@ def _open_in_memory(
     reading: Reading | None,
     progress: Say,
 ) -> LogsInMemory:
-    """Read and repair every log; without a validation log, hold out the end of each."""
+    """Read and repair every log; without validation logs, hold out the end of each log."""
     (train, held), repairs = open_logs(logs, source, reading, progress)
     require_other_data(train, held)
-    given = bool(held)
-    if not given:
+    has_validation = bool(held)
+    if not has_validation:
         train, held = hold_out(train)
     require_motion(train, source)
     progress("deriving and compiling the model")
@@ -206,4 +206,4 @@ def _open_in_memory(
         evaluator.has(k) for model in models for k in model.kernels(evaluator.model)
     ):
         evaluator = load(derive(source, tuple(kernels)))
-    return LogsInMemory(evaluator, train, held, repairs, given, progress)
+    return LogsInMemory(evaluator, train, held, repairs, has_validation, progress)

@@ -54,19 +54,19 @@ def test_the_score_is_that_of_fits_to_the_other_folds(seed: int) -> None:
     score, C, (W, _, y, weight, fold) = scored(seed)
     total, left = by_hand(W, y, weight, fold)
     assert score.alone.score == pytest.approx(total, rel=1e-7)
-    assert score.alone.left == pytest.approx(left, rel=1e-6)
+    assert score.alone.variance == pytest.approx(left, rel=1e-6)
     more = np.zeros((K, N, 2))
     more[:, 0] = C
     total, left = by_hand(np.concatenate([W, more], axis=2), y, weight, fold)
-    fit = score.beside({0: C})
+    fit = score.fit_with({0: C})
     assert fit.score == pytest.approx(total, rel=1e-7)
-    assert fit.left == pytest.approx(left, rel=1e-6)
+    assert fit.variance == pytest.approx(left, rel=1e-6)
     assert fit.coefficients == pytest.approx([0.5, -0.2], abs=0.1)
 
 
 def test_what_the_model_says_already_predicts_nothing_more() -> None:
     score, _, (W, *_) = scored(0)
-    same = score.beside({0: W[:, 0, :1], 1: W[:, 1, :1]}, 1.0)
+    same = score.fit_with({0: W[:, 0, :1], 1: W[:, 1, :1]}, 1.0)
     assert same.score == pytest.approx(score.alone.score, abs=1e-3)
     assert same.torque == pytest.approx([0, 0], abs=1e-8)
 
@@ -76,7 +76,7 @@ def test_a_column_of_noise_does_not_predict_other_folds() -> None:
     for seed in range(20):
         score, _, _ = scored(seed)
         noise = np.random.default_rng(seed + 100).normal(size=(K, 1))
-        gains.append(score.beside({1: noise}).score - score.alone.score)
+        gains.append(score.fit_with({1: noise}).score - score.alone.score)
     assert np.mean(gains) < 0
     assert max(gains) < 3
 

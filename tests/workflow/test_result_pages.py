@@ -15,7 +15,7 @@ from symgen.identification.estimate import JointLabel
 from symgen.identification.payload import (
     WITH,
     WITHOUT,
-    Left,
+    LoadErrors,
     Payload,
     Quantity,
     read_payload,
@@ -68,7 +68,7 @@ def load() -> Payload:
         inertia=(known[1],) * 6,
         identifiable=("mass", "cx", "cz"),
         gain_uncertainty_percent=None,
-        residual=Left(0.2, 0.01, 0.009, (0.2,) * 7, (0.01,) * 7),
+        residual=LoadErrors(0.2, 0.01, 0.009, (0.2,) * 7, (0.01,) * 7),
         method="weighted least squares of torque",
         band=BAND,
         repairs=(),

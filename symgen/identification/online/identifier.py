@@ -1,4 +1,4 @@
-"""The on-line identifier: passes samples one by one to the C code of generated packages."""
+"""The on-line identifier, which passes samples to the C code of a generated package."""
 
 from __future__ import annotations
 
@@ -23,27 +23,26 @@ class Identifier:
     """Recursive least squares on the energy or momentum equations, sample by sample.
 
     Integrals use the polynomial through the six samples around each step (sixth order). A window
-    closes ten samples after its last one. Each step then takes one of its equations. The QR
-    factors are updated by Givens rotations; no covariance matrix is inverted.
+    closes ten samples after its last one. Each step then takes one of its equations. Givens
+    rotations update the QR factors, so no covariance matrix is inverted.
 
-    A joint rests where its speed is below the noise. While all joints rest, the identifier learns
-    and forgets nothing. Otherwise it forgets in the directions that the motion excites, and in no
-    other.
+    A joint rests if its speed is below the noise. While all joints rest, the identifier learns
+    and forgets nothing. Otherwise it forgets only in the directions that the motion excites.
 
-    A single absurd sample is replaced by the median around it. Where the robot has changed, such as
-    by a load, or the first samples were absurd, a second estimate of newer equations takes the
-    place of the first: it must predict new equations better.
+    The median of its neighbours replaces a single absurd sample. If the robot changes, for example
+    by a load, or if the first samples are absurd, a second estimate from newer equations replaces
+    the first. It does so only if it predicts new equations better.
 
     Args:
         evaluator: the loaded model, compiled (`symgen.load(model, backend="c")`).
         window: length of a window in samples; not used in mode "start".
         mode: "start", "sliding" or "consecutive".
-        forgetting: weight of the past for each new sample, in (0, 1]; 1 / (1 - forgetting) samples
-            should be longer than the period of the motion.
-        model: "energy", one equation a window, or "momentum", n equations a window, all with the
-            same weight.
-        speed_noise: standard deviations of the noise of qd (n,), rad/s or m/s; estimated where 0,
-            or None.
+        forgetting: weight of the past for each new sample, in (0, 1]. The memory of
+            1 / (1 - forgetting) samples should be longer than the period of the motion.
+        model: "energy", with one equation for each window, or "momentum", with n equations of equal
+            weight for each window.
+        speed_noise: (n,) standard deviations of the noise of qd, rad/s or m/s. None, or 0 for a
+            joint, estimates them.
 
     Raises:
         IdentificationError: an argument is out of its range, or the evaluator lacks a kernel that
@@ -100,25 +99,25 @@ class Identifier:
                 )
 
     def _call(self, function: str, *arguments: Any) -> Any:
-        """Call a function of the identifier's C, arrays as pointers."""
-        given = (
+        """Call a C function of the identifier, with arrays as pointers."""
+        pointers = (
             self._ffi.from_buffer("double *", a) if isinstance(a, np.ndarray) else a
             for a in arguments
         )
-        return getattr(self._lib, self._prefix + function)(*given)
+        return getattr(self._lib, self._prefix + function)(*pointers)
 
     def step(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, t: float) -> None:
         """Take one sample.
 
         Args:
             q: joint variables (n,), rad or m.
-            qd: speeds (n,).
+            qd: speeds (n,), rad/s or m/s.
             tau: torques (n,), N m or N.
-            t: time of the sample, s; later than that of the sample before.
+            t: time of the sample, s; later than that of the previous sample.
 
         Raises:
-            LogError: a number is not finite or larger than 1e9, or time does not advance; the state
-                is unchanged.
+            LogError: a number is not finite or larger than 1e9, or time does not advance. The state
+                is then unchanged.
         """
         dt = 0.0 if self._time is None else t - self._time
         arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (q, qd, tau)]
@@ -132,10 +131,16 @@ class Identifier:
         self._time = t
 
     def run(self, t: ArrayLike, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> None:
-        """Take a whole log, t (N,), q, qd, tau (N, n), in one compiled loop, with new windows.
+        """Take all samples of a log in one compiled loop, with new windows.
+
+        Args:
+            t: times (N,), s.
+            q: joint variables (N, n), rad or m.
+            qd: speeds (N, n), rad/s or m/s.
+            tau: torques (N, n), N m or N.
 
         Raises:
-            LogError: a sample is refused. The samples before it remain part of the estimate.
+            LogError: the identifier refuses a sample. The estimate contains the samples before it.
         """
         time, *rest = (np.ascontiguousarray(a, dtype=np.float64) for a in (t, q, qd, tau))
         if any(a.shape != (len(time), self._n) for a in rest):
@@ -159,8 +164,8 @@ class Identifier:
     def excited(self) -> FloatArray:
         """Return how far recent samples determine each parameter, (p,) from 0 to 1.
 
-        It is what the samples of one to two memories took from the variance of a parameter, over
-        that variance: 0 where X is older than that.
+        The number is the relative reduction of the parameter's variance by the samples of the last
+        one to two memories. It is 0 if the value relies on older samples.
 
         Raises:
             IdentificationError: the samples so far do not determine every parameter.
@@ -180,9 +185,11 @@ class Identifier:
     def status(self) -> str:
         """Result for the equations that the latest sample closed.
 
-        "taken"; "outlier": an equation contradicts the estimate and was not used, or an absurd
-        sample was replaced; "not excited": an equation contains less information than would be
-        forgotten, or joints rest.
+        - "taken": the identifier used them.
+        - "outlier": an equation contradicts the estimate and is not used, or a sample was absurd
+          and is replaced.
+        - "not excited": an equation has less information than the identifier would forget, or
+          joints rest.
         """
         status = self._call("_status", self._state)
         if status & _OUTLIER:

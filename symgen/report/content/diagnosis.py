@@ -11,12 +11,12 @@ from symgen.diagnosis.diagnosis import Diagnosis, FoundEffect, FoundParameter
 from symgen.diagnosis.messages import (
     TONES,
     alike,
+    describe_effects,
     grade,
     on_joints,
     placed,
     summary,
     tie,
-    told_once,
     undeclared,
 )
 from symgen.report.content.parts import (
@@ -65,7 +65,7 @@ def _banner(d: Diagnosis) -> Banner:
     )
     facts = tuple((label, percent(gap.total)) for label, gap in gaps)
     facts += (("candidates tried", str(d.tried)),)
-    named = told_once([e for e in d.effects if e.adopted], d.extended)
+    named = describe_effects([e for e in d.effects if e.adopted], d.extended)
     return Banner(TONES[d.verdict], d.verdict, "", named, facts, summary(d))
 
 
