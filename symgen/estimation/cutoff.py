@@ -7,13 +7,13 @@ smallest error. All errors contain the same torque noise, so symgen compares the
 time. A cutoff is as good as the best one if its error is larger by at most one standard deviation
 of the difference (the one-standard-error rule of Breiman et al. 1984, section 3.4.3).
 
-A log of point-to-point moves is at rest for most of its time. Each rest contains another share of
-Coulomb friction, which no column explains; plain least squares would attribute it to gravity.
-Without these rows, nothing is known of joints that hold a position while others move. Therefore
-they keep a weight: the torque deviation of the joint in motion over that at rest, as weighted least
-squares weights logs (Gautier 1997). symgen estimates it from the training logs. What is left at a
-rest is one unknown torque for all of its rows, so that a rest counts as one observation however
-long it lasts: the deviation at rest is that of sums over rests, per square root of a row.
+In a log of point-to-point moves, joints are at rest most of the time. At each rest, Coulomb
+friction has another value, which no column explains. Plain least squares would attribute it to
+gravity. But rows at rest are the only information on joints that hold a position while others move.
+They therefore keep a weight: the torque deviation of the joint in motion over that at rest (Gautier
+1997). symgen estimates it from the training logs. The residual at a rest is one unknown torque in
+all of its rows, so a rest counts as one observation, however long it lasts. The deviation at rest
+is therefore computed from sums over rests, per square root of a row.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ from symgen.estimation.values import FloatArray
 from symgen.parallel import in_order
 from symgen.runtime.evaluator import Evaluator
 
-#: Weight of equations at rest while the band is chosen, and what it is at least.
+#: Initial weight of equations at rest, and its lower limit.
 _FIRST, _LEAST = 0.1, 1e-3
 
 
 def find_rests(logs: Sequence[Samples], sigma: Sequence[int]) -> Rests | None:
-    """Return the speeds of rest in some logs, with initial weights; None if no joint rests.
+    """Return the speeds of rest in the logs, with initial weights; None if no joint rests.
 
     Args:
         logs: the training logs.
@@ -72,7 +72,7 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
     if band.rests is None:
         return band
     equations = [torque_equations(evaluator, filter_log(s, band)) for s in logs]
-    weight = [_LEAST] * len(equations[0])  # what motion determines, rests must not
+    weight = [_LEAST] * len(equations[0])  # joints in motion determine X before joints at rest do
     for _ in range(PASSES):
         equations = [
             tuple(e.with_rest_weight(w) for e, w in zip(log, weight, strict=True))
@@ -91,7 +91,7 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
 
     Args:
         error: (K,) residuals of a joint, in the order of time.
-        rest: (K,) which of them its rests concern.
+        rest: (K,) which of them a rest of the joint affects.
     """
     moved = error[~rest]
     if min(len(moved), int(rest.sum())) < MIN_SAMPLES:
@@ -102,9 +102,9 @@ def rest_weight(error: FloatArray, rest: Bools) -> float:
     return min(max(ratio, _LEAST), 1.0)
 
 
-#: Cutoffs that are tried, in comparison bands.
+#: Cutoffs to try, in comparison bands.
 CUTOFFS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
-_FINER = 2**0.5  # about the ratio of two neighbours
+_FINER = 2**0.5  # approximate ratio of two neighbours
 
 
 def choose_band(
@@ -139,20 +139,21 @@ def choose_band(
     if cutoff is None:
         grid = [c * start.comparison_hz for c in CUTOFFS]
         grid = [hz for hz in grid if hz < OPEN * rate]
-        grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []  # no filter: the rate is low
+        # no filter: the sampling rate is low
+        grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []
     kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, logs, start)
 
-    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # at any cutoff
+    torques = [FilteredLog(s, start, s.q, s.qd).measured for s in logs]  # the same for every cutoff
 
     def errors_at(hz: float) -> FloatArray:
         bands = [replace(start, cutoff_hz=hz, velocity=kind) for kind in kinds]
         return np.stack(_errors(evaluator, logs, torques, bands))
 
     alike = list(in_order(errors_at, grid, threads))
-    # Steps of a coarse encoder widen the comparison band beyond the motion: where the lowest cutoff
-    # is the best, a lower one may be better, as long as it takes noise and no motion.
+    # Encoder steps widen the comparison band beyond the motion. If the lowest cutoff is the best, a
+    # lower one may be better, as long as it removes noise and no motion.
     while cutoff is None and _best(alike)[1] == 0 and _takes_noise(logs, grid[0] / _FINER):
         grid.insert(0, grid[0] / _FINER)
         alike.insert(0, errors_at(grid[0]))
@@ -175,7 +176,7 @@ def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
 
 
 def channel_noise(x: FloatArray) -> FloatArray:
-    """Return the noise of channels (N, n), (n,): from sixth differences, at least of rounding."""
+    """Return the noise (n,) of channels (N, n) from sixth differences, at least the rounding."""
     steps = np.abs(np.diff(x, axis=0))
     least = np.min(steps, axis=0, where=steps > 0, initial=np.inf)
     rounding = np.where(np.isfinite(least), least, 0.0) / math.sqrt(12)
@@ -217,7 +218,8 @@ def _errors(
 ) -> list[FloatArray]:
     """Return the squared errors of weighted least squares of the torque equations, (B, m) a band.
 
-    Of the blocks of folds that were left out, by joint; bands differ in their speeds alone.
+    Each block of time is predicted by a fit without its fold. Bands may differ in their speeds
+    only.
     """
     found: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
     for s, torque in zip(logs, measured, strict=True):

@@ -20,8 +20,8 @@ from symgen.robot.types import Robot
 def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Samples:
     """Mask samples at rest or in saturation; the log itself keeps all samples.
 
-    Momentum and torque equations of a joint are left out if that joint is masked. Energy equations
-    are left out if all moving joints are at rest, or if any torque is saturated.
+    A masked joint has no momentum and torque equations. Energy equations are left out if all moving
+    joints are at rest, or if any torque is saturated.
 
     Args:
         samples: the log on its uniform grid.
@@ -46,7 +46,7 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
             what += f"; {robot.listed(np.flatnonzero(still))} never moves and is not masked"
         notes.append(what)
     if "saturation" in kinds:
-        assert log.tau is not None  # open_log has seen to it
+        assert log.tau is not None  # open_log guarantees it
         limits = None if robot.limits is None else robot.limits.torque
         ratio = None if robot.drive is None else robot.drive.ratio
         high = on_grid(saturated(log.tau, limits, ratio), log.t, samples.t)

@@ -1,12 +1,12 @@
-"""How large the noise of an estimate is, and what the model misses: by restricted likelihood.
+"""The size of the noise and of the model misfit of an estimate, by restricted likelihood.
 
     y_j = W_j X + F_j c_j + e_j,    c_jk of variance s_jk^2,    e_j of variance sigma_j^2
 
-for every joint j, with F_j the random functions of the state (`features`): one function for each
-joint, the same in all logs. Rows that share samples count once. sigma_j^2 follows from what is left
-of y_j beside W_j (Patterson and Thompson 1971), the s_jk^2, one size for smooth functions and one
-for those of friction, from the products of F_j with the residual of the estimate, beside the noise
-of all joints and what the others miss.
+for every joint j, with F_j the random functions of the state (`features`). They are one function
+for each joint, the same in all logs. Rows that share samples count once. sigma_j^2 is that of the
+part of y_j that W_j does not explain (Patterson and Thompson 1971). The s_jk^2 have one size for
+smooth functions and one for friction. They are estimated from the products of F_j with the
+residual, given the noise of all joints and the misfit of the others.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from symgen.estimation.features import mixtures
 from symgen.estimation.summary import Summary
 from symgen.estimation.values import FloatArray
 
-_RANK = 1e-10  # of the products of W: eigenvalues below are zero
-_ROUNDING = 1e-7  # of what functions show
-#: The same: below, it may be torque that is no sum of these functions, which looks there like a
-#: large one. Chosen on runs of interval_study.py, --seed 61000.
+_RANK = 1e-10  # relative; smaller eigenvalues of the products of W are zero
+_ROUNDING = 1e-7  # relative; smaller eigenvalues of the products of F are zero
+#: The same for misfits. A smaller direction may be torque that is no sum of these functions, which
+#: would look like a large misfit. Chosen on runs of interval_study.py, --seed 61000.
 _SHOWN = 1e-4
-_SWEEPS = 3  # over the joints: what each misses hides in what the others seem to miss
-#: Variances of a misfit over that of noise, in the direction that shows most of it.
+_SWEEPS = 3  # over the joints, since the misfit of one affects the estimates of the others
+#: Variances of a misfit over that of noise, in the direction with the largest misfit.
 _RATIOS = np.geomspace(1e-4, 1e6, 101)
 
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """What has to be known of the weighted equations of one joint.
+    """Products of the weighted equations of one joint.
 
     Attributes:
-        joint: its position, None for energy.
+        joint: position of the joint, None for energy.
         rows: number of equations.
-        independent: rows that share no samples, about.
+        independent: approximate number of rows that share no samples.
         gram: [W F y]'[W F y], (p + m + 1, p + m + 1).
         cross: W'[W F], or Z'[Z F] of instruments Z, (p, p + m).
     """
@@ -50,11 +50,11 @@ class Products:
 
     @classmethod
     def of_summary(cls, s: Summary, weight: float, cross: FloatArray | None = None) -> Products:
-        """Return those of a summary with a weight for all its rows.
+        """Return the products of a summary with one weight for all its rows.
 
         Args:
             s: the summary.
-            weight: of its rows.
+            weight: weight of its rows.
             cross: Z'[Z F] of unweighted instruments Z; None without any.
         """
         own = s.factor.T @ s.factor
@@ -83,7 +83,7 @@ class Products:
 def covariances(
     X: FloatArray, bread: FloatArray, parts: Iterable[Products]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the covariance of an estimate from white noise, and from what the model misses.
+    """Return the covariance of an estimate from white noise, and from model misfit.
 
         A [sum over j of sigma_j^2 W_j'W_j] A'    and    sum over j of (A W_j'F_j) S_j (A W_j'F_j)'
 
@@ -92,7 +92,7 @@ def covariances(
     Args:
         X: the estimate, (p,).
         bread: A (p, p), inverse derivative of the estimating equations.
-        parts: of all logs and joints.
+        parts: products of all logs and joints.
     """
     known: dict[int | None, Products] = {}
     for part in parts:
@@ -111,11 +111,12 @@ def covariances(
 
 
 def noise_variance(own: Products) -> float:
-    """Return sigma^2 of the noise of a joint, its rows counted once, by restricted likelihood.
+    """Return the noise variance sigma^2 of a joint by restricted likelihood; its rows count once.
 
-    In what W leaves of y, with l_k the eigenvalues of F'F there and z_k the share of y in their
-    directions, z_k has the variance s^2 l_k + sigma^2; what F leaves, too, has sigma^2 alone. Both
-    are those of the largest likelihood; 0.0 where W and F say all.
+    W leaves a residual of y and of F. With l_k the eigenvalues of F'F of this residual and z_k the
+    components of y in their directions, z_k has the variance s^2 l_k + sigma^2. The part that F
+    does not explain either has the variance sigma^2. s and sigma maximise the likelihood. The
+    result is 0.0 if W and F explain y exactly.
     """
     p = len(own.cross)
     scale = np.sqrt(np.diag(own.gram)[:p])
@@ -142,21 +143,21 @@ def noise_variance(own: Products) -> float:
 def misfit_variances(
     own: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
 ) -> FloatArray:
-    """Return s_k^2 of what the model misses at a joint, (m,): their mean over the likelihood.
+    """Return the misfit variances s_k^2 at a joint, (m,): their mean over the likelihood.
 
         u = F'(y - W X),    cov u = s^2 N D N' + V,    N = F'F - F'W A W'F
 
-    with V from the noise of the joint and from the errors of X that it does not make itself, and D
-    one of the mixtures of smooth functions and friction, each as probable beforehand. s has the
-    half-Cauchy law beforehand (Gelman 2006), with the size at which the direction of u that shows
-    most of it has as much of noise.
+    V contains the noise of the joint and the errors of X that other joints cause. D is one of the
+    mixtures of smooth functions and friction, with equal prior probabilities. The prior of s is
+    half-Cauchy (Gelman 2006). Its scale is the s at which misfit equals noise in the direction of u
+    with the largest misfit.
 
     Args:
         own: products of the joint.
         X: the estimate, (p,).
-        moved: A W'F, by how much the misfit moves X, (p, m).
+        moved: A W'F, the change of X from the misfit, (p, m).
         noise: sigma^2 of the joint.
-        others: covariance of X from noise and from what other joints miss, (p, p).
+        others: covariance of X from noise and from the misfit of other joints, (p, p).
     """
     p = len(X)
     G, FW, u = own.gram[p:-1, p:-1], own.gram[p:-1, :p], own.gram[p:-1, -1]
@@ -172,7 +173,7 @@ def misfit_variances(
     for D in mixtures():
         directions, shown, _ = np.linalg.svd(N * np.sqrt(D))
         if not shown[0]:
-            continue  # a joint that stands has no friction
+            continue  # a joint at rest has no friction
         z2, shown = (directions.T @ left) ** 2, np.square(shown)
         spread = 1 + np.outer(_RATIOS, shown / shown[0])
         fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))

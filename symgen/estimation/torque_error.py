@@ -22,9 +22,9 @@ from symgen.estimation.system import Equations, torque_at
 from symgen.estimation.values import FloatArray, Residual, Trace
 from symgen.runtime.evaluator import Evaluator
 
-#: An error above which its digits say nothing.
+#: Errors above this ratio have no meaningful digits.
 MANY = 10.0
-#: Percent that are written as whole numbers; below, three digits are.
+#: Percentages from here on are whole numbers; smaller ones have three digits.
 _WHOLE = 99.95
 
 
@@ -45,7 +45,6 @@ class TorqueFit:
     rest: FloatArray
 
     def __add__(self, other: TorqueFit) -> TorqueFit:
-        """Return the fit of both."""
         traces, rest = self.traces + other.traces, self.rest + other.rest
         return TorqueFit(self.error + other.error, self.size + other.size, traces, rest)
 
@@ -56,7 +55,9 @@ class TorqueFit:
 
     @property
     def in_motion(self) -> TorqueFit:
-        """The fit of joints in motion, of all if none moves: static friction can take any value."""
+        """The fit of joints in motion; of all joints if none moves. Static friction can take any
+        value.
+        """
         error, size = self.error - self.rest[0], self.size - self.rest[1]
         if not size.any():
             return self
@@ -106,11 +107,12 @@ def largest(
 
 
 def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -> Residual:
-    """Return ||error|| / ||size||, total and by joint; of all where a joint has no torque.
+    """Return ||error|| / ||size||, total and by joint; relative to all joints for one without
+    torque.
 
     Args:
         error, size: (m,) sums of squares.
-        by_joint: whether the sums belong to joints.
+        by_joint: whether there is one sum for each joint.
     """
     whole = max(float(size.sum()), 1e-300)
     total = math.sqrt(float(error.sum()) / whole)
@@ -120,7 +122,8 @@ def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
     """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint."""
-    found = [(part.joint, part.rss(X), part.square) for part in parts]  # once: parts may be files
+    # only once, since parts may be files
+    found = [(part.joint, part.rss(X), part.square) for part in parts]
     sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in found)))
     for joint, error, size in found:
         sums[:, joint or 0] += error, size
