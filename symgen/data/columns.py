@@ -1,4 +1,4 @@
-"""Match the column names of a file, given by the user or by a recorder, to those of a log.
+"""Match the column names of a file to those of a log. The names come from the user or a recorder.
 
 Names of recorders contain a joint and a word for the quantity: `panda_joint1_position`, `pos_1`,
 `/joint_states/elbow/effort`, `tau_0 [Nm]`. The joint is a number or a name in the robot file.
@@ -17,7 +17,7 @@ from symgen.data.raw import NUMBERED, Wanted, listed, refuse
 from symgen.data.units import QUANTITIES, TIMES, split_unit, unit_of
 from symgen.errors import plain
 
-#: Start of the command that fixes joints; the command line inserts the file.
+#: Start of the command that fixes joints; the command line inserts the file name.
 IMPORT = "symgen import FILE "
 _WORDS = {
     "q": {"q", "pos", "position", "positions", "angle"},
@@ -28,7 +28,8 @@ _WORDS = {
 _SECONDS = {"s", "sec", "secs", "seconds", "header"}
 #: Words for commanded quantities, which were not measured.
 _ASKED = set("d des desired target command commanded cmd reference ref goal setpoint error".split())
-_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())  # inside a name
+# words of foreign units inside a name
+_FOREIGN = set("deg degree degrees rpm ms us ns mm mnm ma percent".split())
 _TOKEN = re.compile(r"[A-Za-z]+|[0-9]+")
 #: Position of a joint in the robot -> column, for one pattern.
 Pattern = dict[int, str]
@@ -51,7 +52,7 @@ def another_number(joints: int, n: int, names: Sequence[str] = ()) -> tuple[str,
 
 
 def held_still(joints: Sequence[str]) -> str:
-    """Return how joints without columns are held still."""
+    """Return how to hold joints without columns still."""
     command = fixing(map(plain, joints))
     return f"joints without columns held still: sigma = 2 in robot.toml, or, for a URDF, {command}"
 
@@ -175,7 +176,7 @@ def _role(pattern: str) -> str | None:
 
 
 def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Pattern]:
-    """Return the only pattern of a role with its columns by joint, if there is one."""
+    """Return the only pattern of a role with its columns by joint, or an empty one."""
     joints, n = wanted.joints, wanted.n
     named = _across_units({p: c for p, c in by_name(names, joints).items() if _role(p) == role})
     whole = {p: c for p, c in named.items() if len(c) == len(joints)}
@@ -195,7 +196,9 @@ def _found(names: Sequence[str], role: str, wanted: Wanted) -> tuple[str, Patter
 
 
 def _across_units(patterns: Mapping[str, Pattern]) -> dict[str, Pattern]:
-    """Join patterns that differ only in their unit, as `* [deg]` and `* [mm]` of other joints."""
+    """Join patterns that differ only in their unit, such as `* [deg]` and `* [mm]` of different
+    joints.
+    """
     alike: dict[str, list[str]] = {}
     for pattern in patterns:
         alike.setdefault(split_unit(pattern)[0], []).append(pattern)
@@ -228,7 +231,9 @@ def _refuse_missing(
 
 
 def _spare(names: Sequence[str], role: str, columns: Pattern) -> list[str]:
-    """Return the columns of no joint, role or unit but that of a role; no times and commands."""
+    """Return the columns without joint, role and unit, but in a unit of the role; no times and
+    commands.
+    """
     out = []
     for name in names:
         text, unit = split_unit(name)
@@ -291,7 +296,9 @@ def by_number(names: Sequence[str], n: int | None) -> dict[str, Pattern]:
 
 
 def _asked(names: Sequence[str], role: str, pattern: str, wanted: Wanted) -> Pattern:
-    """Return the columns of a pattern from the user; * is a joint's name or ends in its number."""
+    """Return the columns of a pattern from the user; * is the name of a joint or ends in its
+    number.
+    """
     form = re.compile(re.escape(pattern).replace(r"\*", "(.+)", 1).replace(r"\*", r"\1"))
     texts = {split_unit(name)[0]: name for name in names} | {name: name for name in names}
     found = {m[1]: name for text, name in texts.items() if (m := form.fullmatch(text))}

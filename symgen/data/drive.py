@@ -87,12 +87,12 @@ def joint_side(log: Log, drive: Drive) -> Log:
 
 
 def with_servo_torques(log: Log, servo: Servo | None) -> Log:
-    """Return a log without torques with those of its controller.
+    """Add the torques of the controller to a log without torques.
 
         tau = kp (qr - q) + kd (qdr - qd)
 
-    Speeds that the log lacks are the derivatives of the splines through the positions. A log that
-    has torques or currents, or no reference, is returned unchanged.
+    Missing speeds are the derivatives of the splines through the positions. A log with torques or
+    currents, or without a reference, is returned unchanged.
 
     Args:
         log: on the joint side.
@@ -148,7 +148,7 @@ def motor_side(log: Log, drive: Drive) -> Log:
 
 
 def _difference(told: FloatArray, tau: FloatArray) -> str:
-    """Describe the RMS difference of two torques (N, n) on the joint with the largest one."""
+    """Describe the RMS difference of two torques (N, n) on the joint with the largest difference."""
     size = rms(tau)
     apart = rms(told - tau) / np.where(size > 0, size, np.inf)
     j = int(np.argmax(apart))

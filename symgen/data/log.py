@@ -52,11 +52,11 @@ MIN_SAMPLES = 10
 #: A value whose arrays have one row for each sample.
 Rows = TypeVar("Rows", bound="DataclassInstance")
 
-#: If a revolute joint moves further than this, rad, its positions are probably in degrees.
+#: Range of a revolute joint in rad above which its positions are probably in degrees.
 _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
-_CHANGING = 0.95  # share of stamps that differ from the one before where a file rounds them
-_LOOKED_AT = 1 << 14  # samples that show the unit of speeds
+_CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
+_LOOKED_AT = 1 << 14  # samples that show the unit of the speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
 _CONVERTED = {
@@ -191,9 +191,9 @@ def cut(log: Log, start: float | None, until: float | None) -> Log:
 
 
 def _used(name: str, t: FloatArray, reading: Reading) -> tuple[slice, tuple[str, ...]]:
-    """Return the rows of the span to use, and a line that says so.
+    """Return the rows of the selected span, and a note on them.
 
-    The clock may go back: the rows begin after the last one before the span, and end before the
+    The clock may go back. The rows begin after the last one before the span, and end before the
     first one after it.
     """
     low, high = reading.span
@@ -233,8 +233,8 @@ def checked_log(
     Args:
         name: name of the log.
         raw: content of the file.
-        n, sigma, drive, names: of the robot.
-        reading: the span of time, and units that the user gave.
+        n, sigma, drive, names: as in `read_log`.
+        reading: the span of time, and units from the user.
         part: whether it is a part of a log, in which a channel may be missing.
 
     Raises:
@@ -264,7 +264,7 @@ def checked_log(
         whole = _beside(role, arrays.pop(role))
         arrays |= {} if np.isnan(whole).all() else {role: whole}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
-        del arrays["qd"]  # a recorder that has no speeds
+        del arrays["qd"]  # the recorder has no speeds
     missing: Bools = np.zeros((len(t), joints, 3), dtype=bool)
     for role, k in (("q", 0), ("qd", 1), ("tau", 2), ("i", 2)):
         if role in arrays:
@@ -290,10 +290,10 @@ def checked_log(
 
 
 def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...]]:
-    """Return times that increase: those of the log, or of a uniform clock that rounding hid.
+    """Return increasing times: those of the log, or those of a uniform clock behind rounded stamps.
 
-    Stamps are rounded where some repeat, and where each new stamp comes within a sample of the
-    place that a uniform clock gives it.
+    Stamps are rounded if some repeat, and if each new stamp is within a sample of the uniform
+    clock.
 
     Args:
         t: (N,) stamps, s.
@@ -324,7 +324,7 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
 
 
 def given_roles(reading: Reading) -> set[str]:
-    """Return the roles whose unit the user gave."""
+    """Return the roles whose unit the user set."""
     every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
     return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
 
@@ -343,7 +343,7 @@ def _filled(
     names: Mapping[str, str],
     part: bool,
 ) -> FloatArray:
-    """Interpolate what a file lacks: by a cubic over few samples, else without overshoot.
+    """Interpolate missing values: by a cubic over few samples, otherwise without overshoot.
 
     Values before the first one and after the last one are constant.
     """
@@ -372,7 +372,7 @@ def _filled(
 
 
 def long_runs(lost: Bools) -> Bools:
-    """Return the samples (N,) in runs that no interpolation may fill: of 10 steps, or at an end."""
+    """Return the samples (N,) in runs that must not be interpolated: 10 steps long, or at an end."""
     out = np.zeros(len(lost), dtype=bool)
     for first, end in spans(lost):
         if end - first >= GAP - 1 or first == 0 or end == len(lost):
@@ -419,7 +419,7 @@ def _require_radians(
             refuse(what, f"{accepted}deg, or --unit rad if it turns so far")
     if qd is None:
         return
-    # some ten thousand samples over the whole log are enough to find the unit
+    # about ten thousand samples over the log are enough to find the unit
     at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
     slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
     sizes = rms(slope), rms(speed)

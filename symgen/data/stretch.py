@@ -14,8 +14,8 @@ _MADE_GOOD = 100  # samples to check after a wide step
 def holes(t: FloatArray, step: float, longest: float | None = None) -> Places:
     """Return the samples before a gap: a time step above a limit.
 
-    A busy host writes stamps late, and then several at once. If the following samples catch up with
-    the clock, up to half of the limit, there is no gap.
+    A busy computer writes stamps late, and then several at once. If the following samples catch up
+    with the clock, up to half of the limit, there is no gap.
 
     Args:
         t: (N,) times, s.
