@@ -10,7 +10,7 @@ from symgen import names
 from symgen.errors import ParameterError
 from symgen.robot.effect import Definition, SearchRange, definitions, effect_unit
 
-_MARGIN = 20  # of what is said of an effect
+_MARGIN = 20  # columns of the labels of an effect
 _KINDS = {
     "linear": "linear: columns in every kernel, in C and CasADi",
     "model": "model: needs the model's own torque; measured by symgen diagnose",
@@ -19,7 +19,7 @@ _KINDS = {
 
 
 def effect_list() -> list[tuple[str, str, str]]:
-    """Return name, kind and meaning of every effect of the library."""
+    """Return name, kind and meaning of every effect in the library."""
     return [(d.name, d.kind, d.says) for d in definitions().values()]
 
 

@@ -22,7 +22,7 @@ TONES = {"agree": "good", "differ": "warn", "unknown": "warn"}
 
 
 def comparison_content(c: Comparison) -> Content:
-    """Return verdict, parameters and their differences, residuals, provenance."""
+    """Return verdict, parameters and their differences, residuals, and provenance."""
     lead = (f"Two estimates of the robot {c.a.robot}: a is {c.names[0]}, b is {c.names[1]}.",)
     reasons = tuple(
         f"{p.name}: {number(p.a.value, 4)} in a, {number(p.b.value, 4)} {p.a.unit} in b, "
@@ -94,5 +94,5 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
 
 
 def _short(text: str) -> str:
-    """Return the start of a digest; the estimate file has all of it."""
+    """Return the start of a digest; the estimate file contains the full digest."""
     return f"{text[:12]}..." if len(text) == 64 and " " not in text else text

@@ -181,7 +181,7 @@ def _at_rest(effect: FoundEffect, d: Diagnosis) -> str:
     """Return the position q0 at which a spring has no torque, K (q - q0) = K q + OF; or ''."""
     known = definitions().get(effect.name)
     if known is None or not known.offset or len(known.linear) != 1 or not effect.parameters:
-        return ""  # of what is suspected, no value is known
+        return ""  # a suspected effect has no known value
     (k,) = effect.parameters
     offsets = (p.value for p in d.parameters if p.name == f"OF{effect.joints[0]}")
     value = -next(offsets, math.nan) / (k.value or math.nan)

@@ -79,7 +79,7 @@ def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
 def _banner(e: Estimate) -> Banner:
     trusted = e.verdict == "trusted"
     said, errors = _errors(e)
-    errors.pop("noise floor", None)  # the headline has it
+    errors.pop("noise floor", None)  # the headline states it
     facts = [(f"{said}, {data}", percent(r.relative)) for data, r in errors.items()]
     known = len(e.parameters) - sum(_weak(e, p) for p in e.parameters)
     facts.append((f"parameters known to {KNOWN:g} %", f"{known} of {len(e.parameters)}"))
@@ -90,7 +90,7 @@ def _banner(e: Estimate) -> Banner:
 
 
 def _errors(e: Estimate) -> tuple[str, dict[str, Residual]]:
-    """Return what the errors are of, and the errors; those of joints in motion come first."""
+    """Return the subject of the errors, and the errors; those of joints in motion come first."""
     if e.torque_train is None or e.torque_validation is None:
         return f"{e.model} residual", {"held-out data": e.validation, "training logs": e.train}
     held, train = e.torque_validation, {"training logs": e.torque_train}
@@ -119,7 +119,7 @@ def _sections(e: Estimate, robot: Robot | None) -> tuple[Section, ...]:
 
 
 def _simulation_sections(e: Estimate) -> list[Section]:
-    """Return the position errors of the simulated robot, where there are any."""
+    """Return the position errors of the simulated robot, if there are any."""
     if e.uses is None or not e.uses.simulation.horizons:
         return []
     use = e.uses.simulation
@@ -214,7 +214,7 @@ def _model_section(e: Estimate) -> Section:
 
 
 def _suspected_sections(e: Estimate) -> list[Section]:
-    """Return what is suspected, a paragraph each."""
+    """Return the suspected faults, one paragraph each."""
     if not e.suspected:
         return []
     texts = [reason.text for reason in e.suspected]
@@ -253,7 +253,7 @@ def _rows(e: Estimate) -> list[tuple[str, ...]]:
 
 
 def _values_sections(e: Estimate) -> list[Section]:
-    """Return the parameters by prior and by other methods, and the tests of bias."""
+    """Return the parameters from the prior and from other methods, and the tests of bias."""
     others = {"prior": e.prior} if e.prior else {}
     others |= {f"by {other.method}": other for other in e.comparison}
     tests = bias_tests(e)
@@ -317,6 +317,6 @@ def _provenance(e: Estimate) -> Table:
 
 
 def _weak(e: Estimate, parameter: ParameterEstimate) -> bool:
-    """Whether a parameter is not known: its deviation is large, or unknown (NaN), or none."""
+    """Whether a parameter is not known: its deviation is large, NaN or missing."""
     known = parameter.relative_std_percent <= KNOWN
     return not known or parameter.name in e.at_bound

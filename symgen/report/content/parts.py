@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from symgen.identification.estimate import JointLabel
     from symgen.report.plots.figure import Figure
     from symgen.robot.types import Robot
-#: Largest number of columns that a line names; for more it gives their number.
+#: Largest number of columns that a line lists; for more it gives their number.
 _NAMED = 3
 
 
@@ -50,7 +50,7 @@ class Section:
             section without figure and rows is left out, unless it is text alone.
         picture: SVG.
         told: lines that a terminal prints below the table; with None it prints nothing of the
-            section. A section of such lines alone is not on a page.
+            section. A section with such lines alone is not on a page.
         folded: whether a page shows only the heading until it is clicked. Print and terminal omit a
             folded section, except for `told`.
     """
@@ -171,7 +171,7 @@ def repairs_section(repairs: Sequence[Fault]) -> Section:
 
 
 def number(value: float, digits: int = 5) -> str:
-    """Return a number with a given number of significant digits; "unknown" or ∞ if not finite."""
+    """Return a number with `digits` significant digits; "unknown" or ∞ if not finite."""
     if np.isnan(value):
         return "unknown"
     if np.isinf(value):
@@ -184,7 +184,7 @@ def number(value: float, digits: int = 5) -> str:
 def value_with_std(value: float | None, std: float | None) -> tuple[str, str]:
     """Return a value and its standard deviation as texts.
 
-    The value has three significant digits, or as many as the first digit of std reaches.
+    The value has three significant digits, or digits up to the first one of std.
     """
     if value is None:
         return "not determined", ""
@@ -229,7 +229,7 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-#: How the error of a simulated position is measured.
+#: The definition of the error of a simulated position.
 PLAYBACK = (
     "The error is the RMS of simulated minus measured position, over the RMS of the distance that "
     "the joints moved; ± is its standard deviation over the windows."
@@ -237,7 +237,9 @@ PLAYBACK = (
 
 
 def _position_error(horizon: Horizon) -> str:
-    """Return the position error with its spread; without it where the error has no digits."""
+    """Return the position error with its spread; without the spread if the error has no meaningful
+    digits.
+    """
     error = percent(horizon.position_error)
     return error if horizon.position_error > MANY else f"{error} ± {percent(horizon.spread)}"
 
@@ -247,7 +249,7 @@ def horizon_table(
     models: Sequence[tuple[str, Sequence[Horizon]]],
     more: Mapping[str, Sequence[str]] | None = None,
 ) -> Table:
-    """Return the position errors of simulated robots, a row each and a column for each horizon.
+    """Return the position errors of simulated robots: one row a robot, one column a horizon.
 
     Args:
         first: heading of the names.

@@ -33,7 +33,7 @@ _TORQUES = "Torque of the logs with the load, and of the model with and without 
 
 
 def payload_content(found: Payload) -> Content:
-    """Return the load with its precision, the torque error with and without it, notes."""
+    """Return the load with its precision, the torque error with and without it, and notes."""
     left, rows = found.residual, []
     for name, q, unit in found.rows():
         rows.append((name, *value_with_std(q.value, q.std), unit))
@@ -60,7 +60,7 @@ def payload_content(found: Payload) -> Content:
 
 
 def _errors(found: Payload) -> Table:
-    """Return the torque error of each joint without the load and with it."""
+    """Return the torque error of each joint with and without the load."""
     left, columns = found.residual, []
     for ratios in (left.joints_before, left.joints_after):
         texts = [percent(ratio) for ratio in ratios]

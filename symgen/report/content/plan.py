@@ -1,4 +1,4 @@
-"""Content of the motions that `excite` found."""
+"""Content of the motions of `excite`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _QUANTITIES = ("rad or m", "rad/s or m/s", "rad/s2 or m/s2")
 
 
 def plan_content(plan: Plan) -> Content:
-    """Return verdict, use of the limits, condition numbers, the motions, notes."""
+    """Return verdict, use of the limits, condition numbers, motions, and notes."""
     lengths = dict.fromkeys(f"{run.duration:g}" for run in plan.runs)
     lead = (
         f"{counted(len(plan.runs), 'run')} of {', '.join(lengths)} s, from which identify can "
@@ -121,7 +121,7 @@ def _motion(plan: Plan) -> Figure | None:
                 x = 100 * (x - centre[order]) / high[order]
             series = {joint.label: x[:, j] for j, joint in enumerate(plan.joints)}
             if limited:
-                ends = t[[0, -1, -1, 0]]  # of one line around what the limits allow
+                ends = t[[0, -1, -1, 0]]  # a closed line around the allowed range
                 series["limit"] = np.array([ends, [100.0, 100.0, -100.0, -100.0]])
             label = "% of the limit" if limited else unit
             log = (f"run {k}", f"{run.duration:g} s")

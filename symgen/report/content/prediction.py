@@ -1,4 +1,4 @@
-"""Content of a prediction: measured and predicted torque of a log, and the model's energy."""
+"""Content of a prediction: measured and predicted torque of a log, and the energy of the model."""
 
 from __future__ import annotations
 

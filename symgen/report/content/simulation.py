@@ -19,7 +19,7 @@ from symgen.report.plots.figure import Figure, Panel
 
 
 def simulation_content(found: SimulationComparison) -> Content:
-    """Return the position errors by file and horizon, by joint, and a window."""
+    """Return the position errors by file and horizon and by joint, and one window."""
     first = found.files[0]
     table = horizon_table(
         "file",

@@ -18,7 +18,7 @@ _PARAMETERS = (
 
 
 def study_content(study: Study) -> Content:
-    """Return the models and methods, the parameters of the best, and the settings."""
+    """Return the models and methods, the parameters of the best one, and the settings."""
     best, title = study.best, f"Study of {study.robot}"
     lead = (
         f"Accuracy of the parameters of {study.robot} from {study.runs} simulated runs. Each run "

@@ -12,10 +12,10 @@ from symgen.robot import dh
 from symgen.robot.types import Robot
 
 _ROOM, _MARGIN = np.array([540.0, 320.0]), 52.0  # pixels
-#: From x, y, z of frame 0 to right and up on the paper: x to the right, seen from above.
+#: Projection of x, y, z of frame 0 to right and up in the drawing: x to the right, view from above.
 _VIEW = np.array([[0.91, 0.42, 0.0], [-0.18, 0.38, 0.91]])
 _AXES = ((0, "x", "6 4"), (2, "z", ""))
-_NEAR = 14.0  # pixels within which two origins are drawn as one
+_NEAR = 14.0  # pixels; closer origins are drawn as one
 
 
 def drawing(robot: Robot) -> str:
@@ -60,7 +60,7 @@ def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
 
 
 def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
-    """Return each origin with the numbers of the frames that are there."""
+    """Return each origin with the numbers of its frames."""
     out: list[tuple[FloatArray, list[int]]] = []
     for number, place in enumerate(at):
         near = next((numbers for there, numbers in out if np.hypot(*(there - place)) < _NEAR), None)
