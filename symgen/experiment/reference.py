@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 _ACCEPTED = "CSV with the columns t, q1.. and optionally qd1.., qdd1.."
 _HARMONICS = 5
-_MOST = 20_000_000  # samples: more would fill the memory
+_MOST = 20_000_000  # samples: more would exhaust the memory
 #: Default limits of a reference without [limits]: position, speed, acceleration.
 _MODEST = {names.REVOLUTE: (1.0, 1.5, 6.0), names.PRISMATIC: (0.2, 0.5, 3.0)}
-#: Part of the limits that a reference uses: the controller needs the rest.
+#: Share of the limits that a reference uses: the controller needs the rest.
 _PART = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A motion to follow, with polynomials of degree five between its stamps.
+    """A motion to follow, interpolated by polynomials of degree five.
 
     Attributes:
         name: name in messages.
@@ -102,8 +102,8 @@ def reference_of(
     """Return a reference from any of its sources.
 
     Args:
-        source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV;
-            None for a Fourier series.
+        source: a reference; a log or its NPZ or Parquet file, whose motion is filtered; a CSV; None
+            for a Fourier series.
         robot: the robot that moves.
         options: duration, rate and seed of the Fourier series.
 
@@ -128,9 +128,9 @@ def reference_of(
 
 
 def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
-    """Read a source in a log format; return a CSV unchanged, because it can have fewer columns.
+    """Read a source in a log format; return the path of a CSV, which can have fewer columns.
 
-    The [drive] of the robot maps a log to the joint side. Such a CSV is already on it.
+    The [drive] of the robot maps a log to the joint side. A CSV is already on it.
     """
     if isinstance(source, Log):
         return source if robot.drive is None else joint_side(source, robot.drive)
@@ -159,7 +159,7 @@ def torques_of(
     source = opened(source, robot)
     if isinstance(source, Log):
         aim = from_log(source)
-        assert source.tau is not None  # from_log has seen to it
+        assert source.tau is not None  # from_log guarantees it
         name, t, tau = source.name, source.t, source.tau
         start = (aim.q[0], aim.qd[0]) if source.qd is None else (source.q[0], source.qd[0])
     else:
@@ -232,7 +232,7 @@ def fourier(
     limits = robot.limits or Limits()
     far, fast, hard = np.array([_MODEST[sigma] for sigma in robot.sigma]).T
     low, high = np.array(limits.position).T if limits.position else (-far, far)
-    # A wide range would make slow motion of few reversals: a turn each way is enough.
+    # A wide range would give slow motion with few reversals; one turn in each direction is enough.
     half = np.minimum((high - low) / 2, 2 * far)
     top = np.array([half, limits.velocity or fast, limits.acceleration or hard])
     motion[0] -= (motion[0].max(axis=0) + motion[0].min(axis=0)) / 2

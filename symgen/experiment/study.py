@@ -1,4 +1,4 @@
-"""study: accuracy of identified parameters for given motions and sensors, by simulation.
+"""study: accuracy of identified parameters for prescribed motions and sensors, by simulation.
 
 Gautier and Khalil (1988) write that the bias of least squares is impossible to calculate, and ask
 for a study "by simulation, for a given robot with given noise" (section 7). symgen simulates runs,
@@ -46,9 +46,9 @@ from symgen.views import Viewable
 SCHEMA = "symgen.study/1"
 MARKER = "study.json"
 METHODS = ("ols", "wls", "iv")
-_FEWEST = 3  # runs
+_FEWEST = 3  # minimum number of runs
 _HELD_HZ = 100.0
-_HALF = 1.96  # of a 95 % interval of a normal law, in standard deviations
+_HALF = 1.96  # half the 95 % interval of a normal distribution, in standard deviations
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Precision:
         value: true value.
         bias: mean of the estimates minus the true value.
         std: standard deviation of the estimates over the runs.
-        stated_std: root mean square of the standard deviations that the estimates state.
+        stated_std: root mean square of the standard deviations in the estimates.
         coverage: share of the runs whose interval value +- 1.96 std contains the true value.
     """
 
@@ -83,8 +83,8 @@ class StudiedMethod:
         band: filter band, chosen from the first run.
         failed: number of runs that did not determine the parameters.
         parameters: result of each parameter; empty if fewer than three runs have an estimate.
-        torque_error: ||tau of X - tau|| / ||tau|| on a motion without noise that no run has, root
-            mean square over the runs; None without parameters.
+        torque_error: ||tau of X - tau|| / ||tau|| on a motion without noise that no run contains,
+            root mean square over the runs; None without parameters.
         torque_error_per_joint: the same for each joint.
     """
 
@@ -138,7 +138,7 @@ class Study(Viewable):
         return min(solved, key=lambda r: r.torque_error or 0.0, default=None)
 
     def __repr__(self) -> str:
-        """Return robot, runs and the best way."""
+        """Return the robot, the runs, and the best model and method."""
         best = "none" if self.best is None else self.best.name
         return f"<Study of {self.robot}: {self.runs} runs, smallest torque error: {best}>"
 
@@ -148,7 +148,7 @@ class Study(Viewable):
 
 
 def read_study(path: str | Path) -> Study:
-    """Read a study again.
+    """Read a study from its file.
 
     Args:
         path: the folder that `study` wrote, or the study.json in it.
@@ -176,7 +176,7 @@ def study(
     progress: Say = silent,
     meter: Meter = silent,
 ) -> Study:
-    """Simulate how accurately logs of given motions and sensors determine the parameters.
+    """Simulate how accurately logs of prescribed motions and sensors determine the parameters.
 
     Args:
         robot: a robot, a path or a library name.
@@ -193,7 +193,7 @@ def study(
         runs: number of runs.
         seed: seed of all noise, and of the Fourier series.
         progress: called with a text about the current step.
-        meter: called with the part that is done, from 0 to 1.
+        meter: called with the finished part, from 0 to 1.
 
     Returns:
         Bias, standard deviation and stated standard deviation of every parameter, for every model
@@ -324,7 +324,7 @@ def _result(
         X: true parameters, (p,).
         held: the held-out motion.
         way: model and method.
-        band: of its logs.
+        band: band of its logs.
         solutions: X and std of every run.
     """
     solved = [solution for solution in solutions if solution is not None]
