@@ -1,7 +1,7 @@
-"""Joints that are fixed: the fingers of a gripper, or an axis that is locked during a log.
+"""Fix joints, for example the fingers of a gripper, or an axis that is locked during a log.
 
 A joint that is fixed at q0 keeps its number, its link and its table row; q0 is added to theta or r.
-It has no variable, friction or rotor.
+The joint then has no variable, friction or rotor.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def with_fixed(found: Imported, fixed: Sequence[str]) -> Imported:
 
 
 def _named(robot: Robot, name: str) -> Joint:
-    """Return a movable joint by its name, or by its number."""
+    """Return a movable joint by its name or number."""
     for joint in robot.movable:
         if name in (joint.name, str(joint.number)):
             return joint

@@ -18,13 +18,13 @@ _MAX_FOREIGN_BYTES = 20_000_000  # a URDF can contain geometry for display
 
 @dataclass(frozen=True)
 class Imported:
-    """A robot from another program's file.
+    """A robot from a file of another program.
 
     Attributes:
-        robot: with exact geometry.
+        robot: the robot, with exact geometry.
         parameters: (name, value) of the standard parameters in the file (XX1, FV2).
-        notes: how the robot differs from the file; one line each.
-        assumed: assumptions where the file says nothing; one line each.
+        notes: differences between the robot and the file, one line each.
+        assumed: assumptions for content that the file lacks, one line each.
     """
 
     robot: Robot
@@ -37,7 +37,7 @@ def with_name(found: Imported, name: str) -> Imported:
     """Return an imported robot with another name.
 
     Raises:
-        RobotError: the name is no C identifier, or hides a header of C.
+        RobotError: the name is not a C identifier, or hides a C header.
     """
     if not is_robot_name(name):
         raise RobotError(

@@ -1,8 +1,8 @@
 """Check of closed chains: both sides of each cut joint must coincide in every position.
 
 Cutting each loop at one joint leaves a tree. Two frames (fixed joints of the file) mark the sides
-of the cut; their origins and z axes must coincide. In a parallelogram, the passive joints are then
-linear in the active ones, q_p = sum of c q_a + constant, which `follows` declares (Khalil and
+of the cut. Their origins and z axes must coincide. In a parallelogram, the passive joints are then
+linear in the active ones, q_p = sum of c q_a + constant. `follows` declares this (Khalil and
 Kleinfinger 1986; Khalil and Dombre 2002).
 """
 

@@ -29,12 +29,12 @@ _FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # fullinertia
 def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
     """Return an MJCF with identified values.
 
-    Links go into <inertial>; rotor inertia, friction and springs become attributes of <joint>,
-    which override those of default classes; a coupling becomes a fixed tendon.
+    Links go into <inertial>. Rotor inertia, friction and springs become attributes of <joint>,
+    which override those of default classes. A coupling becomes a fixed tendon.
 
     Args:
-        path: path of the MJCF. All other bytes of it stay the same.
-        dynamics: of the imported robot. Links and joints that it does not name keep their values.
+        path: path of the MJCF. All other bytes stay the same.
+        dynamics: values of the imported robot. Links and joints without values stay unchanged.
 
     Raises:
         RobotError: the file cannot be read.
@@ -76,7 +76,7 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
 
 
 def _inertial(body: Body) -> str:
-    """Return the <inertial> of a body, in the frame of the element that holds it."""
+    """Return the <inertial> of a body, in the frame of the body element."""
     values = " ".join(repr(float(body.inertia[pair])) for pair in _FULL)
     centre = " ".join(repr(float(v)) for v in body.com)
     return f'<inertial pos="{centre}" mass="{float(body.mass)!r}" fullinertia="{values}"/>'
@@ -89,10 +89,10 @@ def _by_name(root: Element, section: str) -> dict[str | None, Element]:
 
 
 def _named(places: Mapping[str | None, Element], what: str, name: str) -> Element:
-    """Return the element of a name in the file itself.
+    """Return the element with a name in the file itself.
 
     Raises:
-        ParameterError: there is none.
+        ParameterError: there is no such element.
     """
     found = places.get(name)
     if found is None:
@@ -104,11 +104,11 @@ def _named(places: Mapping[str | None, Element], what: str, name: str) -> Elemen
 
 
 def _attributes(own: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
-    """Return the attributes of a <joint> in a file that writes a radian as `angle`.
+    """Return the attributes of a <joint>.
 
     Args:
-        own: its values.
-        angle: size of a radian in the file.
+        own: the identified values.
+        angle: the number that the file contains for a radian.
         spring: whether the joint has a spring, or had one in the file.
     """
     values = {
@@ -139,7 +139,7 @@ def _tendon(one: str, two: str, pair: CouplingDynamics) -> list[str]:
 
 
 def _in_section(content: bytes, root: Element, tag: str, lines: Sequence[str]) -> Edit:
-    """Return what adds lines to a section of the file, or adds the section."""
+    """Return the edit that adds lines to a section of the file, or adds the section."""
     section = root.first(tag)
     if section is not None:
         return inserted(content, section, lines)
