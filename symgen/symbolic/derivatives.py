@@ -4,19 +4,19 @@ With the twist v_j and the acceleration a_j (less gravity) of link j, the screw 
 
     S'_j = v_j x S_j,    S"_j = a_j x S_j + v_j x S'_j
 
-the derivatives of the torques are, for j before or at i on the way to it,
+the derivatives of the torques are, for j on the path from the base to i,
 
     dtau_j/dq_i  = S_j . (I_i S"_i + 2 B_i S'_i + S_i x* f_i)
     dtau_i/dq_j  = S_i . (I_i S"_j + 2 B_i S'_j)
     dtau_j/dqd_i = S_j . 2 (I_i S'_i + B_i S_i)
     dtau_i/dqd_j = S_i . 2 (I_i S'_j + B_i S_j)
 
-(Singh, Russo and Wensing 2022; for joints of one degree of freedom the rate of the screw is S').
-I_i, B_i and f_i are those of link i with all that it carries. 2 B is here
+(Singh, Russo and Wensing 2022; for joints with one degree of freedom the rate of the screw is S').
+I_i, B_i and f_i are those of link i with all links that it carries. 2 B is here
 
     2 B (w; V) = (R w + w x k; 2 w x l)
 
-with the momentum (l, k) of the bodies carried, and R = dJ/dt, the rate of their inertia. R moves to
+with the momentum (l, k) of the carried bodies, and R = dJ/dt, the rate of their inertia. R moves to
 another frame by the rule of composite bodies, with l for m and without mass, so B costs as much as
 I. Friction and effects are closed expressions, which SymPy differentiates.
 """
@@ -70,7 +70,7 @@ class Screws:
 
 @dataclass(frozen=True)
 class _TorqueSlopes:
-    """dtau/dq and dtau/dqd, and `gain`: dtau_j over the rigid-body torque of joint j."""
+    """dtau/dq and dtau/dqd, and `gain`: d(tau_j)/d(rigid-body torque on joint j)."""
 
     by_q: Rows
     by_qd: Rows
@@ -84,7 +84,7 @@ def inverse_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows]:
 
 
 def _slopes(p: Plant, qdd: ByJoint) -> _TorqueSlopes:
-    """Return the slopes of the torque at the given accelerations."""
+    """Return the slopes of the torque at accelerations `qdd`."""
     by_q, by_qd = _rigid(p, qdd)
     load = loads(p, rigid_torques(p, qdd)) if p.robot.loaded else None
     gain = _load_gains(p, load)
@@ -98,9 +98,10 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
 
     `forward_dynamics` defines the pivots.
 
-    From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and
-    dqdd/dq = -(E M)^-1 dtau/dq, with E = 1 + the slope of effects over the load on their joint.
-    Each column is solved for: products with the inverse lose as many digits as M has in condition.
+    From tau(q, qd, qdd(q, qd, tau)) = tau follows dqdd/dtau = (E M)^-1 and dqdd/dq = -(E M)^-1
+    dtau/dq, with E = 1 + the slope of effects over the load on their joint. Each column is solved
+    separately, because products with the inverse lose as many digits as the condition number of M
+    has.
     """
     tape, order = p.tape, p.numbers
     right, positive = driving(p)
@@ -135,7 +136,7 @@ def _load_gains(p: Plant, load: ByJoint | None) -> ByJoint:
 
 
 def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, by: str) -> Rows:
-    """Add the derivatives of friction and effects, and fold joints that follow others."""
+    """Add the derivatives of friction and effects, and combine joints that follow others."""
     tape, rows = p.tape, congruent(p.robot, rigid, f"d{by}", p.tape)
     out: Rows = {j: {k: gain[j] * v for k, v in rows[j].items()} for j in p.numbers}
     for k, symbol in zip(p.numbers, getattr(variables(p.robot), by), strict=True):
@@ -154,9 +155,9 @@ def _with_friction(p: Plant, rigid: Rows, load: ByJoint | None, gain: ByJoint, b
 
 
 def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
-    """Return dtau/dq and dtau/dqd of links, over all joints that move."""
+    """Return dtau/dq and dtau/dqd of the links, over all moving joints."""
     tape = p.tape
-    # The torques do not depend on the velocity of the base, which is zero here.
+    # The torques do not depend on the velocity of the base; it is zero here.
     base = LinkState(p.mounting.w, ZERO)
     moving, rates = velocities(p.way, base, tape), spread(p.robot, qdd, tape)
     motion = accelerations(p.way, p.mounting, rates, tape)
@@ -198,7 +199,7 @@ def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeB
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
-    # dw x z + w x (w x z): what a moment along z makes of the motion, and named like it.
+    # dw x z + w x (w x z), the acceleration of a moment along z, with the names of the motion.
     second = (
         tape.name(f"A13{j}", p[2][0] + dw[1]),
         tape.name(f"A23{j}", p[2][1] - dw[0]),
@@ -220,14 +221,14 @@ def felt(
     i: int,
     tape: TapeBuilder,
 ) -> list[Screw]:
-    """Return the wrenches by which earlier joints feel q_i and qd_i; I S and 2 B^T S.
+    """Return the wrenches of q_i and qd_i on earlier joints; I S and 2 B^T S.
 
     Args:
-        screws: of joint i, in some frame, as all that follows.
-        body: link i with all that it carries.
+        screws: screws of joint i, in some frame. All other arguments are in the same frame.
+        body: link i with all links that it carries.
         rate: the rate of its inertia.
         momentum: its momentum.
-        force: the wrench that it needs.
+        force: the wrench on the body.
         i: number of the joint, for names.
         tape: receives the named steps.
     """

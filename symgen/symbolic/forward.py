@@ -19,17 +19,17 @@ from symgen.symbolic.dynamics import (
 )
 from symgen.symbolic.kinematics import joint_map, path, variables
 
-#: Joints in one chain from which articulated bodies need fewer steps than factoring the mass
-#: matrix, which keeps the zeros of branches.
+#: Number of joints in one chain from which articulated bodies need fewer steps than the factored
+#: mass matrix. The factor keeps the zeros of branches.
 MANY = 14
 
 
 def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and the terms that must be positive for a unique value.
 
-    Effects of the load are z (a taur + b |taur|), where a and b depend on the motion. With
-    R = tau - friction = (1 + z a) taur + z b |taur|, the solution is
-    taur = R / (1 + z a + z b sign(R)). It is unique if the denominator is positive for both signs.
+    The load effects are z (a taur + b |taur|), where a and b depend on the motion. With R = tau -
+    friction = (1 + z a) taur + z b |taur|, the solution is taur = R / (1 + z a + z b sign(R)). It
+    is unique if the denominator is positive for both signs.
     """
     tape, order, commanded = p.tape, p.numbers, variables(p.robot).tau
     if not p.robot.loaded:
@@ -62,8 +62,8 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
 
-    `pivots` also holds the terms that must be positive for effects of the load (`driving`). Long
-    chains use the articulated-body algorithm (`articulated`).
+    `pivots` also contains the terms that must be positive for load effects (`driving`). Long chains
+    use the articulated-body algorithm (`articulated`).
     """
     right, positive = driving(p)
     longest = max(len(path(p.robot, number)) for number in p.numbers)
@@ -95,10 +95,10 @@ class MassFactor:
     """M = L^T D L with ones on the diagonal of L.
 
     Attributes:
-        low: entries L(k, i), i < k, that are not zero.
+        low: nonzero entries L(k, i), i < k.
         inverse: 1 / D(k).
         pivots: D in the order of the elimination, from the tips. After a pivot that is not
-            positive, the others have no meaning.
+            positive, the others are meaningless.
     """
 
     low: Mapping[tuple[int, int], sp.Expr]

@@ -5,9 +5,9 @@ With the antecedent a of joint j, its speed qd, and P from the origin of a to th
     jw_j = jA_a aw_a + sigmabar z qd,    jV_j = jA_a (aV_a + aw_a x aP_j) + sigma z qd
 
 (Khalil and Kleinfinger 1987). Accelerations start from -g at the base, so weight needs no separate
-term (Luh, Walker and Paul 1980). If the base has an IMU, they start from what it measures: specific
+term (Luh, Walker and Paul 1980). If the base has an IMU, they start from its measurements: specific
 force, angular velocity and angular acceleration. Steps repeat those of `velocities` exactly, and
-the tape keeps one of each.
+the tape keeps one copy of each.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ from symgen.symbolic.tape import TapeBuilder
 
 @dataclass(frozen=True)
 class LinkState:
-    """LinkState of a link frame, in the frame.
+    """The motion of a link frame, in this frame.
 
-    A twist (w, V) passes on to the next link as the acceleration (dw, a) of a motion from rest
-    does. So the recursion of velocities is that of accelerations where w is zero.
+    A twist (w, V) propagates to the next link like the acceleration (dw, a) of a motion from rest.
+    The recursion of velocities is therefore that of accelerations with w = 0.
 
     Attributes:
         dw: angular acceleration, or the angular velocity.
@@ -105,8 +105,8 @@ AT_REST = LinkState(ZERO, ZERO)
 def base_velocity(robot: Robot, tape: TapeBuilder) -> LinkState:
     """Return the twist of the base and gravity, for the recursion of velocities.
 
-    With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity:
-    their symbols are those of wd and f.
+    With an IMU, only the proof of minimality uses it, for any velocity of the base and any gravity.
+    Their symbols are those of wd and f.
     """
     if not robot.imu:
         return replace(AT_REST, g=gravity(robot, tape))
@@ -169,7 +169,7 @@ def references(
     """Derive the reference motion of links by joint number, with their real velocity.
 
     Args:
-        way: from `steps`, with the real speeds; the links before it rest.
+        way: from `steps`, with the real speeds; links before its first joint are at rest.
         real: the real motion of every link, from `accelerations`.
         base: from `base_acceleration`.
         speed: reference speeds by joint number; absent means zero.
@@ -220,7 +220,7 @@ def passed(
 
 
 def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
-    """Return an angular velocity with the rate of a joint about z added."""
+    """Return an angular velocity plus the rate of a joint about z."""
     return replaced(w, {2: tape.name(name, w[2] + rate)})
 
 
@@ -245,7 +245,7 @@ def _carried(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Ve
         return tape.name(name, now.w[low] * now.turning[high])
 
     def sum_of(axis: int, value: sp.Expr) -> sp.Expr:
-        # The wrench of the body needs the same sums: with names there is one of each.
+        # The wrench of the body needs the same sums; with names, each exists once.
         return tape.entry(value, f"{letter}A", shift.tag, axis)
 
     column = {
@@ -270,7 +270,7 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
 def handed_on(
     way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist `own` of each joint j, given in frame j, in each frame that j moves."""
+    """Express the twist `own` of each joint j, in frame j, in each frame that j moves."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = states[step.joint.antecedent]
@@ -285,7 +285,7 @@ def handed_on(
 
 
 def handed_back(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
-    """Express a wrench (f, n) on link j as one on its antecedent: n moves by P x f."""
+    """Express a wrench (f, n) on link j as one on its antecedent: n changes by P x f."""
     for motion in step.back:
         wrench = onward(wrench, motion, (f"F{tag}", f"N{tag}"), tape)
     return wrench
