@@ -148,7 +148,7 @@ def motor_side(log: Log, drive: Drive) -> Log:
 
 
 def _difference(told: FloatArray, tau: FloatArray) -> str:
-    """Describe the RMS difference of two torques (N, n) on the joint with the largest difference."""
+    """Describe the RMS difference of two torques (N, n) on the joint with the largest one."""
     size = rms(tau)
     apart = rms(told - tau) / np.where(size > 0, size, np.inf)
     j = int(np.argmax(apart))

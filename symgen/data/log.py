@@ -372,7 +372,7 @@ def _filled(
 
 
 def long_runs(lost: Bools) -> Bools:
-    """Return the samples (N,) in runs that must not be interpolated: 10 steps long, or at an end."""
+    """Return the samples (N,) in runs that must not be interpolated: 10 steps long or at an end."""
     out = np.zeros(len(lost), dtype=bool)
     for first, end in spans(lost):
         if end - first >= GAP - 1 or first == 0 or end == len(lost):

@@ -670,7 +670,7 @@ def _place(path: Path, file: BinaryIO, entry: zipfile.ZipInfo) -> StoredArray | 
 
 
 def rows_of(name: str) -> int:
-    """Return the approximate number of rows of a file; 0 if only reading it would show the number."""
+    """Return the approximate number of rows of a file; 0 if only reading it would show it."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -292,7 +292,7 @@ def _time(raw: Raw, reading: Reading) -> Units:
 
 
 def _ticking(own: str, unit: Unit, first: float, says: str) -> Units:
-    """Return the conversion of times. Stamps that doubles would round are counted from the first."""
+    """Return the conversion of times; stamps that doubles would round start from the first."""
     if not unit.foreign:
         return IN_SI
     long = abs(first) * unit.size > _DATES[0] or abs(first) >= _EXACT

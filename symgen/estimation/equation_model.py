@@ -65,7 +65,7 @@ class EquationModel:
 
     @property
     def all_kernels(self) -> tuple[str, ...]:
-        """Names of the kernels to derive: those of the model, and those of the torque comparison."""
+        """Names of the kernels to derive, for the model and for the torque comparison."""
         return tuple(dict.fromkeys((*ENERGY, *NEEDED[self.name], *JUDGING)))
 
     def kernels(self, model: Model) -> tuple[str, ...]:

@@ -154,7 +154,7 @@ def inverse_deviation(sigma: FloatArray) -> FloatArray:
 
 
 def inverse_information(scale: FloatArray, R: FloatArray) -> FloatArray:
-    """Return (W'W)^-1 (p, p) from the norms of the columns of W and the factor R of the scaled W."""
+    """Return (W'W)^-1 (p, p) from the column norms of W and the factor R of the scaled W."""
     inverse: FloatArray = np.linalg.inv(R) / scale[:, None]
     return inverse @ inverse.T
 

@@ -204,7 +204,7 @@ def bounded_deviation(sigma: FloatArray, squares: FloatArray) -> FloatArray:
 
 
 def solve_gram(gram: FloatArray) -> FloatArray:
-    """Solve least squares from [W y]'[W y]; the shortest solution if the rows do not determine it."""
+    """Solve least squares from [W y]'[W y]; the shortest solution if it is not unique."""
     scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 0.0))
     scale = np.where(scale > 0, scale, 1.0)
     unit = gram[:-1, :-1] / np.outer(scale, scale)

@@ -110,7 +110,7 @@ class Plan(Viewable):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Reasons why `identify` would find the runs insufficient, or why a search could do better."""
+        """Reasons why `identify` would find the runs insufficient, or a better search possible."""
         out = []
         if not self.optimised:
             out.append(

@@ -351,7 +351,7 @@ def _loaded(
 
 
 def _require_torque(motion: SimulatedMotion, robot: Robot) -> None:
-    """Raise ParameterError with joint and time if a motion needs more torque than [limits] allow."""
+    """Raise ParameterError, with joint and time, if a motion exceeds the torque [limits]."""
     limits = robot.limits.torque if robot.limits else None
     for j, limit in enumerate(limits or ()):
         size = np.abs(motion.tau[:, j])
