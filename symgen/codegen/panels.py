@@ -1,7 +1,7 @@
-"""Kernels on panels: as many samples at once as a vector register holds.
+"""Kernels on panels: a panel has as many samples as a vector register.
 
 A panel has the steps of the single call in the same order, on vectors instead of numbers. The
-compiler's flags choose the width; without vector extensions of gcc and clang, it is 1, and the
+compiler flags determine the width. Without the vector extensions of gcc and clang, it is 1, and the
 sources are loops of single calls.
 """
 
@@ -16,13 +16,14 @@ from symgen.codegen.c_printer import Printer
 from symgen.codegen.kernel import Kernel
 from symgen.symbolic.tape import Steps, Values
 
-#: Largest number of output entries of a sample, and of its steps: larger panels need much stack,
-#: and compile slowly.
+#: Largest number of output entries of a sample, and of steps. Larger panels need much stack, and
+#: compile slowly.
 LARGEST, LONGEST = 1024, 2000
 
 
 def panelled(kernel: Kernel) -> bool:
-    """Whether a kernel has panels: array inputs, separate outputs, neither too many nor too long.
+    """Whether a kernel has panels: array inputs, separate outputs, and a limited number of entries
+    and steps.
 
     Larger kernels have a loop of single calls.
     """
@@ -41,7 +42,7 @@ def panel_data(
         geometry: named length -> its macro.
         values: named length -> exact value.
         dtype: double or float.
-        prefix: prefix of the package's names.
+        prefix: prefix of the names in the package.
     """
     printer = _PanelPrinter(kernel, geometry, values, dtype, prefix)
     read, written = kernel.inputs, kernel.outputs
@@ -100,7 +101,7 @@ class _PanelPrinter(Printer):
         return f"lanes_put(&{place}, {self.spread(result)}, stream);"
 
     def cleared(self, *_: Any) -> Iterator[str]:
-        """Store no zeros: the buffers already contain them."""
+        """Store no zeros, because the buffers already contain them."""
         return iter(())
 
     def verdict(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""Values of the parameters in a package: NAME_values.h, and start values of its other targets."""
+"""Values of the parameters in a package: NAME_values.h, and start values of other targets."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Values:
         X: base parameters (p,).
         std: their standard deviations, None where unknown.
         standard: standard parameters in the order of the model, or () if they are unknown.
-        facts: what they are, one line each.
+        facts: the origin of the values, one line each.
     """
 
     X: tuple[float, ...]
@@ -72,7 +72,7 @@ def values_header_text(
 ) -> str:
     """Return NAME_values.h: X as `static const NAME_real NAME_values[]`.
 
-    It includes NAME.h, and compiles only with a package of these parameters in this order, and of
+    It includes NAME.h. It compiles only with a package that has these parameters in this order, and
     this digest if there is one.
 
     Args:
@@ -116,10 +116,10 @@ def named_values(
     """Return values from a table of parameters.
 
     Args:
-        X: base parameters (p,), as regrouped from the table.
+        X: base parameters (p,), regrouped from the table.
         given: name -> value and standard deviation, of base or standard parameters.
         base: the base parameters of the model.
-        facts: what the table is, for the header, one line each.
+        facts: the origin of the table, for the header, one line each.
     """
     std = [given.get(name, (0.0, None))[1] for name in base.names]
     names = [p.name for p in base.standard]
@@ -135,5 +135,5 @@ def named_values(
 def _comment(text: str) -> str:
     """Return a text as one line that is safe inside a C comment."""
     line = "".join(c if c.isprintable() else " " for c in text)
-    # no end or begin of a comment, and no trigraph
+    # no start or end of a comment, and no trigraph
     return re.sub(r"(\*(?=/)|/(?=\*)|\?(?=\?))", r"\1 ", line).rstrip("\\")
