@@ -1,4 +1,4 @@
-"""The clock of a recorder: rows that it repeats, and stamps that jitter."""
+"""The clock of a recorder: repeated rows, and stamps with jitter."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from symgen.data.raw import FloatArray
 from symgen.data.stretch import GAP
 from symgen.faults.channels import FEW_DIGITS, least_step
 
-#: Step of a position after rows that are held, over the steps before and after.
+#: Step of a position after held rows, over the steps before and after.
 _CATCHES_UP = 1.5
 
 
 def stalled_rows(log: Log) -> Bools:
-    """Return which rows repeat the row before in all channels while the robot moves, (N,).
+    """Return which rows repeat the previous row in all channels while the robot moves, (N,).
 
-    A robot at rest, or slower than the last digit of its positions, repeats rows as well. After a
-    stall of the recorder, a position catches up: it steps further than before and after. Where half
-    of the short repetitions end so, all of them are stalls.
+    A robot at rest, or slower than the last digit of its positions, also repeats rows. After a
+    stall of the recorder, a position catches up: its step is larger than those before and after. If
+    half of the short repetitions end like this, all of them are stalls.
     """
     same = np.ones(len(log.t) - 1, dtype=bool)
     for x in (log.q, log.qd, log.tau):
@@ -47,7 +47,7 @@ def stalled_rows(log: Log) -> Bools:
 
 
 def uniform_clock(t: FloatArray) -> FloatArray:
-    """Return the times of the uniform clock nearest to stamps (N,), with or without lost rows."""
+    """Return the uniform clock nearest to stamps (N,), with or without lost rows."""
     step = np.diff(t)
     lost = np.cumsum(np.maximum(np.round(step / np.median(step)), 1.0))
     counts = np.arange(len(t), dtype=float), np.concatenate([[0.0], lost])
@@ -67,7 +67,7 @@ def _line(index: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def roughness(q: FloatArray, t: FloatArray) -> float:
-    """Return the usual change of the speed from step to step, a geometric mean over the joints.
+    """Return the typical change of the speed from step to step, a geometric mean over the joints.
 
     Args:
         q: (N, n) positions.
