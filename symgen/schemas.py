@@ -32,10 +32,10 @@ from symgen.errors import ParameterError, told_by
 from symgen.files import load_json
 
 Result = TypeVar("Result")
-#: Numbers that are null in a file if they are NaN, or infinite.
+#: Numbers that are null in a file if they are NaN or infinite.
 OrNan = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 OrInf = Annotated[float, BeforeValidator(lambda value: math.inf if value is None else value)]
-_adapter = cache(TypeAdapter)  # to make one takes longer than to read a file
+_adapter = cache(TypeAdapter)  # cached, because making an adapter takes longer than reading a file
 #: Mark of a field that is not in the file.
 BESIDE = GetPydanticSchema(lambda *_: core_schema.any_schema())
 #: Mark of a field without a key if it is None.
@@ -67,19 +67,19 @@ def at(key: str) -> Any:
     """Return the mark of a field with another key.
 
     Args:
-        key: "residual.train" is the key train of the object residual, which is null where all of
-            its fields are None.
+        key: "residual.train" is the key train of the object residual, which is null if all of its
+            fields are None.
     """
     group, *inner = key.split(".")
     choices = [AliasPath(group, *inner)]
     if inner:
-        choices.append(AliasPath(group))  # null, where the object is
+        choices.append(AliasPath(group))  # the object may be null
     return Field(validation_alias=AliasChoices(*choices))
 
 
 @cache
 def _keys(kind: Any) -> list[tuple[str, list[Any], Form | None, bool]]:
-    """Return the fields in a file: name, path, form, and whether it may have no key."""
+    """Return the fields in a file: name, path, form, and whether the key may be missing."""
     out, hints = [], get_type_hints(kind, include_extras=True)
     for f in fields(kind):
         marks = getattr(hints[f.name], "__metadata__", ())
@@ -98,7 +98,7 @@ def to_json(result: Any, schema: str) -> dict[str, Any]:
 
 
 def as_json(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses and named tuples by their fields."""
+    """Return a value as JSON: dataclasses and named tuples become objects."""
     if is_dataclass(value):
         return _as_object(value)
     if hasattr(value, "_asdict"):
@@ -126,16 +126,16 @@ def _as_object(value: Any) -> dict[str, Any]:
 
 
 def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside: Any) -> Result:
-    """Return the result that a JSON file holds.
+    """Return the result in a JSON file.
 
     Args:
         kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are ignored.
-        content: of the file, its schema known.
-        file: for messages.
+        content: content of the file, with a known schema.
+        file: path for messages.
         beside: values of the fields that are not in the file.
 
     Raises:
-        ParameterError: the content is another.
+        ParameterError: the content does not match the dataclass.
     """
     gone = {"schema", *getattr(kind, "GONE", ())}
     given = {key: value for key, value in content.items() if key not in gone}
@@ -157,7 +157,9 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
 
 
 def _unknown(given: Any, written: Any) -> str:
-    """Return the first key of a file that writing the result would not write; "" if none."""
+    """Return the first key in a file that symgen would not write for the result; "" if there is
+    none.
+    """
     pairs: list[tuple[str, Any, Any]] = []
     if isinstance(given, dict) and isinstance(written, dict):
         for key, value in given.items():
@@ -171,21 +173,21 @@ def _unknown(given: Any, written: Any) -> str:
 
 
 def result_file(path: str | Path, name: str) -> Path:
-    """Return the JSON file of a result: the path itself, or of this name in that folder."""
+    """Return the JSON file of a result: the path itself, or the file `name` in that folder."""
     path = Path(path)
     return path / name if path.is_dir() else path
 
 
 def read_result(kind: type[Result], file: Path, *schemas: str, **beside: Any) -> Result:
-    """Return the result that a JSON file of one of some schemas holds; see `from_json`."""
+    """Return the result in a JSON file with one of some schemas; see `from_json`."""
     return from_json(kind, read_json(file, *schemas), file, **beside)
 
 
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:
-    """Return the content of a JSON file of one of some schemas.
+    """Return the content of a JSON file with one of some schemas.
 
     Raises:
-        ParameterError: it cannot be read, or is of another kind.
+        ParameterError: the file cannot be read, or is of another kind.
     """
     try:
         content = load_json(file.read_text(encoding="utf-8"))
