@@ -40,7 +40,7 @@ def first_of(items: Sequence[str], most: int = 8) -> str:
     return ", ".join(items[:most]) + (", ..." if len(items) > most else "")
 
 
-def told_by(error: Exception) -> str:
+def message_of(error: Exception) -> str:
     """Return the message of an exception as one line of at most 300 characters."""
     line = " ".join(str(getattr(error, "strerror", None) or error).split())
     return line if len(line) <= 300 else f"{line[:297]}..."

@@ -247,12 +247,12 @@ def replace_file(path: Path, content: bytes) -> None:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replace_whole(path, content)
+        replace_in_one_step(path, content)
     except OSError as error:
         raise PackageError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def replace_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
+def replace_in_one_step(path: Path, content: bytes, mode: int = 0o666) -> None:
     """Write a file under a temporary name in the same folder, and rename it.
 
     Args:
@@ -286,7 +286,7 @@ def write_files(files: Iterable[tuple[Path, bytes]]) -> None:
         for path, content in files:
             check_new(path)
             path.parent.mkdir(parents=True, exist_ok=True)
-            replace_whole(path, content)
+            replace_in_one_step(path, content)
             done.append(path)
     except BaseException as error:
         for finished in done:

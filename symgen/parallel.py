@@ -24,7 +24,7 @@ def silent(_: object) -> None:
     """Report no progress."""
 
 
-def own_threads() -> int:
+def thread_count() -> int:
     """Return the number of threads of this process to use: one a core, at most four."""
     try:
         cores = len(os.sched_getaffinity(0))

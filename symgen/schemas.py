@@ -28,7 +28,7 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from symgen.errors import ParameterError, told_by
+from symgen.errors import ParameterError, message_of
 from symgen.files import load_json
 
 Result = TypeVar("Result")
@@ -156,18 +156,18 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
     return found
 
 
-def _unknown(given: Any, written: Any) -> str:
+def _unknown(content: Any, written: Any) -> str:
     """Return the first key in a file that symgen would not write for the result; "" if there is
     none.
     """
     pairs: list[tuple[str, Any, Any]] = []
-    if isinstance(given, dict) and isinstance(written, dict):
-        for key, value in given.items():
+    if isinstance(content, dict) and isinstance(written, dict):
+        for key, value in content.items():
             if key not in written:
                 return str(key)
             pairs.append((key, value, written[key]))
-    elif isinstance(given, list) and isinstance(written, list):
-        pairs += [(str(k), *both) for k, both in enumerate(zip(given, written, strict=False))]
+    elif isinstance(content, list) and isinstance(written, list):
+        pairs += [(str(k), *both) for k, both in enumerate(zip(content, written, strict=False))]
     inner = ((key, _unknown(value, other)) for key, value, other in pairs)
     return next((f"{key}.{where}" for key, where in inner if where), "")
 
@@ -193,7 +193,7 @@ def read_json(file: Path, *schemas: str) -> dict[str, Any]:
         content = load_json(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise ParameterError(
-            f"{file}: cannot be read ({told_by(error)}); accepted: schema {schemas[0]}"
+            f"{file}: cannot be read ({message_of(error)}); accepted: schema {schemas[0]}"
         ) from error
     found = content.get("schema") if isinstance(content, dict) else None
     if found not in schemas:

@@ -151,15 +151,15 @@ class Printer:
         zero = literal(sp.S.Zero, self.dtype)
         for _, group in groupby(enumerate(places), key=lambda pair: pair[1] - pair[0]):
             run = [place for _, place in group]
-            whole = len(run) // _ZEROS * _ZEROS if len(run) >= 2 * _ZEROS else 0
-            if whole:
-                end = run[0] + whole
+            multiple = len(run) // _ZEROS * _ZEROS if len(run) >= 2 * _ZEROS else 0
+            if multiple:
+                end = run[0] + multiple
                 yield f"for (size_t i = {run[0]}u; i < {end}u; i += {_ZEROS}u) {{"
                 yield from (f"    {name}[i + {k}u] = {zero};" for k in range(_ZEROS))
                 yield "}"
-            yield from (f"{name}[{i}] = {zero};" for i in run[whole:])
+            yield from (f"{name}[{i}] = {zero};" for i in run[multiple:])
 
-    def angles(self, own: str) -> tuple[Steps, list[str]]:
+    def angles(self, prefix: str) -> tuple[Steps, list[str]]:
         """Return the steps that joint angles need, and the sincos calls for all angles.
 
         Neighbours in an input array are read in place; other angles are gathered. Angles that
@@ -187,22 +187,24 @@ class Printer:
         ):
             run = [angle for _, angle in group]
             name, start = known[run[0]]
-            lines += self.turned(own, run, name, start)
+            lines += self.turned(prefix, run, name, start)
         others = [a for a in wanted if a not in known]
         if others:
             gathered = ", ".join(self.expression(a) for a in others)
             lines.append(f"const {self.value} angle[{len(others)}] = {{ {gathered} }};")
-            lines += self.turned(own, others, "angle", 0)
+            lines += self.turned(prefix, others, "angle", 0)
         return tuple(reversed(first)), lines
 
-    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+    def turned(
+        self, prefix: str, angles: Sequence[sp.Expr], name: str, start: int
+    ) -> Iterator[str]:
         """Yield the sincos calls for consecutive angles of an array."""
         at = 0
         while at < len(angles):
             count = next(c for c in _ANGLES if c <= len(angles) - at)
             result = f"{name}_{start + at}"
             place = f"&{name}[{start + at}]" if start + at else name
-            yield f"const {own}_angles{count} {result} = {own}_sincos{count}({place});"
+            yield f"const {prefix}_angles{count} {result} = {prefix}_sincos{count}({place});"
             for k, angle in enumerate(angles[at : at + count]):
                 self.word[sp.cos(angle)] = f"{result}.c[{k}]"
                 self.word[sp.sin(angle)] = f"{result}.s[{k}]"

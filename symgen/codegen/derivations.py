@@ -21,7 +21,7 @@ import sympy as sp
 from symgen.cache import digest, private_folder
 from symgen.codegen.kernel import Kernel
 from symgen.errors import BuildError
-from symgen.files import replace_whole, templates
+from symgen.files import replace_in_one_step, templates
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
 
@@ -64,7 +64,7 @@ class Derivations:
             return kept
         derived = derive()
         with suppress(OSError):
-            replace_whole(path, _pickled(derived), 0o600)
+            replace_in_one_step(path, _pickled(derived), 0o600)
         return derived
 
     def sources(

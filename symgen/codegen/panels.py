@@ -108,9 +108,9 @@ class _PanelPrinter(Printer):
         """Return nothing: the template makes the status of all samples."""
         return []
 
-    def angles(self, own: str) -> tuple[Steps, list[str]]:
+    def angles(self, prefix: str) -> tuple[Steps, list[str]]:
         self.turns: list[tuple[str, str]] = []
-        first, lines = super().angles(own)
+        first, lines = super().angles(prefix)
         if self.turns:
             reach = " + ".join(f"lanes_abs({angle})" for angle, _ in self.turns)
             lines.append(f"if (lanes_any(~(mask)({reach} <= NEAR))) {{")
@@ -118,10 +118,12 @@ class _PanelPrinter(Printer):
             lines.append("}")
         return first, lines
 
-    def turned(self, own: str, angles: Sequence[sp.Expr], name: str, start: int) -> Iterator[str]:
+    def turned(
+        self, prefix: str, angles: Sequence[sp.Expr], name: str, start: int
+    ) -> Iterator[str]:
         for k, angle in enumerate(angles, start):
             result, place = f"{name}_{k}", f"{name}[{k}]"
-            yield f"turned {result} = {own}_turn({place});"
+            yield f"turned {result} = {prefix}_turn({place});"
             self.word[sp.cos(angle)] = f"{result}.c"
             self.word[sp.sin(angle)] = f"{result}.s"
             self.turns.append((place, result))

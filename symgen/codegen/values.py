@@ -109,7 +109,7 @@ def values_header_text(
 
 def named_values(
     X: Sequence[float],
-    given: Mapping[str, tuple[float, float | None]],
+    values: Mapping[str, tuple[float, float | None]],
     base: BaseParameters,
     facts: Sequence[str],
 ) -> Values:
@@ -117,17 +117,17 @@ def named_values(
 
     Args:
         X: base parameters (p,), regrouped from the table.
-        given: name -> value and standard deviation, of base or standard parameters.
+        values: name -> value and standard deviation, of base or standard parameters.
         base: the base parameters of the model.
         facts: the origin of the table, for the header, one line each.
     """
-    std = [given.get(name, (0.0, None))[1] for name in base.names]
+    std = [values.get(name, (0.0, None))[1] for name in base.names]
     names = [p.name for p in base.standard]
-    known = all(name in given for name in names)
+    known = all(name in values for name in names)
     return Values(
         tuple(map(float, X)),
         tuple(None if s is None or not math.isfinite(s) else float(s) for s in std),
-        tuple(float(given[name][0]) for name in names) if known else (),
+        tuple(float(values[name][0]) for name in names) if known else (),
         tuple(facts),
     )
 

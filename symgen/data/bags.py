@@ -169,17 +169,17 @@ def _opened(path: Path, topic: str) -> Iterator[tuple[int, Iterator[_Message]]]:
         refuse(f"cannot be read: {str(error)[:200] or type(error).__name__}", _ACCEPTED)
 
 
-def _topic(asked: str, topics: list[str], every: list[str]) -> str:
+def _topic(topic: str, topics: list[str], every: list[str]) -> str:
     """Return the topic to read."""
     listed = ", ".join(topics)
     if not topics:
         found = ", ".join(every[:12]) or "none"
         refuse(f"no topic has messages {_TYPE}; topics: {found}", _ACCEPTED)
-    if asked and asked not in topics:
-        refuse(f"--topic {asked}: no joint states there", listed)
-    if not asked and len(topics) > 1:
+    if topic and topic not in topics:
+        refuse(f"--topic {topic}: no joint states there", listed)
+    if not topic and len(topics) > 1:
         refuse(f"{len(topics)} topics have joint states", f"--topic, one of {listed}")
-    return asked or topics[0]
+    return topic or topics[0]
 
 
 def _orders(messages: Sequence[_Message], joints: list[str]) -> list[list[int]]:

@@ -36,7 +36,7 @@ from symgen.data.raw import (
 from symgen.data.raw import Log as Log
 from symgen.data.raw import read_only as read_only
 from symgen.data.stretch import GAP
-from symgen.data.tables import SUFFIXES, TEXTS, open_table, whole
+from symgen.data.tables import SUFFIXES, TEXTS, open_table, read_all
 from symgen.data.units import Converted
 from symgen.errors import located, plain
 from symgen.names import PRISMATIC
@@ -56,7 +56,7 @@ Rows = TypeVar("Rows", bound="DataclassInstance")
 _MAX_RANGE = 50.0
 _DEGREES = 180.0 / np.pi
 _CHANGING = 0.95  # share of stamps that differ from the previous one, in a file that rounds them
-_LOOKED_AT = 1 << 14  # samples that show the unit of the speeds
+_CHECKED_SAMPLES = 1 << 14  # samples that show the unit of the speeds
 _FILES = "a .csv, .tsv, .txt, .parquet, .npz, .mcap or .db3 file, or the folder of a ROS 2 bag"
 #: Ending of a file that symgen does not read -> how to convert it.
 _CONVERTED = {
@@ -126,7 +126,7 @@ def read_log(
                 refuse(f"the extension {path.suffix!r} is not known", how)
             else:
                 with open_table(str(path), wanted) as table:
-                    raw = whole(table)
+                    raw = read_all(table)
         except (OSError, ValueError) as error:
             refuse(f"cannot be read: {error}", _FILES)
         return checked_log(plain(path.name), raw, n, sigma, drive, names, reading)
@@ -261,8 +261,8 @@ def checked_log(
         arrays = {role: read_only(x[span]) for role, x in arrays.items()}
     t, rounded = _clock(t, _shown("t", raw.names))
     for role in arrays.keys() & set(BESIDE):
-        whole = _beside(role, arrays.pop(role))
-        arrays |= {} if np.isnan(whole).all() else {role: whole}
+        column = _optional_column(role, arrays.pop(role))
+        arrays |= {} if np.isnan(column).all() else {role: column}
     if "qd" in arrays and np.isnan(arrays["qd"]).all() and not part:
         del arrays["qd"]  # the recorder has no speeds
     missing: Bools = np.zeros((len(t), joints, 3), dtype=bool)
@@ -284,7 +284,7 @@ def checked_log(
     )  # fmt: skip
     log = log if drive is None else joint_side(log, drive)
     revolute = [j for j in range(joints) if sigma is None or sigma[j] != PRISMATIC]
-    sure = "q" in given_roles(reading)
+    sure = "q" in roles_with_unit(reading)
     _require_radians(t, log.q, log.qd, revolute, sure, raw.names)
     return log
 
@@ -323,7 +323,7 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     )
 
 
-def given_roles(reading: Reading) -> set[str]:
+def roles_with_unit(reading: Reading) -> set[str]:
     """Return the roles whose unit the user set."""
     every = {"q", "qd", "qs", "qr", "qdr"} if "" in reading.unit else set[str]()
     return every | {re.sub("[0-9]+", "", column) for column in reading.unit}
@@ -380,7 +380,7 @@ def long_runs(lost: Bools) -> Bools:
     return out
 
 
-def _beside(role: str, x: FloatArray) -> FloatArray:
+def _optional_column(role: str, x: FloatArray) -> FloatArray:
     """Check a column such as qs (N, n): complete on each joint that has it."""
     for j, column in enumerate(x.T):
         bad = np.count_nonzero(~np.isfinite(column))
@@ -420,7 +420,7 @@ def _require_radians(
     if qd is None:
         return
     # about ten thousand samples over the log are enough to find the unit
-    at = np.arange(0, len(t) - 2, max(1, len(t) // _LOOKED_AT))
+    at = np.arange(0, len(t) - 2, max(1, len(t) // _CHECKED_SAMPLES))
     slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.

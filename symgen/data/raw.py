@@ -130,8 +130,8 @@ class Reading:
         for ours in self.pairs:
             if ours not in (*ROLES, *IMU) and NUMBERED.fullmatch(ours) is None:
                 raise LogError(f"--columns: {ours!r} is no column of a log; accepted: {_ROLES}")
-        for what, given in (("--columns", self.pairs.values()), ("--joints", self.joints)):
-            names = list(given)
+        for what, values in (("--columns", self.pairs.values()), ("--joints", self.joints)):
+            names = list(values)
             twice = [name for name in names if names.count(name) > 1]
             if twice or not all(names):
                 fault = f"{twice[0]!r} is given twice" if twice else "an empty name"

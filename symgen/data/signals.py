@@ -28,8 +28,8 @@ POWER = 0.99
 LOWEST, HIGHEST = 2.0, 10.0
 #: Above this share of the sampling rate, a cutoff does not filter.
 OPEN = 0.45
-_SEEN = 50.0  # Hz: highest frequency of the speeds in the spectrum
-_GRID = np.linspace(0.0, _SEEN, 2001)
+_SPECTRUM_HZ = 50.0  # Hz: highest frequency of the speeds in the spectrum
+_GRID = np.linspace(0.0, _SPECTRUM_HZ, 2001)
 #: Cutoff of missing speeds over the comparison band: the filter loses (1/10)**8 of the motion.
 _MARGIN = 5.0
 #: Periods of the cutoff after which the impulse response of `lowpass` is below 1e-10 of its peak.
@@ -139,7 +139,11 @@ def comparison_band(logs: Sequence[Samples]) -> float:
     for j in range(logs[0].q.shape[1]):
         power: FloatArray = np.zeros(len(_GRID))
         for s in logs:
-            q = lowpass(s.q[:, j], s.step, _SEEN) if can_filter(_SEEN, s.step) else s.q[:, j]
+            q = (
+                lowpass(s.q[:, j], s.step, _SPECTRUM_HZ)
+                if can_filter(_SPECTRUM_HZ, s.step)
+                else s.q[:, j]
+            )
             speed = np.gradient(q, s.step)
             speed = speed - speed.mean()
             if s.piece:

@@ -105,7 +105,7 @@ def _in_si(table: Table, wanted: Wanted, units: Units | None) -> Table:
     return replace(table, units=units or IN_SI)
 
 
-def whole(table: Table) -> Raw:
+def read_all(table: Table) -> Raw:
     """Read all rows of a table as C-contiguous arrays."""
     (raw,) = table.spans([(0, table.rows)])
     arrays = {role: np.ascontiguousarray(x) for role, x in raw.arrays.items()}
@@ -189,7 +189,7 @@ class ColumnTable:
                     continue
                 width = len(self.groups["q"] if role in BESIDE else group)
                 arrays[role] = self.units.si(role, _filled(held, first, last, group, width))
-            yield Raw(arrays, ignored, self.notes, self.names, self.units.told)
+            yield Raw(arrays, ignored, self.notes, self.names, self.units.conversions)
 
 
 def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
@@ -324,8 +324,8 @@ def _require_numbers(
             try:
                 float(cell.translate(swapped) or "nan")
             except ValueError:
-                own = form.header[int(k)]
-                shown = name if own == name else f"{own} ({name})"
+                header = form.header[int(k)]
+                shown = name if header == name else f"{header} ({name})"
                 what = f"column {shown}, sample {sample}: {cell[:40]!r} is not a number"
                 refuse(what, f"{_TIMES}, in {form.accepted}" if name == "t" else form.accepted)
 
@@ -581,7 +581,7 @@ class Arrays:
         for first, last in spans:
             arrays = {role: self.units.si(role, x[first:last]) for role, x in self.arrays.items()}
             arrays["t"] = self.units.seconds(arrays["t"])
-            yield Raw(arrays, self.ignored, converted=self.units.told)
+            yield Raw(arrays, self.ignored, converted=self.units.conversions)
 
 
 Table = Arrays | ColumnTable

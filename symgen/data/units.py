@@ -144,13 +144,13 @@ class Units:
         sizes: pairs of a role and its (n,) factors.
         ticks: time units of the file in a second.
         origin: stamp of the file that becomes t = 0, in its own unit; None if t is not shifted.
-        told: list of the conversions.
+        conversions: list of the conversions.
     """
 
     sizes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     ticks: float = 1.0
     origin: int | float | None = None
-    told: tuple[Converted, ...] = ()
+    conversions: tuple[Converted, ...] = ()
 
     def seconds(self, t: NDArray[Any]) -> NDArray[Any]:
         """Return stamps of the file as times in s; integers are subtracted exactly."""
@@ -196,20 +196,20 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
             refuse(f"--unit {column}=..: there is no such column", ", ".join(widths))
     time = _time(raw, wanted.reading)
     sizes: list[tuple[str, tuple[float, ...]]] = []
-    told = [*time.told]
+    conversions = [*time.conversions]
     for role, width in widths.items():
         columns = [raw.names.get(f"{role}{j}", f"{role}{j}") for j in range(1, width + 1)]
         units = _units_of_joints(role, columns, wanted)
         if any(unit.foreign for unit, _ in units):
             sizes.append((role, tuple(unit.size for unit, _ in units)))
-        for unit, says in dict.fromkeys(units):
+        for unit, source in dict.fromkeys(units):
             if unit.foreign:
                 alike = [
-                    c for c, known in zip(columns, units, strict=True) if known == (unit, says)
+                    c for c, known in zip(columns, units, strict=True) if known == (unit, source)
                 ]
                 done = f"converted to {_SI[unit.quantity]}"
-                told.append((", ".join(alike), f"in {unit.name} by {says}", done))
-    return Units(tuple(sizes), time.ticks, time.origin, tuple(told))
+                conversions.append((", ".join(alike), f"in {unit.name} by {source}", done))
+    return Units(tuple(sizes), time.ticks, time.origin, tuple(conversions))
 
 
 def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[tuple[Unit, str]]:
@@ -221,9 +221,9 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
     for j, column in enumerate(columns):
         prismatic = j < len(wanted.sigma) and wanted.sigma[j] == PRISMATIC
         quantity = QUANTITIES[role][prismatic]
-        asked = _asked(role, j, quantity, wanted.reading.unit)
-        if asked is not None:
-            out.append((asked, "--unit"))
+        option = _unit_option(role, j, quantity, wanted.reading.unit)
+        if option is not None:
+            out.append((option, "--unit"))
             continue
         text = split_unit(column, time=False)[1] or common
         unit = unit_of(text or _SI[quantity], quantity)
@@ -234,7 +234,7 @@ def _units_of_joints(role: str, columns: Sequence[str], wanted: Wanted) -> list[
     return out
 
 
-def _asked(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:
+def _unit_option(role: str, j: int, quantity: str, options: Mapping[str, str]) -> Unit | None:
     """Return the unit of a column from the option --unit."""
     for key in (f"{role}{j + 1}", role, ""):
         if key in options:
@@ -264,39 +264,41 @@ def plausible_units(step: float) -> list[str]:
 def _time(raw: Raw, reading: Reading) -> Units:
     """Return the unit of the stamps."""
     stamps = whole_ticks(np.asarray(raw.arrays["t"]))
-    own = raw.names.get("t", "t")
+    column = raw.names.get("t", "t")
     if len(stamps) == 0 or stamps.dtype.kind not in "iuf":
         return IN_SI  # read_log refuses it by its type
     first = stamps[0].item()
     dates = raw.arrays["t"].dtype.kind == "M"
     if dates and reading.time_unit:
-        refuse(f"column {own!r} (t) holds dates", "no --time-unit")
+        refuse(f"column {column!r} (t) holds dates", "no --time-unit")
     if dates:
-        return _ticking(own, _TIME[3], first, "dates")
+        return _ticking(column, _TIME[3], first, "dates")
     if reading.time_unit:
-        asked = next(u for u in _TIME if u.name == reading.time_unit)
-        return _ticking(own, asked, first, f"in {asked.name} by --time-unit")
+        option = next(u for u in _TIME if u.name == reading.time_unit)
+        return _ticking(column, option, first, f"in {option.name} by --time-unit")
     step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else math.nan
     plausible = plausible_units(step)
-    header = unit_of(split_unit(own, time=True)[1], "time")
+    header = unit_of(split_unit(column, time=True)[1], "time")
     if header is not None and header.foreign:
         if header.name not in plausible:
             how = " or ".join(f"--time-unit {name}" for name in plausible or TIME_UNITS)
-            what = f"column {own!r} (t) is in {header.name} by its header, and its steps are"
+            what = f"column {column!r} (t) is in {header.name} by its header, and its steps are"
             refuse(f"{what} {step:.4g}", f"a header with the unit of the numbers, or {how}")
-        return _ticking(own, header, first, f"in {header.name} by the header")
+        return _ticking(column, header, first, f"in {header.name} by the header")
     dated = [u for u in _TIME if _DATES[0] <= first * u.size <= _DATES[1]]
     if header is None and len(dated) == 1 and dated[0].foreign and dated[0].name in plausible:
-        return _ticking(own, dated[0], first, f"{dated[0].name} since 1970 by size and rate")
+        return _ticking(column, dated[0], first, f"{dated[0].name} since 1970 by size and rate")
     return IN_SI
 
 
-def _ticking(own: str, unit: Unit, first: float, says: str) -> Units:
+def _ticking(column: str, unit: Unit, first: float, source: str) -> Units:
     """Return the conversion of times; stamps that doubles would round start from the first."""
     if not unit.foreign:
         return IN_SI
     long = abs(first) * unit.size > _DATES[0] or abs(first) >= _EXACT
     done = "converted to s" + (", from the first sample on" if long else "")
     return Units(
-        ticks=round(1 / unit.size), origin=first if long else None, told=((own, says, done),)
+        ticks=round(1 / unit.size),
+        origin=first if long else None,
+        conversions=((column, source, done),),
     )

@@ -91,6 +91,6 @@ def sandwich(bread: FloatArray, meat: FloatArray, parts: Sequence[Summary]) -> F
 
 def widened(covariance: FloatArray, least: FloatArray) -> FloatArray:
     """Return a covariance with standard deviations at least those of `least`, (p, p) both."""
-    own, other = (np.maximum(np.diag(C), 1e-300) for C in (covariance, least))
-    wider = np.sqrt(np.maximum(other / own, 1.0))
+    variances, least_variances = (np.maximum(np.diag(C), 1e-300) for C in (covariance, least))
+    wider = np.sqrt(np.maximum(least_variances / variances, 1.0))
     return np.asarray(covariance * np.outer(wider, wider))

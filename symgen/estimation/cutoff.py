@@ -79,10 +79,10 @@ def weigh_rests(evaluator: Evaluator, logs: Sequence[Samples], band: Band) -> Ba
             for log in equations
         ]
         X = block_summary(equations).fit()
-        for j, own in enumerate(zip(*equations, strict=True)):
-            left = np.concatenate([(e.y - e.W @ X) / e.scale for e in own])
-            rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in own]
-            weight[j] = rest_weight(left, np.concatenate(rest))
+        for j, joint in enumerate(zip(*equations, strict=True)):
+            error = np.concatenate([(e.y - e.W @ X) / e.scale for e in joint])
+            rest = [np.zeros(len(e.y), bool) if e.rest is None else e.rest for e in joint]
+            weight[j] = rest_weight(error, np.concatenate(rest))
     return replace(band, rests=replace(band.rests, weight=tuple(weight)))
 
 
@@ -112,7 +112,7 @@ def choose_band(
     logs: Sequence[Samples],
     cutoff: float | None = None,
     *,
-    own_speeds: bool = False,
+    measured_speeds: bool = False,
     threads: int = 1,
 ) -> Band:
     """Choose the band of a run from its training logs.
@@ -121,7 +121,7 @@ def choose_band(
         evaluator: the compiled model, with torque_regressor.
         logs: the training logs.
         cutoff: cutoff of the filter, Hz; None to choose it.
-        own_speeds: whether to always use measured speeds, as instrumental variables need.
+        measured_speeds: whether to always use measured speeds, as instrumental variables need.
         threads: number of threads that try cutoffs.
 
     Raises:
@@ -141,7 +141,7 @@ def choose_band(
         grid = [hz for hz in grid if hz < OPEN * rate]
         # no filter: the sampling rate is low
         grid += [start.cutoff_hz] if len(grid) < len(CUTOFFS) else []
-    kinds = [velocity] if own_speeds or not measured else ["measured", "derived"]
+    kinds = [velocity] if measured_speeds or not measured else ["measured", "derived"]
     if len(grid) == len(kinds) == 1:
         return weigh_rests(evaluator, logs, start)
 
@@ -185,8 +185,8 @@ def channel_noise(x: FloatArray) -> FloatArray:
 
 def _best(errors: Sequence[FloatArray]) -> tuple[int, int]:
     """Return the kind of speed and the cutoff with the smallest error, (kinds, B, m) each."""
-    whole = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
-    kind, k = np.unravel_index(whole.argmin(), whole.shape)
+    total = np.stack([e.sum(axis=(1, 2)) for e in errors], axis=1)
+    kind, k = np.unravel_index(total.argmin(), total.shape)
     return int(kind), int(k)
 
 
@@ -221,12 +221,12 @@ def _errors(
     Each block of time is predicted by a fit without its fold. Bands may differ in their speeds
     only.
     """
-    found: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
+    parts: list[list[tuple[Equations, ...]]] = [[] for _ in bands]
     for s, torque in zip(logs, measured, strict=True):
         q = None
-        for out, band in reversed(list(zip(found, bands, strict=True))):  # derived speeds first
+        for out, band in reversed(list(zip(parts, bands, strict=True))):  # derived speeds first
             log = filter_log(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, measured=torque)
             require_left(s, equations, evaluator.model.robot)
             out.append(equations)
-    return [block_errors(t, t) for t in map(block_summary, found)]
+    return [block_errors(t, t) for t in map(block_summary, parts)]

@@ -68,32 +68,32 @@ class Decimation:
         return -(-self.samples // self.stride)
 
     def filtered(
-        self, values: Callable[[int, int], FloatArray], together: int = BLOCK
+        self, values: Callable[[int, int], FloatArray], block_size: int = BLOCK
     ) -> FloatArray:
         """Return the output of the low-pass at the kept samples, (K, ...), with one evaluation a
         node.
 
         Args:
             values: returns the values at nodes first to last (exclusive), (last - first, ...).
-            together: approximate number of nodes to evaluate at once.
+            block_size: approximate number of nodes to evaluate at once.
         """
         if self.cutoff is None:
-            blocks = range(0, self.samples, together)
-            return np.concatenate([values(k, min(k + together, self.samples)) for k in blocks])
+            blocks = range(0, self.samples, block_size)
+            return np.concatenate([values(k, min(k + block_size, self.samples)) for k in blocks])
         kept = self.kept
         reach = min(math.ceil(TAIL / (self.cutoff * self.step)), self.samples - 1)
         beyond = min(reach // self.stride, self.nodes - 1)  # nodes that extend an end
         window = end_window(self.stride * self.step, self.cutoff)
         period = self.every // math.gcd(self.every, self.stride)
         # the next block has the same position among the kept samples
-        block = period * max(1, together // period)
+        block = period * max(1, block_size // period)
         begin = min(block * -(-max(beyond + 1, window) // block), self.nodes)
         edges = [0, *range(begin, self.nodes, block), self.nodes]
         inside, lowest, done = np.zeros((0, 1)), 0, 0  # values from node `lowest` on
         smooth = []
         for first, last in pairwise(edges):
-            found = values(first, last)
-            flat = found.reshape(len(found), -1)
+            block_values = values(first, last)
+            flat = block_values.reshape(len(block_values), -1)
             if first == 0:
                 inside, lowest = continuation(flat, beyond, window), -beyond
             inside = np.concatenate([inside, flat])
@@ -109,7 +109,7 @@ class Decimation:
                 needed = -(-(int(kept[done]) - reach) // self.stride)
                 past = max(needed - lowest, 0)
                 inside, lowest = inside[past:], lowest + past
-        return np.concatenate(smooth).reshape(len(kept), *found.shape[1:])
+        return np.concatenate(smooth).reshape(len(kept), *block_values.shape[1:])
 
 
 @lru_cache(maxsize=64)

@@ -166,11 +166,11 @@ class Prior:
         if not (np.isfinite(self.mean).all() and (self.std > 0).all()):
             raise IdentificationError("the prior's means are not finite, or a std is not above 0")
         parts = summaries(system)
-        own = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
+        prior_rows = np.column_stack([np.diag(1 / self.std), self.mean / self.std])
         X = np.zeros_like(self.mean)  # the first deviation is that of y
         for _ in range(_PASSES_OF_A_PRIOR):
             weights = residual_weights(parts, X) / np.sqrt([max(s.correlation, 1) for s in parts])
-            rows = [*(s.factor for s in parts), own]
+            rows = [*(s.factor for s in parts), prior_rows]
             X, scale, R = merged(rows, np.append(weights, 1.0), system.names)
         meat = sum_of_scores(system, parts, weights, X)
         solution = least_squares_solution(parts, weights, (X, scale, R), meat)
@@ -212,18 +212,18 @@ class TotalLeastSquares:
         p = len(system.names)
         parts = summaries(system)
         weights, (_, scale, _) = log_weights(parts, system.names)
-        whole = weighted_triangle((s.factor for s in parts), weights)
-        noise = self._noise(scale, float(np.linalg.norm(whole[:, p])), p)
-        X = _orthogonal(whole, noise)
+        factor = weighted_triangle((s.factor for s in parts), weights)
+        noise = self._noise(scale, float(np.linalg.norm(factor[:, p])), p)
+        X = _orthogonal(factor, noise)
         C = noise**2
         growth = 1 + float(C @ X**2)
         errors = [w * (e.y - e.W @ X) for w, e in zip(weights, system.logs, strict=True)]
-        own = [
+        scores = [
             x[:, None] * (w * e.W + np.outer(x, C * X / growth))
             for x, w, e in zip(errors, weights, system.logs, strict=True)
         ]
         rss = sum(float(x @ x) for x in errors)
-        information = whole[:p, :p].T @ whole[:p, :p] - rss / growth * np.diag(C)
+        information = factor[:p, :p].T @ factor[:p, :p] - rss / growth * np.diag(C)
         unit = np.outer(scale, scale)
         values = np.linalg.eigvalsh(information / unit)
         if not values[0] > 0:
@@ -232,7 +232,7 @@ class TotalLeastSquares:
                 "least excited parameters; accepted: a richer motion, or method wls or iv"
             )
         bread = np.linalg.inv(information / unit) / unit
-        meat = summed_scores(own, parts)
+        meat = summed_scores(scores, parts)
         covariances = robust_covariance(X, bread, meat, parts, weights)
         root = float(np.sqrt(values[-1] / values[0]))
         return Solution(X, *covariances, root, tuple(map(float, weights)))
@@ -246,10 +246,10 @@ class TotalLeastSquares:
         return noise
 
 
-def _orthogonal(whole: FloatArray, noise: FloatArray) -> FloatArray:
+def _orthogonal(factor: FloatArray, noise: FloatArray) -> FloatArray:
     """Solve the triangular [W y] by the vector with the smallest residual for its errors."""
-    norms = column_norms(whole)
-    R, errors = whole / norms, np.append(noise, 1.0) / norms
+    norms = column_norms(factor)
+    R, errors = factor / norms, np.append(noise, 1.0) / norms
     R[-1, -1] = max(abs(R[-1, -1]), 1e-300)
     inverse = np.linalg.inv(R)
     _, _, right = np.linalg.svd(errors[:, None] * inverse)

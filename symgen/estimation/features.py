@@ -54,11 +54,11 @@ class Features:
 
     def __call__(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the functions at states (K, n), (K, n, 2 WAVES); the sum of their squares is 1."""
-        whole, own, sizes, _ = _drawn(len(self.size))
+        smooth_waves, friction_waves, sizes, _ = _drawn(len(self.size))
         x = (np.hstack([q, qd]) - self.middle) * self.scale
         # Single precision makes sines five times as fast, and the functions are random anyway.
-        smooth = (x @ whole).astype(np.float32)[:, None]  # the same for all joints
-        rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), own).astype(np.float32)
+        smooth = (x @ smooth_waves).astype(np.float32)[:, None]  # the same for all joints
+        rubs = np.einsum("kcj,cw->kjw", x.reshape(len(x), 2, -1), friction_waves).astype(np.float32)
         m = smooth.shape[2]
         jumps = np.sign(qd)[:, :, None] * sizes[m:]
         out: FloatArray = np.empty((*q.shape, 2, len(sizes)))
@@ -70,8 +70,8 @@ class Features:
     def powers(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Return the power of the functions, (K, 1, 2 WAVES): each is a torque in its direction."""
         *_, torques = _drawn(len(self.size))
-        found = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
-        return np.asarray(found[:, None])
+        powers = np.einsum("kjm,kj,jm->km", self(q, qd), qd * self.size, torques)
+        return np.asarray(powers[:, None])
 
     def in_band(self, modelled: Callable[[Any], FloatArray]) -> FloatArray:
         """Return the functions in the comparison band, (K, n, 2 WAVES).

@@ -92,8 +92,8 @@ class FilteredLog:
         rests = self.band.rests
         if rests is None:
             return None
-        found = resting(self.samples.q, self.step, np.array(rests.slow))
-        return found if found.any() else None
+        at_rest = resting(self.samples.q, self.step, np.array(rests.slow))
+        return at_rest if at_rest.any() else None
 
     def nodes(self, stride: int) -> tuple[FloatArray, FloatArray]:
         """Return positions and speeds of every `stride`-th sample."""
@@ -201,14 +201,14 @@ class FilteredLog:
     def modelled(
         self,
         model: Callable[..., FloatArray],
-        together: int = BLOCK,
+        block_size: int = BLOCK,
         stride: int | None = None,
     ) -> FloatArray:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
             model: from the arrays of `motion`, (k, n) each, to (k, ...).
-            together: approximate number of nodes to evaluate at once.
+            block_size: approximate number of nodes to evaluate at once.
             stride: samples from node to node; None for `FilteredLog.stride`.
         """
         rows = self.rows if stride is None else replace(self.rows, stride=stride)
@@ -216,10 +216,10 @@ class FilteredLog:
 
         def at(first: int, last: int) -> FloatArray:
             nodes = slice(first * every, (last - 1) * every + 1, every)
-            found = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
-            return found if self.weight is None else _weighed(found, self.weight[nodes])
+            modelled = model(*(np.ascontiguousarray(x[nodes]) for x in self.motion))
+            return modelled if self.weight is None else _weighed(modelled, self.weight[nodes])
 
-        return rows.filtered(at, together)
+        return rows.filtered(at, block_size)
 
     @cached_property
     def resting(self) -> Bools | None:
@@ -246,10 +246,10 @@ class FilteredLog:
         """Whether a kept sample of a joint is out of the reach of the mask, (K, n)."""
         if self.weight is None:
             return np.ones((len(self.kept), self.q.shape[1]), dtype=bool)
-        left = self.weight
+        weight = self.weight
         if self.rows.cutoff is None:
-            return left[self.kept] > _HARDLY
-        return lowpass(left, self.step, self.rows.cutoff)[self.kept] > _HARDLY
+            return weight[self.kept] > _HARDLY
+        return lowpass(weight, self.step, self.rows.cutoff)[self.kept] > _HARDLY
 
 
 def kept_spans(logs: Sequence[FilteredLog]) -> list[slice]:

@@ -57,9 +57,9 @@ def noise_floor(
     high = error - lowpass(error, log.step, above)
     variance = white_noise(high, log.step, above, log.clear) ** 2 * band * 2 * log.step
     if edge is not None:
-        carried = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
-        rows = np.ones(carried.shape, dtype=bool) if counts is None else counts
-        variance += np.sum(rows * carried**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
+        change = log.unmasked.compared(model(_shaken(log, edge)) - model(log))
+        rows = np.ones(change.shape, dtype=bool) if counts is None else counts
+        variance += np.sum(rows * change**2, axis=0) / np.maximum(rows.sum(axis=0), 1)
     variance[_filtered(log, band)] = np.nan
     return np.asarray(np.sqrt(variance))
 

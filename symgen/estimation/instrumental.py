@@ -242,12 +242,12 @@ def bias_of_least_squares(
     known = (spread < KNOWN * size) & (moves > _MATERIAL * size)
     certain = any(test.p_value < LEVEL for test in other.endogeneity)
     ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
-    worst = int(np.argmax(ratio))
-    if not certain or ratio[worst] <= BEYOND:
+    largest = int(np.argmax(ratio))
+    if not certain or ratio[largest] <= BEYOND:
         return compared, ""
     return compared, (
-        f"plain least squares is biased by noise in the speeds: {system.names[worst]} by "
-        f"{ratio[worst]:.2g} std, {percent(moves[worst] / size[worst])}; compare method iv"
+        f"plain least squares is biased by noise in the speeds: {system.names[largest]} by "
+        f"{ratio[largest]:.2g} std, {percent(moves[largest] / size[largest])}; compare method iv"
     )
 
 

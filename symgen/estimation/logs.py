@@ -12,7 +12,7 @@ import numpy as np
 
 from symgen.data.columns import another_number
 from symgen.data.drive import joint_side, with_servo_torques
-from symgen.data.log import MIN_SAMPLES, Log, cut, given_roles, read_log
+from symgen.data.log import MIN_SAMPLES, Log, cut, read_log, roles_with_unit
 from symgen.data.long_logs import Source as Source
 from symgen.data.raw import IMU, Reading, read_only, refuse
 from symgen.data.signals import Samples
@@ -125,7 +125,7 @@ def _require_within(log: Log, robot: Robot, reading: Reading) -> None:
                 "ones in the robot file"
             )
             refuse(what, side if log.mapped else plain)
-    if log.qd is None or "qd" in given_roles(reading):
+    if log.qd is None or "qd" in roles_with_unit(reading):
         return
     for j, limit in enumerate(limits.velocity or ()):
         usual = float(np.quantile(np.abs(log.qd[:, j]), _USUALLY))
@@ -162,7 +162,7 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
     Raises:
         LogError: a log is too short.
     """
-    train, held = [], []
+    train, held_out = [], []
     for s in logs:
         cut = held_from(len(s.t))
         if len(s.t) - cut < MIN_SAMPLES:
@@ -172,16 +172,16 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
             )
         train.append(s.cut(slice(None, cut)))
         late = s.cut(slice(cut, None))
-        held.append(replace(late, name=f"{s.name}{LATE}", notes=()))
-    return train, held
+        held_out.append(replace(late, name=f"{s.name}{LATE}", notes=()))
+    return train, held_out
 
 
-def require_other_data(train: Sequence[Samples], held: Sequence[Samples]) -> None:
+def require_other_data(train: Sequence[Samples], held_out: Sequence[Samples]) -> None:
     """Raise LogError if a log appears twice: it would validate nothing, or count double."""
     known: dict[str, str] = {}
     for kind, logs, accepted in (
         ("training", train, "each log once"),
-        ("validation", held, "another log, or none (the last fifth is held out then)"),
+        ("validation", held_out, "another log, or none (the last fifth is held out then)"),
     ):
         for samples in logs:
             key = samples_digest(samples)

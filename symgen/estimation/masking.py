@@ -33,13 +33,13 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         LogError: fewer than 10 samples of a joint remain.
     """
     joint = np.zeros(samples.q.shape, dtype=bool)
-    whole = np.zeros(len(samples.t), dtype=bool)
+    all_joints = np.zeros(len(samples.t), dtype=bool)
     notes = []
     if "rest" in kinds:
         slow = rest_speeds([samples], robot.sigma)
         rest, still = resting(samples.q, samples.step, slow), slow < 0
         if not still.all():
-            whole |= rest[:, ~still].all(axis=1)
+            all_joints |= rest[:, ~still].all(axis=1)
         joint |= rest
         what = _shares(rest, robot, "at rest")
         if still.any():
@@ -50,18 +50,18 @@ def masked(samples: Samples, log: Log, robot: Robot, kinds: Sequence[str]) -> Sa
         limits = None if robot.limits is None else robot.limits.torque
         ratio = None if robot.drive is None else robot.drive.ratio
         high = on_grid(saturated(log.tau, limits, ratio), log.t, samples.t)
-        whole |= high.any(axis=1)
+        all_joints |= high.any(axis=1)
         joint |= high
         known = "at a limit of [limits] or stuck" if limits is not None else "stuck"
         notes.append(_shares(high, robot, f"in saturation ({known} at its extreme)"))
-    for j, left in enumerate((~joint).sum(axis=0)):
-        if left < MIN_SAMPLES:
+    for j, count in enumerate((~joint).sum(axis=0)):
+        if count < MIN_SAMPLES:
             raise LogError(
-                f"{samples.name}: --mask leaves {left} of {len(samples.t)} samples of "
+                f"{samples.name}: --mask leaves {count} of {len(samples.t)} samples of "
                 f"{robot.listed([j])}; accepted: at least {MIN_SAMPLES}"
             )
-    said = tuple(f"{samples.name}: masked {note}" for note in notes)
-    return replace(samples.masked(joint, whole), notes=(*samples.notes, *said))
+    texts = tuple(f"{samples.name}: masked {note}" for note in notes)
+    return replace(samples.masked(joint, all_joints), notes=(*samples.notes, *texts))
 
 
 def _shares(flags: Bools, robot: Robot, what: str) -> str:

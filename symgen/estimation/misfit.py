@@ -57,14 +57,14 @@ class Products:
             weight: weight of its rows.
             cross: Z'[Z F] of unweighted instruments Z; None without any.
         """
-        own = s.factor.T @ s.factor
-        p = len(own) - 1
+        products = s.factor.T @ s.factor
+        p = len(products) - 1
         F = np.zeros((0, p + 1)) if s.features is None else s.features
         WF, FF, Fy = np.split(F, [p, p + len(F)], axis=1)
         rows = [
-            [own[:p, :p], WF.T, own[:p, p:]],
+            [products[:p, :p], WF.T, products[:p, p:]],
             [WF, FF, Fy],
-            [own[p:, :p], Fy.T, own[p:, p:]],
+            [products[p:, :p], Fy.T, products[p:, p:]],
         ]
         gram = np.block(rows)
         cross = gram[:p, :-1] if cross is None else cross
@@ -98,19 +98,19 @@ def covariances(
     for part in parts:
         known[part.joint] = known[part.joint] + part if part.joint in known else part
     joints, p = list(known.values()), len(bread)
-    noise = [noise_variance(own) for own in joints]
-    scatter = sum(v * own.cross[:, :p] for v, own in zip(noise, joints, strict=True))
+    noise = [noise_variance(products) for products in joints]
+    scatter = sum(v * products.cross[:, :p] for v, products in zip(noise, joints, strict=True))
     white = bread @ scatter @ bread.T
-    moves = [bread @ own.cross[:, p:] for own in joints]
+    moves = [bread @ products.cross[:, p:] for products in joints]
     misfit = np.zeros((len(joints), p, p))
     for _ in range(_SWEEPS if moves[0].size else 0):
-        for j, (own, moved) in enumerate(zip(joints, moves, strict=True)):
+        for j, (products, moved) in enumerate(zip(joints, moves, strict=True)):
             others = white + misfit.sum(axis=0) - misfit[j]
-            misfit[j] = (moved * misfit_variances(own, X, moved, noise[j], others)) @ moved.T
+            misfit[j] = (moved * misfit_variances(products, X, moved, noise[j], others)) @ moved.T
     return white, misfit.sum(axis=0)
 
 
-def noise_variance(own: Products) -> float:
+def noise_variance(products: Products) -> float:
     """Return the noise variance sigma^2 of a joint by restricted likelihood; its rows count once.
 
     W leaves a residual of y and of F. With l_k the eigenvalues of F'F of this residual and z_k the
@@ -118,22 +118,22 @@ def noise_variance(own: Products) -> float:
     does not explain either has the variance sigma^2. s and sigma maximise the likelihood. The
     result is 0.0 if W and F explain y exactly.
     """
-    p = len(own.cross)
-    scale = np.sqrt(np.diag(own.gram)[:p])
+    p = len(products.cross)
+    scale = np.sqrt(np.diag(products.gram)[:p])
     scale = np.where(scale > 0, scale, np.inf)
-    values, vectors = np.linalg.eigh(own.gram[:p, :p] / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(products.gram[:p, :p] / np.outer(scale, scale))
     kept = values > _RANK * values[-1]
     basis = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]
-    said = basis.T @ own.gram[:p, p:]
-    left = own.gram[p:, p:] - said.T @ said
-    shown, directions = np.linalg.eigh(left[:-1, :-1])
-    seen = shown > _ROUNDING * np.trace(own.gram[p:-1, p:-1])
-    shown = shown[seen]
-    z2 = (directions.T @ left[:-1, -1])[seen] ** 2 / shown
-    free = own.independent * max(1 - (int(kept.sum()) + len(z2)) / max(own.rows, 1), 0.0)
+    projected = basis.T @ products.gram[:p, p:]
+    residual = products.gram[p:, p:] - projected.T @ projected
+    shown, directions = np.linalg.eigh(residual[:-1, :-1])
+    nonzero = shown > _ROUNDING * np.trace(products.gram[p:-1, p:-1])
+    shown = shown[nonzero]
+    z2 = (directions.T @ residual[:-1, -1])[nonzero] ** 2 / shown
+    free = products.independent * max(1 - (int(kept.sum()) + len(z2)) / max(products.rows, 1), 0.0)
     if free + len(z2) == 0:
         return 0.0
-    rest = max(float(left[-1, -1] - z2.sum()), 0.0)
+    rest = max(float(residual[-1, -1] - z2.sum()), 0.0)
     spread = 1 + np.outer(np.append(0.0, _RATIOS), shown / shown.max(initial=0.0))
     sigma2 = np.maximum((np.sum(z2 / spread, axis=1) + rest) / (free + len(z2)), 1e-300)
     likely = np.log(spread).sum(axis=1) + (free + len(z2)) * np.log(sigma2)
@@ -141,7 +141,7 @@ def noise_variance(own: Products) -> float:
 
 
 def misfit_variances(
-    own: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
+    products: Products, X: FloatArray, moved: FloatArray, noise: float, others: FloatArray
 ) -> FloatArray:
     """Return the misfit variances s_k^2 at a joint, (m,): their mean over the likelihood.
 
@@ -153,28 +153,28 @@ def misfit_variances(
     with the largest misfit.
 
     Args:
-        own: products of the joint.
+        products: products of the joint.
         X: the estimate, (p,).
         moved: A W'F, the change of X from the misfit, (p, m).
         noise: sigma^2 of the joint.
         others: covariance of X from noise and from the misfit of other joints, (p, p).
     """
     p = len(X)
-    G, FW, u = own.gram[p:-1, p:-1], own.gram[p:-1, :p], own.gram[p:-1, -1]
+    G, FW, u = products.gram[p:-1, p:-1], products.gram[p:-1, :p], products.gram[p:-1, -1]
     moves = FW @ moved
     V = noise * (G - moves - moves.T) + FW @ others @ FW.T
     values, vectors = np.linalg.eigh(V)
-    seen = values > _SHOWN * noise * np.trace(G)
-    if not seen.any():
+    nonzero = values > _SHOWN * noise * np.trace(G)
+    if not nonzero.any():
         return np.zeros(len(u))
-    whiten = (vectors[:, seen] / np.sqrt(values[seen])).T
-    left, N = whiten @ (u - FW @ X), whiten @ (G - moves)
+    whiten = (vectors[:, nonzero] / np.sqrt(values[nonzero])).T
+    residual, N = whiten @ (u - FW @ X), whiten @ (G - moves)
     sizes, fits = [], []
     for D in mixtures():
         directions, shown, _ = np.linalg.svd(N * np.sqrt(D))
         if not shown[0]:
             continue  # a joint at rest has no friction
-        z2, shown = (directions.T @ left) ** 2, np.square(shown)
+        z2, shown = (directions.T @ residual) ** 2, np.square(shown)
         spread = 1 + np.outer(_RATIOS, shown / shown[0])
         fits.append(-0.5 * np.sum(np.log(spread) + z2 / spread, axis=1))
         sizes.append(_RATIOS[:, None] / shown[0] * D)

@@ -120,10 +120,10 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
 
 def _starts(log: FilteredLog, seconds: float, most: int) -> list[int]:
     rows = round(seconds / log.step)
-    whole = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
-    if not whole:
+    clear = [(a, b) for a, b in spans(np.all(log.clear, axis=1)) if b - a > rows]
+    if not clear:
         return []
-    every = np.concatenate([np.arange(a, b - rows) for a, b in whole])
+    every = np.concatenate([np.arange(a, b - rows) for a, b in clear])
     count = min(most, max(1, len(every) // rows))
     return [int(k) for k in every[np.linspace(0, len(every) - 1, count).astype(int)]]
 

@@ -64,8 +64,8 @@ def with_the_others_zero(part: Solution, kept: Sequence[int], p: int) -> Solutio
     """Return the solution of some of p columns as one of all; the others are 0, without a std."""
     X, parts = np.zeros(p), np.zeros((2, p, p))
     X[list(kept)] = part.X
-    for own, whole in zip((part.noise, part.misfit), parts, strict=True):
-        whole[np.ix_(kept, kept)] = own
+    for some, all_columns in zip((part.noise, part.misfit), parts, strict=True):
+        all_columns[np.ix_(kept, kept)] = some
     return replace(part, X=X, noise=parts[0], misfit=parts[1])
 
 
@@ -95,13 +95,13 @@ def merged(parts: Iterable[FloatArray], weights: FloatArray, names: tuple[str, .
     Raises:
         IdentificationError: the data do not determine the parameters; the message says which.
     """
-    p, whole = len(names), weighted_triangle(parts, weights)
-    scale = column_norms(whole[:, :p])
-    R = whole[:p, :p] / scale
+    p, factor = len(names), weighted_triangle(parts, weights)
+    scale = column_norms(factor[:, :p])
+    R = factor[:p, :p] / scale
     lost = undetermined(R, names)
     if lost:
         raise IdentificationError(lost)
-    X: FloatArray = np.linalg.solve(R, whole[:p, p]) / scale
+    X: FloatArray = np.linalg.solve(R, factor[:p, p]) / scale
     return X, scale, R
 
 
@@ -286,8 +286,8 @@ def identifiable_columns(W: FloatArray, noise: FloatArray | None = None) -> Iden
     kept: list[int] = []
     for k in np.flatnonzero(R.any(axis=0)).tolist():
         tried = [*kept, k]
-        whole = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
-        if np.linalg.svd(whole, compute_uv=False)[-1] > 1:
+        ratio = R[:, tried] @ np.linalg.inv(triangle(E[:, tried]))
+        if np.linalg.svd(ratio, compute_uv=False)[-1] > 1:
             kept.append(k)
     open_ = np.linalg.norm(_null_space(R, E), axis=0)
     return IdentifiableColumns(kept, [k for k in kept if open_[k] <= _SHARE])

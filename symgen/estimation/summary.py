@@ -176,8 +176,8 @@ class Blocks:
         X: FloatArray = np.zeros(grams.shape[-1] - 1)
         for _ in range(_ROUNDS):
             X = solve_gram(np.einsum("j,jab->ab", 1 / variance, grams))
-            left = residual_squares(grams, X) / np.maximum(rows, 1.0)
-            variance = bounded_deviation(np.maximum(left, 1e-12 * least), squares)
+            residual = residual_squares(grams, X) / np.maximum(rows, 1.0)
+            variance = bounded_deviation(np.maximum(residual, 1e-12 * least), squares)
         return X
 
     def errors(self, blocks: Sequence[int], X: FloatArray) -> FloatArray:
@@ -246,9 +246,9 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
                 np.clip((x * BLOCKS).astype(int), 0, BLOCKS - 1)
                 for x in (place - reach / total, place)
             )
-            whole = np.column_stack([e.W, e.y])
+            rows = np.column_stack([e.W, e.y])
             for b in np.unique(last):
-                inside = whole[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
+                inside = rows[np.searchsorted(first, b) : np.searchsorted(last, b, side="right")]
                 grams[b, j] += inside.T @ inside
                 count[b, j] += len(inside)
         before += end - start

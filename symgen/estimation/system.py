@@ -153,8 +153,8 @@ def joint_equations(
     """
     out = []
     for j, torque in enumerate(y.T):
-        own = None if features is None else features[j]
-        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=own)
+        F = None if features is None else features[j]
+        e = Equations(log.name, np.ascontiguousarray(W[j]), torque, t, correlation, j, features=F)
         if rests is not None and rests[:, j].any():
             assert log.band.rests is not None  # None only if no joint rests
             e = replace(e, rest=rests[:, j]).with_rest_weight(log.band.rests.weight[j])

@@ -114,20 +114,20 @@ def relative_error(error: FloatArray, size: FloatArray, by_joint: bool = True) -
         error, size: (m,) sums of squares.
         by_joint: whether there is one sum for each joint.
     """
-    whole = max(float(size.sum()), 1e-300)
-    total = math.sqrt(float(error.sum()) / whole)
-    each = np.sqrt(error / np.where(size > 0, size, whole))
+    total_size = max(float(size.sum()), 1e-300)
+    total = math.sqrt(float(error.sum()) / total_size)
+    each = np.sqrt(error / np.where(size > 0, size, total_size))
     return Residual(total, tuple(map(float, each)) if by_joint else None)
 
 
 def equation_residual(parts: Sequence[Equations | Summary], X: FloatArray) -> Residual:
     """Return ||y - W X|| / ||y|| of equations or their summaries, total and by joint."""
     # only once, since parts may be files
-    found = [(part.joint, part.rss(X), part.square) for part in parts]
-    sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in found)))
-    for joint, error, size in found:
+    residuals = [(part.joint, part.rss(X), part.square) for part in parts]
+    sums = np.zeros((2, 1 + max(joint or 0 for joint, _, _ in residuals)))
+    for joint, error, size in residuals:
         sums[:, joint or 0] += error, size
-    return relative_error(sums[0], sums[1], found[0][0] is not None)
+    return relative_error(sums[0], sums[1], residuals[0][0] is not None)
 
 
 def modelled_torque(evaluator: Evaluator, log: FilteredLog, X: FloatArray) -> FloatArray:

@@ -101,6 +101,6 @@ def window_rows(terms: Terms, q: FloatArray, qd: FloatArray, w: Windows, step: f
 def _chunks(nodes: int, steps: int, hop: int) -> Iterator[Places]:
     """Yield the window ends chunk by chunk, as node numbers."""
     last = np.arange(steps, nodes, hop)
-    together = max(1, max(BLOCK, 2 * steps) // hop)
-    for first in range(0, len(last), together):
-        yield last[first : first + together]
+    count = max(1, max(BLOCK, 2 * steps) // hop)
+    for first in range(0, len(last), count):
+        yield last[first : first + count]

@@ -136,10 +136,10 @@ def bounds(robot: Robot) -> Bounds:
     return Bounds(low, high, np.array(tops[1:4]), tops[4], numbers)
 
 
-def worst(found: Iterable[LimitUse]) -> tuple[LimitUse, ...]:
+def largest_uses(uses: Iterable[LimitUse]) -> tuple[LimitUse, ...]:
     """Return the largest use of every limit of every joint over several runs."""
     out: dict[tuple[str, int], LimitUse] = {}
-    for use in found:
+    for use in uses:
         key = use.limit, use.joint
         out[key] = max(out.get(key, use), use, key=lambda u: u.share)
     return tuple(out.values())

@@ -32,8 +32,8 @@ from symgen.experiment.bounds import (
     Cell,
     LimitUse,
     bounds,
+    largest_uses,
     space,
-    worst,
 )
 from symgen.experiment.plan import Plan, binding_text, geometric_mean
 from symgen.experiment.search import SHRUNK, Clock, MotionCandidate, Objective, grid, largest_share
@@ -163,10 +163,10 @@ def _checked(objective: Objective, best: MotionCandidate) -> Checked:
     runs: list[Trajectory] = []
     uses: list[LimitUse] = []
     for run in best.runs:
-        found = fine.fitted(run.z)
-        runs.append(fine.space.trajectory(found.z, fine.sampled))
-        uses += [*fine.limits.uses(found.motion), *fine.uses(found.motion)]
-    return Checked(tuple(runs), worst(uses))
+        fitted = fine.fitted(run.z)
+        runs.append(fine.space.trajectory(fitted.z, fine.sampled))
+        uses += [*fine.limits.uses(fitted.motion), *fine.uses(fitted.motion)]
+    return Checked(tuple(runs), largest_uses(uses))
 
 
 def _scale(objective: Objective, torque: FloatArray) -> FloatArray:
@@ -231,10 +231,10 @@ def excite(
     source = read_robot(robot).at_rest()
     require_gravity(source, "an excitation")
     require_model(source, model)
-    given = limits or Limits()
-    source = replace(source, limits=given.over(source.limits))
+    passed = limits or Limits()
+    source = replace(source, limits=passed.over(source.limits))
     allowed = bounds(source)
-    notes = _require_prior(parameters, allowed, asked=given.torque is not None)
+    notes = _require_prior(parameters, allowed, requested=passed.torque is not None)
     progress("deriving and compiling the model")
     fence = source.limits if source.limits is not None and source.limits.cell else None
     every = [EquationModel(name, window) for name in _MODELS]
@@ -260,7 +260,7 @@ def excite(
     ended = 0
     with clock.listening():
         for k in range(search.searches):
-            if k and clock.left <= 0:
+            if k and clock.remaining <= 0:
                 break
             draw = np.random.default_rng([search.seed, k])
             first = objective.drawn(draw)
@@ -268,7 +268,7 @@ def excite(
                 scale = _scale(objective, objective.torque(first))
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: begins at {_text(first, scale)}")
             last = objective.improved(first, draw, search.iterations, clock)
-            ended += clock.left > 0
+            ended += clock.remaining > 0
             reached.append((first, last))
             meter((k + 1) / search.searches)
             progress(f"{clock.elapsed:5.1f} s  search {k + 1}: reaches {_text(last, scale)}")
@@ -313,21 +313,21 @@ def excite(
 
 
 def _require_prior(
-    parameters: str | Path | None, limits: Bounds, *, asked: bool
+    parameters: str | Path | None, limits: Bounds, *, requested: bool
 ) -> tuple[str, ...]:
     """Return a note if torque limits of the robot are not checked without a prior model.
 
     Args:
         parameters: file of the prior model, or None.
         limits: limits of the joints.
-        asked: whether the caller passed torque limits.
+        requested: whether the caller passed torque limits.
 
     Raises:
         ParameterError: the caller passed torque limits without a prior model.
     """
     if parameters is not None:
         return ()
-    if asked:
+    if requested:
         raise ParameterError(
             "limits of torque need a prior model; accepted: parameters as well (estimate.json, or "
             "TOML with [parameters])"

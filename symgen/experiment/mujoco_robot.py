@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symgen.data.raw import FloatArray
-from symgen.errors import RobotError, first_of, located, told_by
+from symgen.errors import RobotError, first_of, located, message_of
 from symgen.runtime.simulate import Law
 
 _HOLDING = 1e9  # kg m2 or kg: armature of a locked joint
@@ -53,8 +53,8 @@ class MujocoRobot:
             if not np.isin(free, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
                 raise RobotError("a joint of the log is neither hinge nor slide; accepted: these")
         self._q, self._v = m.jnt_qposadr[places], m.jnt_dofadr[places]
-        held = np.setdiff1d(np.arange(m.nv), self._v)
-        m.dof_armature[held] = _HOLDING
+        locked = np.setdiff1d(np.arange(m.nv), self._v)
+        m.dof_armature[locked] = _HOLDING
         off = mujoco.mjtDisableBit
         m.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_ACTUATION
         m.opt.timestep = min(float(m.opt.timestep), _FINEST)
@@ -103,4 +103,6 @@ def _compiled(mujoco: Any, path: Path) -> Any:
                 spec.delete(mesh)
             return spec.compile()
     except (ValueError, OSError) as error:
-        raise RobotError(f"MuJoCo refuses it: {told_by(error)}; accepted: URDF or MJCF") from error
+        raise RobotError(
+            f"MuJoCo refuses it: {message_of(error)}; accepted: URDF or MJCF"
+        ) from error

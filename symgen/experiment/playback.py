@@ -95,8 +95,8 @@ class SimulationComparison(Viewable):
 
     def __repr__(self) -> str:
         """Return the files with their errors."""
-        told = ", ".join(f"{f.file} {percent(f.horizons[-1].position_error)}" for f in self.files)
-        return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {told}>"
+        errors = ", ".join(f"{f.file} {percent(f.horizons[-1].position_error)}" for f in self.files)
+        return f"<SimulationComparison after {self.files[0].horizons[-1].seconds:g} s: {errors}>"
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of simulation.json."""
@@ -146,37 +146,37 @@ def compare_simulations(
     names = [joint.name for joint in source.movable]
     gains = gains_of(source)
     machines = [MujocoRobot(Path(file), names) for file in files]
-    seen, notes = [], [*_without_rotors(files)]
+    filtered, notes = [], [*_without_rotors(files)]
     for log in logs:
         progress(f"reading {getattr(log, 'name', log)}")
         samples, repairs = open_samples(log, source, reading)
         rate, comparison = 1 / samples.step, comparison_band([samples])
         cutoff = min(_SMOOTH * comparison, OPEN * rate)
-        seen.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
+        filtered.append(filter_log(samples, Band(rate, cutoff, comparison, "derived")))
         notes += [*samples.notes, *(r.in_words for r in repairs)]
-    windows = windows_of(seen, _WINDOWS)
+    windows = windows_of(filtered, _WINDOWS)
     if not windows:
         raise ParameterError(
             f"compare-sim: no log has {HORIZONS[0]:g} s without a gap; accepted: longer logs"
         )
-    step = min(log.step for log in seen)
+    step = min(log.step for log in filtered)
     t = np.asarray(np.arange(round(windows[0].seconds / step) + 1) * step, dtype=np.float64)
-    found, courses = [], []
+    results, courses = [], []
     for file, machine in zip(files, machines, strict=True):
         progress(f"simulating {file}")
         courses.append(play(machine, windows, t, gains))
         horizons, diverged = position_errors(windows, t, courses[-1])
-        found.append(Simulated(Path(file).name, horizons, diverged))
+        results.append(Simulated(Path(file).name, horizons, diverged))
     shown = _typical(windows, courses[0])
     chosen = windows[shown].log
     measured = interpolated(chosen.t, chosen.q)(chosen.t[windows[shown].start] + t)
     return SimulationComparison(
         robot=source.name,
         joints=joints_of(source),
-        logs=tuple(log.name for log in seen),
+        logs=tuple(log.name for log in filtered),
         windows=len(windows),
         feedback=gains is not None,
-        files=tuple(found),
+        files=tuple(results),
         notes=tuple(dict.fromkeys(notes)),
         measured=(t, measured),
         courses=tuple(moved[shown] for moved in courses),

@@ -80,8 +80,8 @@ class Instruments:
         self, t: FloatArray, q: FloatArray, qd: FloatArray, tau: FloatArray, run: int, seed: int
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return q, qd and tau (N, n) in the log of a run, from true motion and command (N, n)."""
-        seen = self.delayed(t, q, qd, slice(0, len(t)))
-        q, qd = self.read(*seen, *self.errors(run, seed, q.shape))
+        motion = self.delayed(t, q, qd, slice(0, len(t)))
+        q, qd = self.read(*motion, *self.errors(run, seed, q.shape))
         size = self.torque_noise + self.torque_noise_relative * np.sqrt(np.mean(tau**2, axis=0))
         return q, qd, tau + size * _normal(float(np.any(size)), run, seed, _TORQUE, tau.shape)
 
@@ -109,7 +109,7 @@ class Instruments:
         return course(moved), np.where((then < t[0])[:, None], 0.0, course(moved, 1))
 
 
-def unseen_torque(size: FloatArray, run: int, seed: int, samples: int) -> FloatArray:
+def disturbance_torque(size: FloatArray, run: int, seed: int, samples: int) -> FloatArray:
     """Return torques (N, n) of unmeasured disturbances with standard deviations (n,)."""
     return size * _normal(1.0, run, seed, _DISTURBANCE, (samples, len(size)))
 
@@ -194,7 +194,7 @@ class Recording:
         if self.rate is not None and not 0 < self.rate < math.inf:
             raise ParameterError(f"simulate: rate is {self.rate:g}; accepted: above 0 Hz")
 
-    def unseen(self, n: int) -> FloatArray:
+    def disturbance_std(self, n: int) -> FloatArray:
         """Return the disturbance of each of n joints, (n,).
 
         Raises:

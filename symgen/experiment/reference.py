@@ -113,18 +113,19 @@ def reference_of(
     if isinstance(source, (Log, str, Path)):
         source = opened(source, robot)
     if source is None:
-        found = fourier(robot, **options)
+        reference = fourier(robot, **options)
     elif isinstance(source, Reference):
-        found = source
+        reference = source
     elif isinstance(source, Log):
-        found = from_log(source)
+        reference = from_log(source)
     else:
-        found = read_reference(source)
-    if found.q.shape[1] != robot.n:
+        reference = read_reference(source)
+    if reference.q.shape[1] != robot.n:
         refuse(
-            f"{found.name}: it moves {found.q.shape[1]} joints, the robot has {robot.n}", "as many"
+            f"{reference.name}: it moves {reference.q.shape[1]} joints, the robot has {robot.n}",
+            "as many",
         )
-    return found
+    return reference
 
 
 def opened(source: Log | str | Path, robot: Robot) -> Log | str | Path:
@@ -164,8 +165,8 @@ def torques_of(
         start = (aim.q[0], aim.qd[0]) if source.qd is None else (source.q[0], source.qd[0])
     else:
         name, rest = str(source), np.zeros((1, robot.n))
-        t, found = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
-        tau, start = found["tau"], (found.get("q", rest)[0], found.get("qd", rest)[0])
+        t, columns = read_columns(source, ("tau",), ("q", "qd"), "CSV with the columns t, tau1..")
+        tau, start = columns["tau"], (columns.get("q", rest)[0], columns.get("qd", rest)[0])
     if tau.shape[1] != robot.n:
         raise LogError(f"{name}: {tau.shape[1]} torques, the robot has {robot.n} joints")
     return t, tau, start
@@ -177,17 +178,17 @@ def read_reference(path: str | Path) -> Reference:
     Raises:
         LogError: the file cannot be read, or derivatives are missing and time steps vary.
     """
-    t, found = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
+    t, columns = read_columns(path, ("q",), ("qd", "qdd"), _ACCEPTED)
     step = float((t[-1] - t[0]) / (len(t) - 1))
     uniform = float(np.abs(np.diff(t) - step).max()) <= 1e-3 * step
-    if not (uniform or {"qd", "qdd"} <= found.keys()):
+    if not (uniform or {"qd", "qdd"} <= columns.keys()):
         refuse(
             f"{path}: time steps vary, and derivatives are missing",
             "qd1.. and qdd1.., or equal time steps",
         )
-    q = found["q"]
-    qd = found["qd"] if "qd" in found else differentiate(q, step)
-    qdd = found["qdd"] if "qdd" in found else differentiate(qd, step)
+    q = columns["q"]
+    qd = columns["qd"] if "qd" in columns else differentiate(q, step)
+    qdd = columns["qdd"] if "qdd" in columns else differentiate(qd, step)
     return make_reference(str(path), t, q, qd, qdd)
 
 

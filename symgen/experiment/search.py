@@ -55,7 +55,7 @@ class Clock:
         return time.perf_counter() - self.begun
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Remaining seconds; 0 after Ctrl-C."""
         return 0.0 if self.interrupted else self.end - self.elapsed
 
@@ -201,13 +201,13 @@ class Objective:
             grow: also enlarge joints that do not reach their limits.
             allowed: largest share of torque limits and cell.
         """
-        found = self._moved(self.space.fitted(z, self.sampled, grow))
+        fitted = self._moved(self.space.fitted(z, self.sampled, grow))
         for _ in range(_TRIES):
-            if found.excess <= allowed:
+            if fitted.excess <= allowed:
                 break
-            factor = max(0.5, _MARGIN * allowed / found.excess)
-            found = self._moved(factor * found.z)
-        return found
+            factor = max(0.5, _MARGIN * allowed / fitted.excess)
+            fitted = self._moved(factor * fitted.z)
+        return fitted
 
     def _moved(self, z: FloatArray) -> Fitted:
         """Return the run with coefficients z."""
@@ -216,17 +216,17 @@ class Objective:
 
     def run(self, z: FloatArray, grow: bool = False) -> CandidateRun:
         """Return the run with coefficients z, within its limits if possible."""
-        found = self.fitted(z, grow, _MARGIN)
+        fitted = self.fitted(z, grow, _MARGIN)
         p = len(self.evaluator.model.base.parameters)
         information = np.zeros((p, p))
-        if found.excess <= _MARGIN:
-            information = self.information(found.motion)
-        return CandidateRun(found.z, found.excess / _MARGIN, information)
+        if fitted.excess <= _MARGIN:
+            information = self.information(fitted.motion)
+        return CandidateRun(fitted.z, fitted.excess / _MARGIN, information)
 
-    def torque(self, found: MotionCandidate) -> FloatArray:
+    def torque(self, candidate: MotionCandidate) -> FloatArray:
         """Return the RMS torque of each parameter alone with a value of 1, (n, p)."""
         squares = []
-        for run in found.runs:
+        for run in candidate.runs:
             W = self.regressor(self.space.motion(run.z, self.sampled))
             squares.append(np.mean(W**2, axis=0))
         return np.asarray(np.sqrt(np.mean(squares, axis=0)))
@@ -248,7 +248,7 @@ class Objective:
         """
         step = _STEP
         for _ in range(iterations):
-            if clock.left <= 0 or step < _SMALLEST:
+            if clock.remaining <= 0 or step < _SMALLEST:
                 break
             k, runs = int(draw.integers(self.runs)), list(best.runs)
             z = runs[k].z.copy()

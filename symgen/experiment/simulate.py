@@ -21,9 +21,9 @@ from symgen.experiment.recording import (
     Controller,
     Instruments,
     Recording,
+    disturbance_torque,
     replay,
     tracking,
-    unseen_torque,
 )
 from symgen.experiment.reference import Reference, as_csv, reference_of, torques_of
 from symgen.identification.parameters import base_values, read_parameters
@@ -75,7 +75,7 @@ class Simulation:
         """Number of runs."""
         return len(self.q_log)
 
-    def seen_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
+    def recorded_by(self, instruments: Instruments, runs: range, seed: int) -> Simulation:
         """Return the same motions, recorded by other instruments.
 
         Args:
@@ -246,7 +246,7 @@ def simulate(
             f"simulate: {len(numbers)} runs of {len(t)} samples and {source.n} joints would fill "
             f"the memory; accepted: up to {_MOST // (len(t) * source.n)} runs at a time"
         )
-    measured, pushed = made.controller.feedback == "measured", made.unseen(source.n)
+    measured, pushed = made.controller.feedback == "measured", made.disturbance_std(source.n)
     # Runs that differ only in measurement noise share one motion.
     moving = numbers[:1] if made.moves_alike else numbers
     progress(f"moving {source.name} over {t[-1] - t[0]:.6g} s")
@@ -264,7 +264,7 @@ def simulate(
                 _state(start if initial is None else initial, source.n),
                 width=width,
                 hold=hold or measured,
-                pushed=unseen_torque(pushed, run, seed, len(t)) if pushed.any() else None,
+                pushed=disturbance_torque(pushed, run, seed, len(t)) if pushed.any() else None,
                 tolerance=_TOLERANCE,
                 progress=lambda part, k=k: meter((k + part) / len(moving)),  # type: ignore[misc]
             )
@@ -285,7 +285,7 @@ def simulate(
         tuple(j.number for j in source.movable),
         source.drive,
     )
-    return true.seen_by(made.instruments, numbers, seed)
+    return true.recorded_by(made.instruments, numbers, seed)
 
 
 def _state(initial: tuple[ArrayLike, ArrayLike], n: int) -> tuple[FloatArray, FloatArray]:

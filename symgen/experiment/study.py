@@ -269,7 +269,7 @@ def _recorded(
             number = run * len(aims) + k
             only = range(number, number + 1)
             if shared:
-                made = shared[k].seen_by(recording.instruments, only, seed)
+                made = shared[k].recorded_by(recording.instruments, only, seed)
             else:
                 made = simulate(
                     evaluator, X, trajectory=aim, recording=recording, runs=only, seed=seed
@@ -312,7 +312,7 @@ def _solved(
 def _result(
     evaluator: Evaluator,
     X: FloatArray,
-    held: Reference,
+    held_out: Reference,
     way: tuple[EquationModel, Method],
     band: Band,
     solutions: Sequence[tuple[FloatArray, FloatArray] | None],
@@ -322,7 +322,7 @@ def _result(
     Args:
         evaluator: the model.
         X: true parameters, (p,).
-        held: the held-out motion.
+        held_out: the held-out motion.
         way: model and method.
         band: band of its logs.
         solutions: X and std of every run.
@@ -332,17 +332,17 @@ def _result(
     model, method = way[0].name, way[1].label
     if len(solved) < _FEWEST:
         return StudiedMethod(model, method, band, failed, (), None, ())
-    found, stated = np.stack(solved, axis=1)
-    bias, std = found.mean(axis=0) - X, found.std(axis=0, ddof=1)
+    estimates, stated = np.stack(solved, axis=1)
+    bias, std = estimates.mean(axis=0) - X, estimates.std(axis=0, ddof=1)
     rms = np.sqrt(np.mean(stated**2, axis=0))
-    inside = np.mean(np.abs(found - X) <= _HALF * stated, axis=0)
+    inside = np.mean(np.abs(estimates - X) <= _HALF * stated, axis=0)
     rows = np.column_stack([X, bias, std, rms, inside]).tolist()
     bases = zip(evaluator.model.base.parameters, rows, strict=True)
     parameters = tuple(Precision(p.name, p.unit, *row) for p, row in bases)
-    motion = held.q, held.qd, held.qdd
-    tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held.q.shape[1])
-    for x in found:
-        error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(found)
-    whole = relative_error(error, np.sum(tau**2, axis=0))
-    per_joint = whole.per_joint or ()
-    return StudiedMethod(model, method, band, failed, parameters, whole.relative, per_joint)
+    motion = held_out.q, held_out.qd, held_out.qdd
+    tau, error = evaluator.inverse_dynamics(*motion, X), np.zeros(held_out.q.shape[1])
+    for x in estimates:
+        error += np.sum((evaluator.inverse_dynamics(*motion, x) - tau) ** 2, axis=0) / len(solved)
+    total = relative_error(error, np.sum(tau**2, axis=0))
+    per_joint = total.per_joint or ()
+    return StudiedMethod(model, method, band, failed, parameters, total.relative, per_joint)

@@ -73,15 +73,15 @@ def outliers(x: FloatArray) -> Places:
     usual = np.median(np.abs(before + after)[changes]) / 2 if changes.any() else 0.0
     least = _JUMP * max(NORMAL * float(usual), least_step(x))
     steps = np.abs(np.diff(x))
-    found = []
+    indices = []
     for k in np.flatnonzero(height > least) + 1:
         left, right = steps[max(k - _NEAR, 0) : k - 1], steps[k + 1 : k + _NEAR]
         around = np.sort(np.concatenate([left, right]))[-3]
         if height[k - 1] > _AROUND * max(
             around, left[-1:].max(initial=0), right[:1].max(initial=0)
         ):
-            found.append(int(k))
-    return none if len(found) > _MANY * len(x) else np.array(found, dtype=np.int64)
+            indices.append(int(k))
+    return none if len(indices) > _MANY * len(x) else np.array(indices, dtype=np.int64)
 
 
 def without(x: FloatArray, at: Places) -> FloatArray:
@@ -117,7 +117,7 @@ def signed(x: FloatArray) -> FloatArray | None:
     return None
 
 
-def held_for(x: FloatArray) -> int:
+def hold_length(x: FloatArray) -> int:
     """Return the number of samples for which a channel holds each value; 1 if it does not.
 
     Two fifths of its runs have this length, and nine tenths differ from it by at most one sample.
@@ -164,5 +164,6 @@ def steps(x: FloatArray) -> Places:
     """Return the samples after which a channel steps by five times its usual step."""
     d = np.diff(x)
     around = np.median([np.roll(d, k) for k in (-3, -2, -1, 1, 2, 3)], axis=0)
-    found = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
-    return found[np.diff(found, prepend=-_APART - 1) > _APART]  # a step and its return count as one
+    indices = np.flatnonzero((np.abs(d - around) > _STEP * usual_step(x))[3:-3]) + 3
+    # A step and its return count as one.
+    return indices[np.diff(indices, prepend=-_APART - 1) > _APART]

@@ -26,10 +26,10 @@ def stalled_rows(log: Log) -> Bools:
         for column in x.T if x is not None else ():
             same &= column[1:] == column[:-1]
     fresh = np.flatnonzero(np.concatenate([[True], ~same]))
-    held = spans(same)
-    place = np.searchsorted(fresh, held[:, 0])
+    repeats = spans(same)
+    place = np.searchsorted(fresh, repeats[:, 0])
     inside = (place > 0) & (place + 2 < len(fresh))
-    held, place = held[inside], place[inside]
+    repeats, place = repeats[inside], place[inside]
     before, first, after, last = (fresh[place + k] for k in (-1, 0, 1, 2))
     slow = np.abs(log.q[first] - log.q[before]) / (first - before)[:, None]
     later = np.abs(log.q[last] - log.q[after]) / (last - after)[:, None]
@@ -37,11 +37,11 @@ def stalled_rows(log: Log) -> Bools:
     digits = FEW_DIGITS * np.array([least_step(x) for x in log.q.T])
     far = (step >= _CATCHES_UP * np.maximum(slow, later)) & (step > digits)
     stalls = far.any(axis=1)
-    short = held[:, 1] - held[:, 0] < GAP
+    short = repeats[:, 1] - repeats[:, 0] < GAP
     if 2 * stalls[short].sum() >= short.sum():
         stalls |= short
     at = np.zeros(len(log.t), dtype=bool)
-    for start, end in held[stalls]:
+    for start, end in repeats[stalls]:
         at[start + 1 : end + 1] = True
     return at
 

@@ -15,7 +15,7 @@ from symgen.faults.fault import Fault
 from symgen.robot.effect import effect_unit
 
 #: Largest number of plots, and number of samples on each side of a change.
-_MOST, _BESIDE = 8, 60
+_MOST, _MARGIN = 8, 60
 _KINDS = {"q": "position", "qd": "speed", "tau": "torque"}
 
 
@@ -95,7 +95,7 @@ def _around_change(
     at = int(np.argmax(change))
     if change[at] <= 1e-9 * spread:
         return None
-    first, last = max(at - _BESIDE, 0), min(at + _BESIDE, len(t) - 1)
+    first, last = max(at - _MARGIN, 0), min(at + _MARGIN, len(t) - 1)
     shown = (after.t >= t[first]) & (after.t <= t[last])
     recorded = np.stack([t[first : last + 1], x[first : last + 1]])
     return recorded, np.stack([after.t[shown], used[shown]]), float(rms(change)) / spread

@@ -67,7 +67,7 @@ class Symptom:
     values: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-Found = Sequence[tuple[Channel, Symptom]]
+Findings = Sequence[tuple[Channel, Symptom]]
 
 
 def _keep(log: Any, *_: object) -> Any:
@@ -96,32 +96,32 @@ class Rule:
     done: str = LEFT
     undo: Callable[[Any, Channel, Any], Any] = _keep
 
-    def found(self, log: Any, about: Any = None) -> Found:
+    def search(self, log: Any, about: Any = None) -> Findings:
         """Return the channels of a log with the fault, and their symptoms."""
         pairs = ((channel, self.find(channel)) for channel in _channels(log, self.keys, about))
         return [(channel, finding) for channel, finding in pairs if finding is not None]
 
-    def undone(self, log: Any, found: Found) -> Any:
-        """Return a log without the faults in `found`."""
-        for channel, finding in found:
+    def without(self, log: Any, findings: Findings) -> Any:
+        """Return a log without the faults in `findings`."""
+        for channel, finding in findings:
             log = self.undo(log, channel, finding.data)
         return log
 
-    def fault(self, found: Found) -> Fault:
+    def fault(self, findings: Findings) -> Fault:
         """Return one fault for all symptoms in a log."""
-        log, key = found[0][0].log, found[0][0].key
-        joints = tuple(dict.fromkeys(c.joint for c, _ in found if c.joint is not None))
-        every = {c.name for c, _ in found} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
+        log, key = findings[0][0].log, findings[0][0].key
+        joints = tuple(dict.fromkeys(c.joint for c, _ in findings if c.joint is not None))
+        every = {c.name for c, _ in findings} == {f"{key}{j + 1}" for j in range(log.q.shape[1])}
         every = every and len(joints) > 1
-        channels = key if every else ", ".join(c.name for c, _ in found)
-        numbers = {x: _between([f.numbers[x] for _, f in found]) for x in found[0][1].numbers}
+        channels = key if every else ", ".join(c.name for c, _ in findings)
+        numbers = {x: _between([f.numbers[x] for _, f in findings]) for x in findings[0][1].numbers}
         return Fault(
             log.name,
             channels,
             self.message.format(channels=channels, log=log.name, **numbers),
-            sum(f.samples for _, f in found),
+            sum(f.samples for _, f in findings),
             self.done,
-            tuple(_values(found, every)),
+            tuple(_values(findings, every)),
             kind=self.kind,
             joints=() if every else joints,
         )
@@ -138,19 +138,19 @@ def _channels(log: Any, keys: Iterable[str], about: Any) -> Iterator[Channel]:
                 yield Channel(log, key, j, np.ascontiguousarray(column), about)
 
 
-def _values(found: Found, every: bool) -> Iterator[tuple[str, float, float]]:
+def _values(findings: Findings, every: bool) -> Iterator[tuple[str, float, float]]:
     """Yield the measured quantities of some joints, or of every joint.
 
     The name of a quantity ends with its joint number if there are several joints. A value that all
     joints share belongs to the recorder.
     """
-    for name in found[0][1].values:
-        pairs = np.array([finding.values[name] for _, finding in found])
+    for name in findings[0][1].values:
+        pairs = np.array([finding.values[name] for _, finding in findings])
         value, std = pairs.mean(axis=0).tolist()
-        if len(found) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
+        if len(findings) == 1 or (every and np.ptp(pairs[:, 0]) <= _ALIKE * abs(value)):
             yield name, value, std
             continue
-        for (channel, _), (x, error) in zip(found, pairs.tolist(), strict=True):
+        for (channel, _), (x, error) in zip(findings, pairs.tolist(), strict=True):
             yield name + channel.name.removeprefix(channel.key), x, error
 
 
@@ -175,7 +175,7 @@ def apply(rules: Iterable[Rule], log: Any, about: Any = None) -> tuple[Any, tupl
     """
     faults: list[Fault] = []
     for rule in rules:
-        if found := rule.found(log, about):
-            log = rule.undone(log, found)
-            faults.append(rule.fault(found))
+        if findings := rule.search(log, about):
+            log = rule.without(log, findings)
+            faults.append(rule.fault(findings))
     return log, tuple(faults)

@@ -19,7 +19,7 @@ from symgen.data.raw import FloatArray, read_only
 from symgen.data.signals import STEP_TOLERANCE, Samples
 from symgen.faults.channels import (
     clipped,
-    held_for,
+    hold_length,
     least_step,
     outliers,
     runs,
@@ -147,7 +147,7 @@ def _follows(q: FloatArray, height: FloatArray) -> bool:
 
 def _held(c: Channel) -> Symptom | None:
     """Find channels that hold their value between readings."""
-    k = held_for(c.x) if c.moves else 1
+    k = hold_length(c.x) if c.moves else 1
     if k == 1:
         return None
     first, _ = runs(c.x)
@@ -314,8 +314,8 @@ def unmended_faults(samples: Samples, passive: Sequence[int] = ()) -> Iterator[F
         passive: indices of the joints without a motor, which have no torque.
     """
     for rule in LASTING:
-        if found := rule.found(samples, passive):
-            yield rule.fault(found)
+        if findings := rule.search(samples, passive):
+            yield rule.fault(findings)
 
 
 def _dead(c: Channel) -> Symptom | None:

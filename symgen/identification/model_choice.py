@@ -139,7 +139,7 @@ def filter_in_band(opened: OpenLogs, cutoff: float | None, *, own_speeds: bool =
     progress("choosing the band")
     train, held, more = join_bands(opened.train, opened.held)
     threads = opened.threads
-    band = choose_band(evaluator, train, cutoff, own_speeds=own_speeds, threads=threads)
+    band = choose_band(evaluator, train, cutoff, measured_speeds=own_speeds, threads=threads)
     progress(f"band: {band.in_words()}")
     logs, others = ([filter_log(s, band) for s in group] for group in (train, held))
     repairs = (*opened.repairs, *more)

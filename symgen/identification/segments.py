@@ -51,7 +51,7 @@ from symgen.identification.assessment import Outcome, outcome
 from symgen.identification.model_choice import ChosenModel, OpenLogs
 from symgen.identification.settle import settle
 from symgen.identification.solving import Method
-from symgen.parallel import Say, in_order, own_threads
+from symgen.parallel import Say, in_order, thread_count
 from symgen.robot.toml_io import parse_robot
 from symgen.robot.toml_text import robot_toml
 from symgen.robot.types import Robot
@@ -298,7 +298,7 @@ def open_long_logs(
     progress("deriving and compiling the model")
     return LongLogs(
         load_model(text, kernels), seen.train, seen.held, seen.repairs, bool(validation), progress,
-        own_threads() if executor is None else 1,
+        thread_count() if executor is None else 1,
         sampled=seen, about=(text, kernels), executor=executor,
     )  # fmt: skip
 

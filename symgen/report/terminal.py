@@ -84,12 +84,12 @@ def _parts(text: str, head: bool) -> list[str]:
 def _paragraph(header: tuple[str, ...], row: tuple[str, ...]) -> str:
     """Return a row as text: its first cell, then the others with the headers of their columns."""
     first, *others = row
-    told = [
+    cells = [
         f"{name}: {cell}" if name else cell
         for name, cell in zip(header[1:], others, strict=True)
         if cell
     ]
-    return "\n".join(filter(None, (first, wrapped("; ".join(told), "  "))))
+    return "\n".join(filter(None, (first, wrapped("; ".join(cells), "  "))))
 
 
 def wrapped(text: str, indent: str = "") -> str:
@@ -171,24 +171,24 @@ def print_result(result: Value) -> bool:
     """
     from symgen.report.store import content
 
-    said = content(result)
-    print_content(said)
-    return said.good
+    shown = content(result)
+    print_content(shown)
+    return shown.good
 
 
-def print_content(said: Content) -> None:
+def print_content(content: Content) -> None:
     """Print the content of a result."""
-    for line in said.lead:
+    for line in content.lead:
         say(wrapped(line))
-    if said.banner is not None:
-        _print_verdict(said.banner)
-    for section in (s for s in said.sections if s.told is not None):
+    if content.banner is not None:
+        _print_verdict(content.banner)
+    for section in (s for s in content.sections if s.told is not None):
         if section.table is not None and section.table.rows and not section.folded:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
             table(section.table.header, section.table.rows)
         for line in section.told or ():
             say(wrapped(line))
-    for line in said.run:
+    for line in content.run:
         say(wrapped(line))
 
 

@@ -305,10 +305,10 @@ def six_digits(formula: str) -> str:
     return _VALUE.sub(_rounded, formula)
 
 
-def _rounded(found: re.Match[str]) -> str:
-    top, _, under = found[0].partition("/")
+def _rounded(match: re.Match[str]) -> str:
+    top, _, under = match[0].partition("/")
     if max(len(top), len(under)) <= _DIGITS:
-        return found[0]
+        return match[0]
     return f"{float(Fraction(top) / Fraction(under or 1)):.{_DIGITS}g}"
 
 

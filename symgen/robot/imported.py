@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from symgen.errors import RobotError, told_by
+from symgen.errors import RobotError, message_of
 from symgen.robot.expressions import shortened
 from symgen.robot.identifiers import MAX_NAME, is_robot_name, robot_name
 from symgen.robot.types import Robot
@@ -33,7 +33,7 @@ class Imported:
     assumed: tuple[str, ...] = ()
 
 
-def with_name(found: Imported, name: str) -> Imported:
+def with_name(imported: Imported, name: str) -> Imported:
     """Return an imported robot with another name.
 
     Raises:
@@ -44,8 +44,8 @@ def with_name(found: Imported, name: str) -> Imported:
             f"--name {shortened(name)}: accepted: a C identifier of at most {MAX_NAME} characters "
             f"that is no word and no header of C, such as {robot_name(name)}"
         )
-    notes = tuple(n for n in found.notes if not n.endswith(f" is called {found.robot.name}"))
-    return replace(found, robot=replace(found.robot, name=name), notes=notes)
+    notes = tuple(n for n in imported.notes if not n.endswith(f" is called {imported.robot.name}"))
+    return replace(imported, robot=replace(imported.robot, name=name), notes=notes)
 
 
 def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
@@ -77,7 +77,7 @@ def read_text(source: str | Path, accepted: str) -> tuple[str, Path]:
             content = file.read(limit + 1)
         text = content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
-        what = f"{shown}: cannot be read as UTF-8 text ({told_by(error)})"
+        what = f"{shown}: cannot be read as UTF-8 text ({message_of(error)})"
         raise RobotError(f"{what}; {accepted}") from error
     if len(content) > limit:
         raise RobotError(f"{shown}: larger than {limit} bytes; {accepted}")

@@ -217,10 +217,10 @@ class Limits:
         for key, value in vars(self).items():  # accept lists too
             object.__setattr__(self, key, _tuples(value))
 
-    def over(self, own: Limits | None) -> Limits:
+    def over(self, robot_limits: Limits | None) -> Limits:
         """Return these limits, completed with the limits of a robot."""
-        given = {key: value for key, value in vars(self).items() if value not in (None, ())}
-        return replace(own or Limits(), **given)
+        limits = {key: value for key, value in vars(self).items() if value not in (None, ())}
+        return replace(robot_limits or Limits(), **limits)
 
     @property
     def cell(self) -> bool:

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import sympy as sp
 
 from symgen import names
-from symgen.errors import RobotError, SymgenWarning, located, told_by
+from symgen.errors import RobotError, SymgenWarning, located, message_of
 from symgen.files import load_toml
 from symgen.robot import expressions
 from symgen.robot.builtin import library, library_text
@@ -132,7 +132,7 @@ def parse_robot(text: str, where: str = "robot.toml") -> Robot:
         try:
             data = load_toml(text.removeprefix("\ufeff"), parse_float=_written)
         except (RecursionError, ValueError) as error:
-            raise RobotError(f"not valid TOML: {told_by(error)}") from error
+            raise RobotError(f"not valid TOML: {message_of(error)}") from error
         return _robot(data, TableReader())
 
 

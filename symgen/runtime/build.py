@@ -27,7 +27,7 @@ from types import ModuleType
 
 from symgen.cache import digest, private_folder
 from symgen.errors import BuildError, SymgenWarning
-from symgen.parallel import in_order, own_threads
+from symgen.parallel import in_order, thread_count
 
 _FLAGS = ("-O2", "-fPIC", "-std=gnu11", "-fno-math-errno", "-ffp-contract=fast")
 #: For the wrapper, which only passes pointers on: calls are as fast, and it compiles in half the
@@ -57,17 +57,17 @@ def find_compiler() -> Compiler | None:
     compiler), the variable CC, cc, gcc, clang, the ziglang wheel (`symgen[cc]`).
     """
     chosen = os.environ.get("SYMGEN_CC", "").strip()
-    return _found(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
+    return _first_working(chosen, os.environ.get("CC", ""), os.environ.get("PATH", ""))
 
 
 def forget_compilers() -> None:
     """Forget the compilers; the result of the search is otherwise cached for each environment."""
-    _found.cache_clear()
+    _first_working.cache_clear()
     _probe.cache_clear()
 
 
 @cache
-def _found(wanted: str, cc: str, path: str) -> Compiler | None:
+def _first_working(wanted: str, cc: str, path: str) -> Compiler | None:
     """Return the first working compiler; `path` lists the folders of commands."""
     if wanted == "none":
         return None
@@ -204,7 +204,7 @@ def _compile(
     command = (*compiler.command, *_FLAGS)
     commands = [(*command, *_WRAPPER, f"-I{include}", "-c", f"{module}.c")]
     commands += [(*command, *flags, "-c", file) for file in unpacked(sources, work)]
-    for _ in in_order(partial(_run, work), commands, own_threads()):
+    for _ in in_order(partial(_run, work), commands, thread_count()):
         pass
     objects = [f"{Path(command[-1]).stem}.o" for command in commands]
     built = work / f"{module}{suffix}"

@@ -81,7 +81,7 @@ def checked(kernel: Kernel, inputs: Sequence[ArrayLike]) -> tuple[list[FloatArra
     return arrays, (lead[0] if lead else None)
 
 
-def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
+def _not_accepted(kernel: Kernel, a: Argument, problem: str) -> ParameterError:
     accepted = {
         LINK: f"the number of a joint, 1 to {a.size}",
         "X": f"({a.size},) or longer",
@@ -89,7 +89,7 @@ def _not_accepted(kernel: Kernel, a: Argument, found: str) -> ParameterError:
     }
     shapes = f"({a.size},) or (N, {a.size}) numbers, the same N for all"
     return ParameterError(
-        f"{kernel.name}: {a.name} {found}; accepted: {accepted.get(a.name, shapes)}"
+        f"{kernel.name}: {a.name} {problem}; accepted: {accepted.get(a.name, shapes)}"
     )
 
 

@@ -195,14 +195,14 @@ def released(
     def less(letter: str, a: Matrix, column: Vector, row: Vector, alike: bool = True) -> Matrix:
         return _named(f"{letter}{j}l", lambda i, k: a[i][k] - column[i] * row[k], alike, tape)
 
-    left = Articulated(
+    body_before = Articulated(
         less("aJ", body.J, un, n),
         less("aH", body.H, un, f, alike=False),
         less("aM", body.M, uf, f),
         named(plus(body.n, scaled(driven, n)), f"an{j}l", tape),
         named(plus(body.f, scaled(driven, f)), f"af{j}l", tape),
     )
-    return pivot, Driven(un, uf, inverse, driven), left
+    return pivot, Driven(un, uf, inverse, driven), body_before
 
 
 def _accelerated(p: Plant, joints: Mapping[int, Driven]) -> ByJoint:
@@ -218,16 +218,16 @@ def _accelerated(p: Plant, joints: Mapping[int, Driven]) -> ByJoint:
 
 
 def accelerated(
-    tape: TapeBuilder, step: Step, own: Driven | None, twist: Screw
+    tape: TapeBuilder, step: Step, driven: Driven | None, twist: Screw
 ) -> tuple[Screw, sp.Expr | None]:
     """Return the acceleration of a link and of its joint, from that of the previous link."""
     j = step.joint.number
     for motion in step.way:
         twist = onward(twist, motion, ("ow", "ov"), tape)
-    if own is None:
+    if driven is None:
         return twist, None
     w, v = twist
-    out = tape.name(f"o{j}", own.driven - dot(own.n, w) - dot(own.f, v))
+    out = tape.name(f"o{j}", driven.driven - dot(driven.n, w) - dot(driven.f, v))
     if step.joint.turns:
         return (replaced(w, {2: tape.name(f"ow{j}", w[2] + out)}), v), out
     return (w, replaced(v, {2: tape.name(f"ov{j}", v[2] + out)})), out

@@ -31,14 +31,14 @@ from symgen.symbolic.bodies import Inertia, composites, products
 from symgen.symbolic.constraints import ByJoint, Rows, combined, congruent, spread
 from symgen.symbolic.dynamics import (
     Plant,
-    handed_down,
     loads,
     mass_matrix,
     rigid_torques,
+    summed_to_base,
     weighted_effects,
     wrenches,
 )
-from symgen.symbolic.forward import driving, factor_solution, factored
+from symgen.symbolic.forward import accelerating_torque, factor_solution, factored
 from symgen.symbolic.friction import friction_torque_slopes
 from symgen.symbolic.kinematics import joint_map, variables
 from symgen.symbolic.motion import LinkState, accelerations, velocities
@@ -104,7 +104,7 @@ def forward_dynamics_derivatives(p: Plant) -> tuple[Rows, Rows, Rows, list[sp.Ex
     has.
     """
     tape, order = p.tape, p.numbers
-    right, positive = driving(p)
+    right, positive = accelerating_torque(p)
     factor = factored(p, mass_matrix(p))
     qdd = factor_solution(p, factor, right, "o")
     slopes = _slopes(p, qdd)
@@ -161,11 +161,11 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     base = LinkState(p.mounting.w, ZERO)
     moving, rates = velocities(p.way, base, tape), spread(p.robot, qdd, tape)
     motion = accelerations(p.way, p.mounting, rates, tape)
-    force = handed_down(p, wrenches(p, rates), "")
+    force = summed_to_base(p, wrenches(p, rates), "")
     momentum = p.momenta(moving)
     changing = {j: b.rate(moving[j], momentum[j][0], j, tape) for j, b in p.bodies.items()}
-    whole, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
-    carried = handed_down(p, momentum, "k")
+    bodies, growing = composites(p.way, p.bodies, tape), composites(p.way, changing, tape)
+    momenta = summed_to_base(p, momentum, "k")
     screws = {
         joint.number: _screws(axis(joint.sigma), moving[joint.number], motion[joint.number],
                               joint.number, tape)
@@ -174,10 +174,10 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
     by_q: Rows = {j: {} for j in screws}
     by_qd: Rows = {j: {} for j in screws}
     for i, at in screws.items():
-        found = felt(at, whole[i], growing[i], carried[i], force[i], i, tape)
+        reactions = reaction_wrenches(at, bodies[i], growing[i], momenta[i], force[i], i, tape)
         place, speed, inertia, couple = (
-            handed_down(p, {i: wrench}, f"{letter}{i}")
-            for wrench, letter in zip(found, "pqmu", strict=True)
+            summed_to_base(p, {i: wrench}, f"{letter}{i}")
+            for wrench, letter in zip(reactions, "pqmu", strict=True)
         )
         for j in place:
             if j not in screws:
@@ -212,7 +212,7 @@ def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeB
     return Screws(own, (turn, slide), (second, linear))
 
 
-def felt(
+def reaction_wrenches(
     screws: Screws,
     body: Inertia,
     rate: Inertia,

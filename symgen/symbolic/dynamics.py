@@ -37,8 +37,8 @@ from symgen.symbolic.motion import (
     LinkState,
     accelerations,
     base_acceleration,
-    handed_back,
     references,
+    wrench_on_antecedent,
 )
 from symgen.symbolic.spatial import ZERO, Screw, Vector, acting, axis, named, plus
 from symgen.symbolic.tape import Symbols, Tape, TapeBuilder, real_symbol
@@ -201,13 +201,13 @@ def _body_torques(p: Plant, qdd: ByJoint) -> ByJoint:
     return to_variables(p.robot, to_joints(p, wrenches(p, qdd), ""), "Tf", p.tape)
 
 
-def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
+def summed_to_base(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
     """Sum the wrenches on links towards the base; return the wrench on each joint, in its frame."""
     total = dict(wrench)
     for step in reversed(p.way):
         j, a = step.joint.number, step.joint.antecedent
         if a != 0 and j in total:
-            back = handed_back(total[j], step, f"b{tag}", p.tape)
+            back = wrench_on_antecedent(total[j], step, f"b{tag}", p.tape)
             old = total.get(a, (ZERO, ZERO))
             total[a] = (
                 named(plus(old[0], back[0]), f"F{tag}s{a}_{j}_", p.tape),
@@ -218,7 +218,7 @@ def handed_down(p: Plant, wrench: Wrenches, tag: str) -> Wrenches:
 
 def to_joints(p: Plant, wrench: Wrenches, tag: str) -> ByJoint:
     """Return the torque or force on each moving joint, from the wrenches on links."""
-    total = handed_down(p, wrench, tag)
+    total = summed_to_base(p, wrench, tag)
     return {
         joint.number: acting(total.get(joint.number, (ZERO, ZERO)), axis(joint.sigma))
         for joint in p.robot.moving

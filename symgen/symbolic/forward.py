@@ -24,7 +24,7 @@ from symgen.symbolic.kinematics import joint_map, path, variables
 MANY = 14
 
 
-def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
+def accelerating_torque(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return M qdd of every movable joint, and the terms that must be positive for a unique value.
 
     The load effects are z (a taur + b |taur|), where a and b depend on the motion. With R = tau -
@@ -44,28 +44,28 @@ def driving(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
         slopes.append({j: tape.name(f"e{j}", value) for j, value in slope.items()})
     right, positive = {}, []
     for j, tau in zip(order, commanded, strict=True):
-        left = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
+        load = tape.name(f"R{j}", tau - rubbing.get(j, sp.S.Zero))
         if j in slopes[0] or j in slopes[1]:
             up, down = (s.get(j, sp.S.Zero) for s in slopes)
             half = sp.Rational(1, 2)
             mean, spread_ = (
                 tape.name(f"{n}{j}", half * e) for n, e in (("a", up + down), ("B", up - down))
             )
-            turned_ = tape.name(f"G{j}", sp.sign(left))
+            turned_ = tape.name(f"G{j}", sp.sign(load))
             share = tape.name(f"E{j}", 1 + mean + spread_ * turned_)
             positive += [tape.name(f"P{j}", 1 + e) for e in (up, down)]
-            left = left * tape.name(f"I{j}", 1 / share)
-        right[j] = tape.name(f"b{j}", left - rigid[j])
+            load = load * tape.name(f"I{j}", 1 / share)
+        right[j] = tape.name(f"b{j}", load - rigid[j])
     return right, positive
 
 
 def forward_dynamics(p: Plant) -> tuple[ByJoint, list[sp.Expr]]:
     """Return (qdd, pivots): M is positive definite if and only if all pivots of L D L^T are.
 
-    `pivots` also contains the terms that must be positive for load effects (`driving`). Long chains
-    use the articulated-body algorithm (`articulated`).
+    `pivots` also contains the terms that must be positive for load effects (see
+    `accelerating_torque`). Long chains use the articulated-body algorithm (`articulated`).
     """
-    right, positive = driving(p)
+    right, positive = accelerating_torque(p)
     longest = max(len(path(p.robot, number)) for number in p.numbers)
     if longest >= MANY and len(p.robot.moving) == p.robot.n and not p.robot.couplings:
         qdd, pivots = linear_solution(p, right)

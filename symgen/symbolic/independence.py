@@ -51,8 +51,8 @@ def require_new_columns(robot: Robot, base: BaseParameters) -> None:
         others = others / np.where(norms > 0, norms, 1.0)
         column = rows[:, at]
         fit = np.linalg.lstsq(others, column, rcond=1e-12)[0]
-        left = float(np.linalg.norm(column - others @ fit))
-        if left <= _NEW * float(np.linalg.norm(column)):
+        residual = float(np.linalg.norm(column - others @ fit))
+        if residual <= _NEW * float(np.linalg.norm(column)):
             raise RobotError(
                 f"effect {effect.name!r} of joint {effect.joint}: {name} is nothing new: "
                 "its torque is a combination of the model's other columns; accepted: an effect "

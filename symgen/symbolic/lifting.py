@@ -64,7 +64,7 @@ def lifted(
         rest = _point(robot, random.Random("rest"))
         vector = _null_vector(sp.Matrix(columns.differences(arithmetic, points, rest, draw)))
         if vector is not None and vector[0] != 0:
-            return [_whole_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
+            return [_in_full_angles(sp.cancel(c / vector[0]), halves) for c in vector[1:]]
     raise SymgenError(
         f"no exact regrouping relation was found for {state[support[0]].name}; "
         "give angles as fractions of pi where they are"
@@ -123,7 +123,7 @@ def _numbers(columns: _Columns) -> list[sp.Expr]:
     return [sp.Float(str(context.nstr(c, _DIGITS)), _DIGITS) for c in solution]
 
 
-def _whole_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
+def _in_full_angles(expr: sp.Expr, halves: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
     """Write a rational function of t = tan(angle/2) in the cosine and sine of the angle."""
     for angle, t in halves.items():
         if not expr.has(t):

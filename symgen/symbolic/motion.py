@@ -226,7 +226,7 @@ def _faster(w: Vector, name: str, rate: sp.Expr, tape: TapeBuilder) -> Vector:
 
 def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBuilder) -> LinkState:
     if isinstance(motion, Shift):
-        a = _carried(now, motion, letters.shift, tape)
+        a = _shifted(now, motion, letters.shift, tape)
         u = tape.name(f"U{motion.tag}", now.u - now.g[motion.axis] * motion.length)
         return replace(now, a=a, u=u)
     w = turned(now.w, motion, letters.w, tape)
@@ -235,7 +235,7 @@ def _moved(now: LinkState, motion: Turn | Shift, letters: Letters, tape: TapeBui
     return LinkState(dw, a, w, real, turned(now.g, motion, "G", tape), now.u)
 
 
-def _carried(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
+def _shifted(now: LinkState, shift: Shift, letter: str, tape: TapeBuilder) -> Vector:
     """Return a + dw x P + w x (real w x P) for P along one axis."""
     k, (i, h) = shift.axis, around(shift.axis)
 
@@ -264,13 +264,13 @@ def screws(way: Way, tape: TapeBuilder) -> Mapping[int, Mapping[int, Screw]]:
     w_i = sum of e_ij qd_j and V_i = sum of v_ij qd_j.
     """
     moving = (step.joint for step in way if not step.joint.fixed)
-    return handed_on(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
+    return in_later_frames(way, {j.number: axis(j.sigma) for j in moving}, "EL", tape)
 
 
-def handed_on(
-    way: Way, own: Mapping[int, Screw], letters: str, tape: TapeBuilder
+def in_later_frames(
+    way: Way, twists: Mapping[int, Screw], letters: str, tape: TapeBuilder
 ) -> Mapping[int, Mapping[int, Screw]]:
-    """Express the twist `own` of each joint j, in frame j, in each frame that j moves."""
+    """Express the twist of each joint j, in frame j, in each frame that j moves."""
     states: dict[int, dict[int, Screw]] = {0: {}}
     for step in way:
         here = states[step.joint.antecedent]
@@ -280,11 +280,11 @@ def handed_on(
                 for j, twist in here.items()
             }
         j = step.joint.number
-        states[j] = here | ({j: own[j]} if j in own else {})
+        states[j] = here | ({j: twists[j]} if j in twists else {})
     return states
 
 
-def handed_back(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
+def wrench_on_antecedent(wrench: Screw, step: Step, tag: str, tape: TapeBuilder) -> Screw:
     """Express a wrench (f, n) on link j as one on its antecedent: n changes by P x f."""
     for motion in step.back:
         wrench = onward(wrench, motion, (f"F{tag}", f"N{tag}"), tape)

@@ -16,8 +16,8 @@ from symgen.symbolic.constraints import ByJoint, spread, to_variables
 from symgen.symbolic.dynamics import (
     Plant,
     gravity_torque,
-    handed_down,
     in_all,
+    summed_to_base,
     to_joints,
     with_rotors,
 )
@@ -45,7 +45,7 @@ def generalized_momentum(p: Plant) -> tuple[ByJoint, ByJoint]:
     """Return p = M qd and C^T qd - g by movable joint."""
     tape, qd = p.tape, joint_map(p.robot, variables(p.robot).qd)
     moving = velocities(p.way, AT_REST, tape)
-    total = handed_down(p, p.momenta(moving), "k")
+    total = summed_to_base(p, p.momenta(moving), "k")
     momentum, rate = {}, {}
     for joint in p.robot.moving:
         j, screw, twist = joint.number, axis(joint.sigma), moving[joint.number].twist

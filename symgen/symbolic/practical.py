@@ -56,14 +56,16 @@ def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters)
     if not separated or not common <= {p.head for p in exact.parameters}:
         return exact
     joins = {
-        own.head: {p.head: c for p in nominal.parameters for c, name in p.terms if name == own.head}
-        for own in separated
+        parameter.head: {
+            p.head: c for p in nominal.parameters for c, name in p.terms if name == parameter.head
+        }
+        for parameter in separated
     }
     loss = _loss(robot, exact, separated, joins)
     order = np.argsort(loss.alone(), kind="stable")
     regrouped = order[:0]
     for count in range(1, len(separated) + 1):
-        if max(loss.together(order[:count])) < LIMIT:
+        if max(loss.sum(order[:count])) < LIMIT:
             regrouped = order[:count]
     joined = [separated[k] for k in sorted(regrouped)]
     parameters = tuple(
@@ -80,7 +82,7 @@ def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters)
             exact_rank=exact.proof.rank,
             separated=tuple(zip((p.head for p in separated), loss.columns, strict=True)),
             kept=tuple(p.head for p in separated if p not in joined),
-            missing=loss.together(regrouped),
+            missing=loss.sum(regrouped),
             states=_DRAWS * _STATES,
             limit=LIMIT,
         ),
@@ -126,7 +128,7 @@ class _Loss:
         squares: FloatArray = np.diagonal(self.gram, axis1=1, axis2=2).max(axis=0)
         return np.sqrt(squares)
 
-    def together(self, places: NDArray[np.intp]) -> tuple[float, ...]:
+    def sum(self, places: NDArray[np.intp]) -> tuple[float, ...]:
         """Return the share of every joint's torque, (n,), for the sum of some parameters."""
         squares = self.gram[:, places][:, :, places].sum(axis=(1, 2))
         return tuple(_short(share) for share in np.sqrt(np.maximum(squares, 0.0)))

@@ -31,7 +31,7 @@ from symgen.symbolic.motion import (
     accelerations,
     base_acceleration,
     base_velocity,
-    handed_on,
+    in_later_frames,
     references,
     screws,
     velocities,
@@ -145,7 +145,7 @@ def momentum_tape(robot: Robot) -> Tape:
     own = {}
     for joint in robot.moving:
         own[joint.number] = screw_rate(axis(joint.sigma), frame[joint.number].twist)
-    change = handed_on(scene.way, own, "IJ", scene.tape)
+    change = in_later_frames(scene.way, own, "IJ", scene.tape)
     momentum: Columns = []
     slope: Columns = []
     for p in scene.parameters:

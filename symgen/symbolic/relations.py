@@ -47,7 +47,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
         c, s = cosine_sine(joint.theta)
         before, after = elementary(joint, c, s, joint.r, _Formulas())  # at q = 0
         found += [_moved(joint, body, (*before, *after)) for body in _kept_bodies(joint)]
-        here = _carried(joint, direction[joint.antecedent], before)
+        here = _kept_direction(joint, direction[joint.antecedent], before)
         direction[joint.number] = here
         if here and joint.slides:
             found.append(
@@ -61,7 +61,7 @@ def structural_relations(robot: Robot) -> list[Relation]:
     return found
 
 
-def _carried(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
+def _kept_direction(joint: Joint, axis: Vector | None, way: _Way) -> Vector | None:
     """Express the common direction of rotation of the antecedent in frame j."""
     if axis is None:
         return None

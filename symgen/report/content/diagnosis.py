@@ -34,7 +34,7 @@ from symgen.report.content.parts import (
 from symgen.report.plots import diagnosis as diagnosis_plots
 from symgen.robot.effect import definitions
 
-_LEFT = "Measured minus modelled torque in the motion's band, on data the search never saw."
+_RESIDUAL = "Measured minus modelled torque in the motion's band, on data the search never saw."
 _EFFECTS = (
     "An effect is a torque on the joint. symgen fits its values together with all other "
     "parameters. Constants without std come from a search."
@@ -87,7 +87,7 @@ def _sections(d: Diagnosis) -> list[Section]:
         _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
     details = (
-        Section("Residual", (_LEFT,), figure=partial(diagnosis_plots.residuals, d)),
+        Section("Residual", (_RESIDUAL,), figure=partial(diagnosis_plots.residuals, d)),
         repairs_section(d.repairs),
         Section("Repaired channels", (_MENDED,), figure=partial(diagnosis_plots.repaired, d)),
         Section(
@@ -117,10 +117,10 @@ def _sections(d: Diagnosis) -> list[Section]:
     return [*front, *(replace(section, folded=True) for section in details)]
 
 
-def _advice_section(d: Diagnosis, told: Container[str]) -> Section:
+def _advice_section(d: Diagnosis, effect_lines: Container[str]) -> Section:
     more = undeclared(d)
     lines = tuple(f"note: {line}" for line in (*d.advice, *more))
-    text = [*(line for line in d.advice if line not in told), *more]
+    text = [*(line for line in d.advice if line not in effect_lines), *more]
     if any(effect.declared for effect in d.effects):
         text.append(
             "Identify the robot.toml next to this page with the same logs: it declares the named "

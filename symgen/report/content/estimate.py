@@ -61,7 +61,7 @@ _MODELS = (
 _SUSPECTED = "What may be wrong but is not certain. It changes no verdict."
 _VALUES = ("The distance is from the estimate, in standard deviations of the other value.",)
 #: Correlation above which two parameters are listed as hardly distinguishable.
-TIED = 0.9
+CORRELATED = 0.9
 
 
 def estimate_content(estimate: Estimate, robot: Robot | None = None) -> Content:
@@ -287,14 +287,15 @@ def _correlation_sections(e: Estimate) -> list[Section]:
     if not e.correlation.size:
         return []
     above = np.triu(np.nan_to_num(np.abs(e.correlation)), 1)
-    tied = sorted(np.argwhere(above > TIED).tolist(), key=lambda at: (-above[*at], at))
-    names, most = [p.name for p in e.parameters], tied[:15]
+    pairs = sorted(np.argwhere(above > CORRELATED).tolist(), key=lambda at: (-above[*at], at))
+    names, most = [p.name for p in e.parameters], pairs[:15]
     rows = [(names[i], names[j], number(e.correlation[i, j], 4)) for i, j in most]
-    text = f"No two parameters are correlated beyond ±{TIED:g}."
-    if tied:
-        text = f"{counted(len(tied), 'pair')} of parameters correlated beyond ±{TIED:g}: the data "
-        text += "hardly tell them apart."
-        text += f" The {len(most)} strongest:" if len(tied) > len(most) else ""
+    text = f"No two parameters are correlated beyond ±{CORRELATED:g}."
+    if pairs:
+        count = counted(len(pairs), "pair")
+        text = f"{count} of parameters correlated beyond ±{CORRELATED:g}: the data hardly "
+        text += "distinguish them."
+        text += f" The {len(most)} strongest:" if len(pairs) > len(most) else ""
     table = Table(("parameter", "and", "correlation"), rows)
     return [Section("Correlation", (text,), table)]
 

@@ -119,7 +119,7 @@ def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     lines = [f"run: {said}; repaired: {_columns(mended) or 'nothing'}"]
     for own in alike.values():
         label = "note" if own[0].kind == CONVERTED else "repair"
-        lines.append(f"{label}: {_together(own)}")
+        lines.append(f"{label}: {_one_line(own)}")
     return tuple(lines)
 
 
@@ -130,14 +130,14 @@ def _short(repair: Fault) -> str:
 
 def _columns(repairs: Sequence[Fault]) -> str:
     """Return the names of the repaired columns, or their number if there are many."""
-    found = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
-    if len(found) <= _NAMED:
-        return ", ".join(f"{column} of {log}" for column, log in found)
-    logs = list(dict.fromkeys(log for _, log in found))
-    return f"{len(found)} columns of {logs[0] if len(logs) == 1 else f'{len(logs)} logs'}"
+    columns = {(column, r.log): None for r in repairs for column in r.channel.split(", ")}
+    if len(columns) <= _NAMED:
+        return ", ".join(f"{column} of {log}" for column, log in columns)
+    logs = list(dict.fromkeys(log for _, log in columns))
+    return f"{len(columns)} columns of {logs[0] if len(logs) == 1 else f'{len(logs)} logs'}"
 
 
-def _together(repairs: Sequence[Fault]) -> str:
+def _one_line(repairs: Sequence[Fault]) -> str:
     """Return one line for the repairs of one kind."""
     first, *others = repairs
     columns = _columns(repairs)
@@ -152,14 +152,14 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
     """Return the section of notes, if there are any; the band is in `run_lines`."""
     logs: dict[str, list[str]] = {}  # note -> its logs
     for note in notes:
-        name, colon, said = note.partition(": ")
-        logs.setdefault(said if colon else note, []).append(name if colon else "")
-    told = tuple(
-        f"note: {', '.join(filter(None, dict.fromkeys(names)))}{': ' if any(names) else ''}{said}"
-        for said, names in logs.items()
+        name, colon, text = note.partition(": ")
+        logs.setdefault(text if colon else note, []).append(name if colon else "")
+    lines = tuple(
+        f"note: {', '.join(filter(None, dict.fromkeys(names)))}{': ' if any(names) else ''}{text}"
+        for text, names in logs.items()
         if names != ["band"]
     )
-    return (Section("Notes", tuple(notes), told=told),) if notes else ()
+    return (Section("Notes", tuple(notes), told=lines),) if notes else ()
 
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:

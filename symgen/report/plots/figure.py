@@ -219,11 +219,11 @@ def _path(x: FloatArray, y: FloatArray, dots: bool) -> str:
     """
     there = np.isfinite(x) & np.isfinite(y)
     points = np.stack([_WIDE * x[there], _HIGH * (1 - y[there])], axis=1)
-    whole = np.rint(points).astype(int)
+    rounded = np.rint(points).astype(int)
     if dots:
-        return "".join(f"M{a} {b}h0" for a, b in whole.tolist())
+        return "".join(f"M{a} {b}h0" for a, b in rounded.tolist())
     breaks = np.flatnonzero(np.diff(np.cumsum(~there)[there])) + 1
-    return "".join(map(_line, np.split(whole, breaks)))
+    return "".join(map(_line, np.split(rounded, breaks)))
 
 
 def _line(points: FloatArray) -> str:

@@ -49,7 +49,7 @@ def drawing(robot: Robot) -> str:
             out.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6"/>')
         elif joint.sigma == names.PRISMATIC:
             out.append(f'<rect x="{x - 6:.1f}" y="{y - 6:.1f}" width="12" height="12"/>')
-    out += [_label(*near) for near in _together(at)]
+    out += [_label(*near) for near in _merged(at)]
     return "\n".join([*out, "</svg>"])
 
 
@@ -59,7 +59,7 @@ def _line(start: FloatArray, end: FloatArray, kind: str, dash: str = "") -> str:
     return f'<path class="{kind}"{dashed} d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>'
 
 
-def _together(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
+def _merged(at: list[FloatArray]) -> list[tuple[FloatArray, list[int]]]:
     """Return each origin with the numbers of its frames."""
     out: list[tuple[FloatArray, list[int]]] = []
     for number, place in enumerate(at):

@@ -20,7 +20,7 @@ import numpy as np
 import sympy as sp
 
 from symgen import names
-from symgen.errors import ParameterError, RobotError, located, plain, told_by
+from symgen.errors import ParameterError, RobotError, located, message_of, plain
 from symgen.robot import expressions
 from symgen.robot.body import FloatArray
 from symgen.robot.declared_effects import of_library
@@ -327,11 +327,11 @@ def _compiled(path: Path, notes: list[str]) -> Any:
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, OSError) as error:
-        notes.append(f"meshes are left out: {told_by(error)}")
+        notes.append(f"meshes are left out: {message_of(error)}")
         try:
             return _without_meshes(mujoco.MjSpec.from_file(str(path)))
         except (ValueError, OSError):
-            what = f"MuJoCo refuses it: {told_by(error)}; accepted: {ACCEPTED}"
+            what = f"MuJoCo refuses it: {message_of(error)}; accepted: {ACCEPTED}"
             raise RobotError(what) from error
     finally:
         mujoco.set_mju_user_warning(None)

@@ -48,20 +48,20 @@ def updated_mjcf(path: Path, dynamics: Dynamics) -> str:
         tree.require_weight_on_motors()
         chain = Chain(tree.urdf)
         places = {e.attributes.get("name"): e for e in tree.root.walk("body")}
-        found = written_bodies(chain, dynamics.bodies)
+        bodies = written_bodies(chain, dynamics.bodies)
         require_finite_joints(chain, dynamics.joints)
-        for link, body in found.items():
+        for link, body in bodies.items():
             at = _named(places, "body", link)
             body = replace(body, com=np.asarray(body.com) + tree.shift[link])
             edits.append(inertial_edit(content, at, [CAVEAT, _inertial(body)]))
         joints = {e.attributes.get("name"): e for b in places.values() for e in b.all("joint")}
         tendons = list[str]()
-        for own in dynamics.joints:
-            name = joint_name(chain, own.joint)
+        for joint in dynamics.joints:
+            name = joint_name(chain, joint.joint)
             at = _named(joints, "joint", name)
             angle = tree.degrees if tree.urdf.joints[name].turns else 1.0
-            own_spring = bool(own.stiffness) or name in tree.springs
-            edits.append(with_attributes(content, at, _attributes(own, angle, own_spring)))
+            has_spring = bool(joint.stiffness) or name in tree.springs
+            edits.append(with_attributes(content, at, _attributes(joint, angle, has_spring)))
         for pair in dynamics.couplings:
             one, two = (joint_name(chain, number) for number in (pair.first, pair.second))
             if (one, two) in tree.tendons:
@@ -103,23 +103,23 @@ def _named(places: Mapping[str | None, Element], what: str, name: str) -> Elemen
     return found
 
 
-def _attributes(own: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
+def _attributes(dynamics: JointDynamics, angle: float, spring: bool) -> dict[str, str]:
     """Return the attributes of a <joint>.
 
     Args:
-        own: the identified values.
+        dynamics: the identified values.
         angle: the number that the file contains for a radian.
         spring: whether the joint has a spring, or had one in the file.
     """
     values = {
-        "armature": own.armature,
-        "damping": own.damping,
-        "frictionloss": own.frictionloss,
+        "armature": dynamics.armature,
+        "damping": dynamics.damping,
+        "frictionloss": dynamics.frictionloss,
     }
     if spring:
-        values["stiffness"] = own.stiffness
-    if own.stiffness:
-        values["springref"] = own.springref * angle
+        values["stiffness"] = dynamics.stiffness
+    if dynamics.stiffness:
+        values["springref"] = dynamics.springref * angle
     return {key: repr(float(value)) for key, value in values.items()}
 
 
