@@ -125,14 +125,14 @@ def _as_object(value: Any) -> dict[str, Any]:
     return out
 
 
-def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside: Any) -> Result:
+def from_json(kind: type[Result], content: dict[str, Any], file: Path, **more: Any) -> Result:
     """Return the result in a JSON file.
 
     Args:
         kind: the dataclass. Keys of its `GONE`, which earlier versions wrote, are ignored.
         content: content of the file, with a known schema.
         file: path for messages.
-        beside: values of the fields that are not in the file.
+        more: values of the fields that are not in the file.
 
     Raises:
         ParameterError: the content does not match the dataclass.
@@ -141,7 +141,7 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
     given = {key: value for key, value in content.items() if key not in gone}
     known = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
     try:
-        text = json.dumps({**given, **dict.fromkeys(beside)})
+        text = json.dumps({**given, **dict.fromkeys(more)})
         read = known.validate_json(text, strict=True)
         where, what = _unknown(given, as_json(read)), "an unknown key"
     except ValidationError as error:
@@ -152,7 +152,7 @@ def from_json(kind: type[Result], content: dict[str, Any], file: Path, **beside:
         raise ParameterError(
             f"{file}: damaged at {where[:100]}: {what[:200]}; accepted: {schema} symgen writes"
         )
-    found: Result = replace(read, **beside) if beside else read
+    found: Result = replace(read, **more) if more else read
     return found
 
 
@@ -178,9 +178,9 @@ def result_file(path: str | Path, name: str) -> Path:
     return path / name if path.is_dir() else path
 
 
-def read_result(kind: type[Result], file: Path, *schemas: str, **beside: Any) -> Result:
+def read_result(kind: type[Result], file: Path, *schemas: str, **more: Any) -> Result:
     """Return the result in a JSON file with one of some schemas; see `from_json`."""
-    return from_json(kind, read_json(file, *schemas), file, **beside)
+    return from_json(kind, read_json(file, *schemas), file, **more)
 
 
 def read_json(file: Path, *schemas: str) -> dict[str, Any]:

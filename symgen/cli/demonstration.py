@@ -47,17 +47,15 @@ _RATE, _DURATION, _ENCODER, _TORQUE_NOISE = 250.0, 15.0, 2e-5, 0.3
 
 def true_parameters() -> dict[str, float]:
     """Return the standard parameters of the simulated arm, and the stiffness of its spring."""
-    parameters = {f"K{JOINT}": STIFFNESS}
+    found = {f"K{JOINT}": STIFFNESS}
     for j, (mass, at, radius, drive) in enumerate(_LINKS, start=1):
         c = np.array(at)
         about = mass * ((0.4 * radius**2 + c @ c) * np.eye(3) - np.outer(c, c))
         inertia = zip(("XX", "XY", "XZ", "YY", "YZ", "ZZ"), about[np.triu_indices(3)], strict=True)
         moments = zip(("MX", "MY", "MZ"), mass * c, strict=True)
         drives = zip(("IA", "FS", "FV"), drive, strict=True)
-        parameters |= {
-            f"{key}{j}": float(x) for key, x in (*inertia, *moments, *drives, ("M", mass))
-        }
-    return parameters
+        found |= {f"{key}{j}": float(x) for key, x in (*inertia, *moments, *drives, ("M", mass))}
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +91,11 @@ class Demonstration:
             for name, content in result_files(result).items()
         }
         logs = zip(LOGS, self.logs, strict=True)
-        facts = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
+        told = {"schema": "symgen.demo/2", "hidden": {"name": HIDDEN, "joint": JOINT}}
         errors = {"before": _error(self.before), "after": _error(self.after)}
-        facts |= {"torque_error": errors}
+        told |= {"torque_error": errors}
         return {
-            summary: json_text(facts).encode(),
+            summary: json_text(told).encode(),
             "robot.toml": FILE.encode(),
             **{name: log.file() for name, log in logs},
             **inside,
@@ -109,24 +107,24 @@ class Demonstration:
         yield f"A simulated 7-axis arm has a spring of {STIFFNESS:g} N m/rad on joint {JOINT}."
         yield "robot.toml does not declare it."
         yield f"1. symgen identify robot.toml {logs} --into identified"
-        yield f"   {_summary(self.before)}"
+        yield f"   {_said(self.before)}"
         yield f"2. symgen diagnose robot.toml {logs} --into diagnosis"
         for effect in self.why.effects:
-            values = ", ".join(
+            found = ", ".join(
                 f"{p.name} = {number(p.value, 3)} {p.unit} (standard deviation {number(p.std, 2)})"
                 for p in effect.parameters
                 if np.isfinite(p.std)
             )
-            yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {values}"
+            yield f"   {effect.name} on {on_joints(effect.joints, self.why.extended)}: {found}"
         yield f"3. symgen identify diagnosis/robot.toml {logs} --into better"
-        yield f"   {_summary(self.after)}"
+        yield f"   {_said(self.after)}"
         yield "4. symgen generate diagnosis/robot.toml --into diagnosis/generated"
         cost, backend = self.microseconds
         how = "compiled C" if backend == "c" else "no C compiler found, evaluated by NumPy"
         yield f"   inverse dynamics with the spring: {cost:.2g} us a call ({how})"
 
 
-def _summary(estimate: Estimate) -> str:
+def _said(estimate: Estimate) -> str:
     return f"{estimate.verdict}: {percent(_error(estimate))} torque error on test.csv"
 
 
@@ -136,39 +134,39 @@ def _error(estimate: Estimate) -> float:
     return error.relative
 
 
-def demonstrate(progress: Callable[[str], None]) -> Demonstration:
+def demonstrate(told: Callable[[str], None]) -> Demonstration:
     """Simulate the arm with its spring; identify and diagnose it without the spring.
 
     Args:
-        progress: called with a text about the current step.
+        told: called with a text about the current step.
     """
     import symgen
     from symgen.identification.parameters import base_values
 
     known, arm = symgen.parse_robot(FILE), symgen.parse_robot(FILE + SPRING)
-    progress("simulating two logs of the arm")
+    told("simulating two logs of the arm")
     X = base_values(true_parameters(), symgen.derive(arm), "demo")
-    instruments = symgen.Instruments(encoder_step=_ENCODER, torque_noise=_TORQUE_NOISE)
+    seen = symgen.Instruments(encoder_step=_ENCODER, torque_noise=_TORQUE_NOISE)
     train, test = (
         symgen.simulate(
             arm,
             X,
             duration=_DURATION,
             seed=seed,
-            recording=symgen.Recording(instruments, rate=_RATE),
+            recording=symgen.Recording(seen, rate=_RATE),
         )
         for seed in (1, 2)
     )
-    logs, validation = (
+    logs, held = (
         [replace(run.log(), name=name)] for run, name in zip((train, test), LOGS, strict=True)
     )
-    progress("identifying the arm that robot.toml describes")
-    before = symgen.identify(known, logs, validation=validation)
-    progress("diagnosing what robot.toml does not declare")
-    why = symgen.diagnose(known, logs, validation=validation)
-    progress("finishing: the arm with what was found")
-    after = symgen.identify(why.extended, logs, validation=validation)
-    progress("compiling C")
+    told("identifying the arm that robot.toml describes")
+    before = symgen.identify(known, logs, validation=held)
+    told("diagnosing what robot.toml does not declare")
+    why = symgen.diagnose(known, logs, validation=held)
+    told("finishing: the arm with what was found")
+    after = symgen.identify(why.extended, logs, validation=held)
+    told("compiling C")
     evaluator = symgen.load(symgen.derive(why.extended, ("inverse_dynamics",)))
     q, qd = (np.tile(x, (10, 1)) for x in (train.q[0], train.qd[0]))
     begin = time.perf_counter()

@@ -98,12 +98,12 @@ def export(
         say_progress(f"comparing with {log}")
         errors = exports.file_errors(paths, log, found, known or copied, reading)
         each = errors.files
-        error = percent(each[0])
+        told = percent(each[0])
         if samples:
             middle = sum(each) / len(each)
             spread = (sum((x - middle) ** 2 for x in each) / len(each)) ** 0.5
-            error = f"{percent(middle)} on average over {samples} files, std {percent(spread)}"
-        click.echo(f"torque error on {log}: {error}; the estimate {percent(errors.estimate)}")
+            told = f"{percent(middle)} on average over {samples} files, std {percent(spread)}"
+        click.echo(f"torque error on {log}: {told}; the estimate {percent(errors.estimate)}")
         if not samples and errors.files[0] > errors.estimate + least / 100:
             why = "symgen diagnose searches for what the model lacks"
             if first.left_out:

@@ -27,9 +27,9 @@ def robot_names(_context: Any, _parameter: Any, incomplete: str) -> list[Any]:
     return list(map(CompletionItem, known)) or [CompletionItem(incomplete, type="file")]
 
 
-def _opposite(_context: Any, _option: Any, value: bool) -> bool:
+def _opposite(_context: Any, _option: Any, given: bool) -> bool:
     """Convert the flag of a --no option to the value of the option itself."""
-    return not value
+    return not given
 
 
 def one_of(*words: str) -> Callable[..., list[str]]:

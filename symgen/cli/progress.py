@@ -43,7 +43,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
     """
     with _bar() as (bar, task, advance):
 
-        def report(message: str) -> None:
+        def told(message: str) -> None:
             say_progress(message)
             word = message.split(maxsplit=1)[0].rstrip(":")
             share = shares.get(word, 0.0)
@@ -55,7 +55,7 @@ def stages(shares: Mapping[str, float]) -> Iterator[Callable[[str], None]]:
                 advance(share)
             bar.update(task, description=message)
 
-        yield report
+        yield told
 
 
 @contextmanager
@@ -80,12 +80,12 @@ def _bar() -> Iterator[tuple[Any, Any, Callable[[float], None]]]:
 
         def advance(part: float) -> None:
             now = time.monotonic() - begun
-            bar.update(task, completed=part, visible=now > _LONG, left=_remaining(now, part))
+            bar.update(task, completed=part, visible=now > _LONG, left=_left(now, part))
 
         yield bar, task, advance
 
 
-def _remaining(elapsed: float, part: float) -> str:
+def _left(elapsed: float, part: float) -> str:
     """Return the estimated remaining time as text; "" if it is too early for an estimate."""
     if not 0.02 < part < 1:
         return ""

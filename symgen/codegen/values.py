@@ -91,19 +91,23 @@ def values_header_text(
         facts=[_comment(fact) for fact in values.facts],
         parameters=[
             {
-                "name": own,
+                "name": parameter,
                 "value": repr(x),
                 "formula": _comment(
-                    own if expression == own else f"{own} = {six_digits(expression)}"
+                    parameter
+                    if expression == parameter
+                    else f"{parameter} = {six_digits(expression)}"
                 ),
                 "unit": unit,
                 "std": "unknown" if std is None else f"{std:.3g}",
             }
-            for (own, expression, unit), x, std in zip(
+            for (parameter, expression, unit), x, std in zip(
                 parameters, values.X, values.std, strict=True
             )
         ],
-        standard=[(own, repr(x)) for own, x in zip(standard, values.standard, strict=False)],
+        standard=[
+            (parameter, repr(x)) for parameter, x in zip(standard, values.standard, strict=False)
+        ],
     )
 
 

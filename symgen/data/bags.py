@@ -70,12 +70,12 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
     if find_spec("rosbags") is None:
         refuse("rosbags is not installed", "after pip install 'symgen[ros]'")
     with _opened(path, reading.topic) as (announced, messages):
-        found = list(messages)
-    if not found:
+        messages_read = list(messages)
+    if not messages_read:
         refuse("has no message of joint states", _ACCEPTED)
-    present = list(dict.fromkeys(name for m in found for name in m.names))
+    present = list(dict.fromkeys(name for m in messages_read for name in m.names))
     joints = joints_of_file(reading.joints, names, present)
-    complete = [m for m in found if set(joints) <= set(m.names)]
+    complete = [m for m in messages_read if set(joints) <= set(m.names)]
     if not complete:
         refuse("no message has all joints of the robot", "all joints in one message")
     contents = [frozenset(f for f in fields.values() if len(getattr(m, f))) for m in complete]
@@ -106,7 +106,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         refuse("the messages have no position", "q in every message")
     if "tau" not in arrays and "i" not in arrays:
         refuse(f"the messages have no {fields.get('tau', 'effort')}", "torques, as effort")
-    read, other, twice = len(found), len(found) - len(wanted), int(again.sum())
+    read, other, twice = len(messages_read), len(messages_read) - len(wanted), int(again.sum())
     notes = (
         (announced - read, f"{read} of the {announced} messages can be read"),
         (other, f"{other} messages of other joints, or with other fields, left out"),
@@ -115,9 +115,9 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         (twice, f"{twice} repeated messages left out"),
     )
     ignored = tuple(dict.fromkeys(name for m in wanted for name in m.names if name not in joints))
-    said = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
+    lines = tuple(f"{path.name}: {note}" for count, note in notes if count > 0)
     arrays = {"t": (stamps - stamps[0]) * 1e-9, **arrays}
-    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, said)
+    return Raw({role: x[~again] for role, x in arrays.items()}, ignored, lines)
 
 
 def _fields(reading: Reading, currents: bool) -> dict[str, str]:

@@ -119,8 +119,8 @@ def read_log(
                 if reading.unit or reading.time_unit:
                     refuse("--unit and --time-unit: messages are in rad and s", "CSV, Parquet, NPZ")
                 fields = {ours: theirs for ours, theirs in mapping.items() if theirs in FIELDS}
-                asked = replace(reading, columns=reading.pairs or fields)
-                raw = read_bag(path, asked, names, wanted.currents)
+                with_fields = replace(reading, columns=reading.pairs or fields)
+                raw = read_bag(path, with_fields, names, wanted.currents)
             elif path.suffix.lower() not in (*SUFFIXES, *TEXTS):
                 how = _CONVERTED.get(path.suffix.lower(), _FILES)
                 refuse(f"the extension {path.suffix!r} is not known", how)
@@ -170,14 +170,16 @@ def make_log(
         LogError: fewer than 10 samples, different shapes, a value that is not finite, time that
             does not increase, a wrong number of joints, or degrees instead of radians.
     """
-    given = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
+    arrays = {"t": t, "q": q, "qd": qd, "tau": tau, "i": current, "qs": qs, "qr": qr,
              "qdr": qdr, "imu": imu}  # fmt: skip
     with located(name):
         try:
-            held = {role: np.asarray(x, order="C") for role, x in given.items() if x is not None}
+            plain_arrays = {
+                role: np.asarray(x, order="C") for role, x in arrays.items() if x is not None
+            }
         except ValueError as error:
             refuse(str(error), KEYS)
-        return checked_log(name, Raw(held), n, sigma, drive)
+        return checked_log(name, Raw(plain_arrays), n, sigma, drive)
 
 
 def cut(log: Log, start: float | None, until: float | None) -> Log:
@@ -309,9 +311,9 @@ def _clock(t: FloatArray, column: str) -> tuple[FloatArray, tuple[Converted, ...
     if steps.min() == 0 and MIN_SAMPLES < len(change) < _CHANGING * len(steps):
         step, start = np.polyfit(change, t[change], 1)
         if np.abs(t[change] - start - step * change).max() < 1.5 * step:
-            says = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
+            text = f"stamps are rounded to {1e3 * np.median(steps[change - 1]):.3g} ms"
             done = f"replaced by a uniform clock of {1e3 * step:.4g} ms"
-            return read_only(start + step * np.arange(len(t))), ((column, says, done),)
+            return read_only(start + step * np.arange(len(t))), ((column, text, done),)
     back = steps < 0
     k = int(np.argmax(back if back.any() else steps == 0)) + 1
     accepted = "strictly increasing time in s, with all its digits"
@@ -331,8 +333,8 @@ def roles_with_unit(reading: Reading) -> set[str]:
 
 def _shown(column: str, names: Mapping[str, str]) -> str:
     """Return a column for a message, with its name in the file."""
-    own = names.get(column, column)
-    return column if own == column else f"{plain(own[:80])} ({column})"
+    name = names.get(column, column)
+    return column if name == column else f"{plain(name[:80])} ({column})"
 
 
 def _filled(
@@ -424,18 +426,18 @@ def _require_radians(
     slope, speed = (q[at + 2] - q[at]) / (t[at + 2] - t[at])[:, None], qd[at + 1]
     sizes = rms(slope), rms(speed)
     # At rest both are noise with an arbitrary ratio: require that they move together.
-    together = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
+    in_step = np.mean(slope * speed, axis=0) >= 0.5 * sizes[0] * sizes[1]
     for j in revolute:
-        if not together[j] or not sizes[0][j] or not sizes[1][j]:
+        if not in_step[j] or not sizes[0][j] or not sizes[1][j]:
             continue
         ratio = sizes[0][j] / sizes[1][j]
         positions = ("q", "qd", "q=deg,qd=rad/s", ratio)
         speeds = ("qd", "q", "q=rad,qd=deg/s", 1 / ratio)
         for role, other, units, factor in (positions, speeds):
             if abs(factor / _DEGREES - 1.0) < 0.05:
-                own, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
+                degrees, rad = (_shown(f"{r}{j + 1}", names) for r in (role, other))
                 what = (
-                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {own} "
+                    f"qd{j + 1} and the slope of q{j + 1} differ by {factor:.3g}: {degrees} "
                     f"looks like degrees and {rad} like radians"
                 )
                 refuse(what, f"{accepted}with the units of both, such as --unit {units}")

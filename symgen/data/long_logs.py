@@ -59,12 +59,12 @@ def expanded(sources: Sequence[Source]) -> list[Source]:
     """
     out: list[Source] = []
     for source in sources:
-        found = None if isinstance(source, Log) else _files(str(source))
-        known = sorted(name for name in found or () if name.lower().endswith(SUFFIXES))
-        if found is not None and not known:
+        files = None if isinstance(source, Log) else _files(str(source))
+        known = sorted(name for name in files or () if name.lower().endswith(SUFFIXES))
+        if files is not None and not known:
             with located(str(source)):
                 refuse("no file of a log is there", _ACCEPTED)
-        out += [source] if found is None else known
+        out += [source] if files is None else known
     return out
 
 
@@ -151,9 +151,9 @@ def stretches(name: str, robot: Robot, reading: Reading) -> list[Stretch]:
     every = [*times, *last.tolist()]
     ends = zip(pairwise([*edges, row]), zip(every[::2], every[1::2], strict=True), strict=True)
     for k, (rows, (begin, end)) in enumerate(ends):
-        apart = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
+        step_of_stretch = (end - begin) / max(rows[1] - rows[0] - 1, 1) or step
         label = log if len(edges) == 1 else f"{log}, stretch {k + 1}"
-        s = Stretch(name, label, rows, (begin, end), apart, table.measured, table.units)
+        s = Stretch(name, label, rows, (begin, end), step_of_stretch, table.measured, table.units)
         out.append(s.within(*reading.span))
     return out
 

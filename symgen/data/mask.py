@@ -120,10 +120,10 @@ def mean_speeds(q: FloatArray, step: float, span: float = REST) -> FloatArray:
         span: length of the span, s.
     """
     half, at = max(1, round(span / step / 2)), np.arange(len(q))
-    apart = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
-    held = np.pad(q, ((half, half), (0, 0)), mode="edge")  # no copy of the slices
-    change = held[2 * half :] - held[: -2 * half]
-    return np.asarray(change / (np.maximum(apart, 1) * step)[:, None])
+    steps = np.minimum(at + half, len(q) - 1) - np.maximum(at - half, 0)
+    padded = np.pad(q, ((half, half), (0, 0)), mode="edge")  # no copy of the slices
+    change = padded[2 * half :] - padded[: -2 * half]
+    return np.asarray(change / (np.maximum(steps, 1) * step)[:, None])
 
 
 def resting(q: FloatArray, step: float, slow: FloatArray) -> Bools:

@@ -54,15 +54,15 @@ def columns_from(text: str) -> dict[str, str]:
     Raises:
         LogError: the text has another form, or names a column twice.
     """
-    found: dict[str, str] = {}
+    columns: dict[str, str] = {}
     for pair in text.split(",") if text else ():
         ours, sign, theirs = (part.strip() for part in pair.partition("="))
         if not (ours and sign and theirs):
             raise LogError(f"--columns: {pair[:40]!r}; accepted: {_PAIRS}")
-        if ours in found:
+        if ours in columns:
             raise LogError(f"--columns: {ours} is given twice; accepted: {_PAIRS}")
-        found[ours] = theirs
-    return found
+        columns[ours] = theirs
+    return columns
 
 
 def units_from(text: str) -> dict[str, str]:
@@ -207,8 +207,8 @@ class Raw:
         """Make names of the file plain."""
         object.__setattr__(self, "ignored", tuple(map(plain, self.ignored)))
         object.__setattr__(self, "notes", tuple(map(plain, self.notes)))
-        told = tuple(tuple(map(plain, entry)) for entry in self.converted)
-        object.__setattr__(self, "converted", told)
+        converted = tuple(tuple(map(plain, entry)) for entry in self.converted)
+        object.__setattr__(self, "converted", converted)
 
 
 @dataclass(frozen=True, eq=False)

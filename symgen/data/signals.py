@@ -113,11 +113,11 @@ def prepare(log: Log, cutoff: float | None = None) -> Samples:
     if not s.velocity_derived:
         note = "qd was measured and is used unfiltered, whatever the cutoff"
         return s if cutoff is None else replace(s, notes=(*s.notes, f"{log.name}: {note}"))
-    given = cutoff is not None
+    from_user = cutoff is not None
     used = cutoff if cutoff is not None else _MARGIN * comparison_band([s])
-    if given or can_filter(used, s.step):
+    if from_user or can_filter(used, s.step):
         q, qd = lowpass_and_slopes(s.q, s.step, used, 1)
-        source = "from the user" if given else "from the motion's bandwidth"
+        source = "from the user" if from_user else "from the motion's bandwidth"
         how = f"both through a zero-phase low-pass filter at {used:.4g} Hz ({source})"
     else:
         q, qd, nyquist = s.q, differentiate(s.q, s.step), 0.5 / s.step
@@ -135,7 +135,7 @@ def comparison_band(logs: Sequence[Samples]) -> float:
     of positions below 50 Hz. A piece of a longer log begins and ends during motion, which would
     widen its spectrum. A Hann window therefore fades its speeds in and out (Welch 1967).
     """
-    found = 0.0
+    highest = 0.0
     for j in range(logs[0].q.shape[1]):
         power: FloatArray = np.zeros(len(_GRID))
         for s in logs:
@@ -153,8 +153,8 @@ def comparison_band(logs: Sequence[Samples]) -> float:
             frequency = np.fft.rfftfreq(len(speed), s.step)
             power = power + np.interp(_GRID, frequency, np.cumsum(lines))
         if power[-1] > 0:
-            found = max(found, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
-    return min(max(found, LOWEST), HIGHEST)
+            highest = max(highest, 2 * float(_GRID[np.searchsorted(power, POWER * power[-1])]))
+    return min(max(highest, LOWEST), HIGHEST)
 
 
 def sampled(log: Log, clock: tuple[float, float] | None = None) -> Samples:
@@ -325,13 +325,13 @@ def lowpass_and_slopes(x: FloatArray, step: float, cutoff: float, slopes: int) -
     padded = np.concatenate([head, flat, tail])
     size = int(next_fast_len(len(padded), real=True))
     gains = [rfft(response(step, cutoff, length, k), size) for k in range(slopes + 1)]
-    found = [np.empty(flat.shape, order="F") for _ in gains]  # contiguous channels
+    outputs = [np.empty(flat.shape, order="F") for _ in gains]  # contiguous channels
     inside = slice(2 * length, 2 * length + samples)
     for channel in range(flat.shape[1]):
         transform = rfft(padded[:, channel], size)
-        for out, gain in zip(found, gains, strict=True):
+        for out, gain in zip(outputs, gains, strict=True):
             out[:, channel] = irfft(transform * gain, size)[inside]
-    return [out.reshape(x.shape) for out in found]
+    return [out.reshape(x.shape) for out in outputs]
 
 
 @lru_cache(maxsize=64)

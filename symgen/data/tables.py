@@ -197,10 +197,10 @@ def _columns(groups: Mapping[str, Mapping[int, str]]) -> list[str]:
 
 
 def _stamps(
-    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
+    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]], first: int, last: int
 ) -> NDArray[Any]:
     """Collect the times of rows first .. last (exclusive), (N,), in their type."""
-    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in held]
+    parts = [x["t"][max(first - start, 0) : max(last - start, 0)] for start, x in batches]
     out = np.concatenate(parts) if parts else np.zeros(0)
     out.setflags(write=False)
     return out
@@ -215,7 +215,7 @@ def _numbers(column: Any) -> NDArray[Any]:
 
 
 def _filled(
-    held: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
+    batches: Sequence[tuple[int, Mapping[str, NDArray[Any]]]],
     first: int,
     last: int,
     group: Mapping[int, str],
@@ -228,7 +228,7 @@ def _filled(
     out = np.empty((last - first, width), order="F")
     if len(group) < width:
         out[:] = np.nan
-    for start, x in held:
+    for start, x in batches:
         low, high = max(first - start, 0), min(last - start, len(next(iter(x.values()))))
         for j, column in group.items():
             out[start + low - first : start + high - first, j] = x[column][low:high]

@@ -154,7 +154,7 @@ class Units:
 
     def seconds(self, t: NDArray[Any]) -> NDArray[Any]:
         """Return stamps of the file as times in s; integers are subtracted exactly."""
-        t = whole_ticks(np.asarray(t))
+        t = integer_ticks(np.asarray(t))
         if self.origin is None and self.ticks == 1.0:
             return t
         return np.asarray((t if self.origin is None else t - self.origin) / self.ticks)
@@ -173,7 +173,7 @@ class Units:
 IN_SI = Units()
 
 
-def whole_ticks(t: NDArray[Any]) -> NDArray[Any]:
+def integer_ticks(t: NDArray[Any]) -> NDArray[Any]:
     """Return dates as int64 nanoseconds since 1970, and other stamps unchanged."""
     if t.dtype.kind == "M":
         return t.astype("datetime64[ns]").astype(np.int64)
@@ -263,7 +263,7 @@ def plausible_units(step: float) -> list[str]:
 
 def _time(raw: Raw, reading: Reading) -> Units:
     """Return the unit of the stamps."""
-    stamps = whole_ticks(np.asarray(raw.arrays["t"]))
+    stamps = integer_ticks(np.asarray(raw.arrays["t"]))
     column = raw.names.get("t", "t")
     if len(stamps) == 0 or stamps.dtype.kind not in "iuf":
         return IN_SI  # read_log refuses it by its type

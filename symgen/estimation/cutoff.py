@@ -36,7 +36,7 @@ from symgen.data.signals import (
 )
 from symgen.estimation.band import Band, Rests, rest_speeds
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.masking import require_left
+from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import PASSES
 from symgen.estimation.summary import block_errors, block_summary
 from symgen.estimation.system import Equations, torque_equations
@@ -227,6 +227,6 @@ def _errors(
         for out, band in reversed(list(zip(parts, bands, strict=True))):  # derived speeds first
             log = filter_log(s, band, q)
             q, equations = log.q, torque_equations(evaluator, log, measured=torque)
-            require_left(s, equations, evaluator.model.robot)
+            require_equations(s, equations, evaluator.model.robot)
             out.append(equations)
     return [block_errors(t, t) for t in map(block_summary, parts)]

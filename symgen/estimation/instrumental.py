@@ -45,7 +45,7 @@ from symgen.policy import BEYOND, KNOWN
 #: A column is not tested if the instruments leave less than this share of it unexplained.
 _SUSPECT = 1e-7
 #: Significance level of the Durbin-Wu-Hausman test for bias.
-LEVEL = 0.01
+SIGNIFICANCE = 0.01
 #: Instruments are weak if their correlation with a direction of W is below this.
 _WEAK = 0.3
 #: Share of a parameter from which a bias matters.
@@ -240,7 +240,7 @@ def bias_of_least_squares(
     plain = other.comparison[0]
     moves = np.abs(other.X - plain.X)
     known = (spread < KNOWN * size) & (moves > _MATERIAL * size)
-    certain = any(test.p_value < LEVEL for test in other.endogeneity)
+    certain = any(test.p_value < SIGNIFICANCE for test in other.endogeneity)
     ratio = np.where(known & (plain.std > 0), moves / np.maximum(plain.std, 1e-300), 0.0)
     largest = int(np.argmax(ratio))
     if not certain or ratio[largest] <= BEYOND:

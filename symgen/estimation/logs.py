@@ -151,7 +151,7 @@ def _beyond_torque(tau: FloatArray, robot: Robot, name: str) -> Iterator[str]:
         )
 
 
-def held_from(count: int) -> int:
+def first_held_out(count: int) -> int:
     """Return the number of the first held-out sample of `count` samples."""
     return int(count * (1 - HELD_OUT))
 
@@ -164,7 +164,7 @@ def hold_out(logs: Sequence[Samples]) -> tuple[list[Samples], list[Samples]]:
     """
     train, held_out = [], []
     for s in logs:
-        cut = held_from(len(s.t))
+        cut = first_held_out(len(s.t))
         if len(s.t) - cut < MIN_SAMPLES:
             raise LogError(
                 f"{s.name}: {len(s.t)} samples are too few to hold out the last fifth; accepted: "

@@ -74,7 +74,9 @@ def _shares(flags: Bools, robot: Robot, what: str) -> str:
     return f"{what}: {counts or 'none'} of {len(flags)} samples"
 
 
-def require_left(log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot) -> None:
+def require_equations(
+    log: FilteredLog | Samples, equations: Sequence[Equations], robot: Robot
+) -> None:
     """Refuse a mask that covers nearly all samples.
 
     Raises:

@@ -118,8 +118,8 @@ def triangle(rows: FloatArray) -> FloatArray:
         R = np.zeros((rows.shape[1],) * 2)
         R[np.ix_(moved, moved)] = triangle(rows[:, moved])
         return R
-    found = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
-    return np.asarray(np.linalg.qr(rows, mode="r")) if found is None else found
+    factor = _cholesky_qr(rows) if len(rows) > _TALL * rows.shape[1] else None
+    return np.asarray(np.linalg.qr(rows, mode="r")) if factor is None else factor
 
 
 def _cholesky_qr(A: FloatArray) -> FloatArray | None:

@@ -230,8 +230,10 @@ def window_equations(
     if log.mask is not None:
         masked = log.mask.robot[:, None] if energy else log.mask.joint
         free = _untouched(masked, first, last)
-    found = joint_equations(log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free)
-    return tuple(replace(e, joint=None) for e in found) if energy else found
+    equations = joint_equations(
+        log, rows[:, :, :p], y, log.t[last], w.correlation, F, resting, free
+    )
+    return tuple(replace(e, joint=None) for e in equations) if energy else equations
 
 
 def torque_at(evaluator: Evaluator, X: FloatArray, *motion: FloatArray) -> FloatArray:

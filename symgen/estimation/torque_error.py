@@ -25,7 +25,7 @@ from symgen.runtime.evaluator import Evaluator
 #: Errors above this ratio have no meaningful digits.
 MANY = 10.0
 #: Percentages from here on are whole numbers; smaller ones have three digits.
-_WHOLE = 99.95
+_WHOLE_PERCENT = 99.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class TorqueFit:
         return relative_error(self.error, self.size)
 
     @property
-    def told_apart(self) -> tuple[str, ...]:
+    def motion_note(self) -> tuple[str, ...]:
         """A text with the errors of joints in motion and at rest; empty if none rests."""
         if not self.rest.any():
             return ()
@@ -87,7 +87,7 @@ def percent(ratio: float) -> str:
     if ratio > MANY:
         return "over 1000 %"
     value = 100 * ratio + 0.0
-    return f"{value:.0f} %" if abs(value) >= _WHOLE else f"{value:#.3g} %"
+    return f"{value:.0f} %" if abs(value) >= _WHOLE_PERCENT else f"{value:#.3g} %"
 
 
 def largest(

@@ -112,7 +112,7 @@ def require_motion(train: Sequence[Samples], robot: Robot) -> None:
 
 
 def join_bands(
-    train: Sequence[Samples], held: Sequence[Samples], comparison: float | None = None
+    train: Sequence[Samples], held_out: Sequence[Samples], comparison: float | None = None
 ) -> tuple[list[Samples], list[Samples], tuple[Fault, ...]]:
     """Repair measured speeds that are delayed or scaled, and torques that contain only noise.
 
@@ -129,4 +129,4 @@ def join_bands(
         done.extend((*repairs, *silent))
         return samples
 
-    return [mended(s) for s in train], [mended(s) for s in held], tuple(done)
+    return [mended(s) for s in train], [mended(s) for s in held_out], tuple(done)

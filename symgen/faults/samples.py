@@ -104,10 +104,10 @@ def _stalled(c: Channel) -> Symptom | None:
 
 def _wrapped(c: Channel) -> Symptom | None:
     """Find angles that jump by one turn between samples of a slow motion."""
-    whole = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
-    if whole is None:
+    unwrapped_x = None if c.about[c.joint] == PRISMATIC else unwrapped(c.x, 2 * np.pi)
+    if unwrapped_x is None:
         return None
-    return Symptom(int(np.sum(np.abs(np.diff(whole - c.x)) > np.pi)), whole)
+    return Symptom(int(np.sum(np.abs(np.diff(unwrapped_x - c.x)) > np.pi)), unwrapped_x)
 
 
 def _unsigned(c: Channel) -> Symptom | None:

@@ -269,7 +269,7 @@ def _of_rests(band: Band, seen: TorqueFit) -> tuple[str, ...]:
         "joints stand still at times, where static friction can take any value between its limits: "
         f"{told}; rows at rest have {weights} times the weight of "
         "rows in motion"
-        for told in seen.told_apart
+        for told in seen.motion_note
     )
 
 

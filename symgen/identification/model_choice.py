@@ -24,7 +24,7 @@ from symgen.estimation.estimators import Wls
 from symgen.estimation.features import features_of
 from symgen.estimation.filtered_log import FilteredLog, filter_log
 from symgen.estimation.logs import Source
-from symgen.estimation.masking import require_left
+from symgen.estimation.masking import require_equations
 from symgen.estimation.solve import (
     IdentifiableColumns,
     Solution,
@@ -332,7 +332,7 @@ def _equations(run: Run, model: EquationModel) -> list[EquatedLog]:
 def _require_equations(logs: Sequence[EquatedLog], robot: Robot) -> None:
     """Refuse logs of which masks leave too few equations."""
     for part in logs:
-        require_left(part.log, part.equations, robot)
+        require_equations(part.log, part.equations, robot)
 
 
 def _best_model(

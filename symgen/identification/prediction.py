@@ -133,7 +133,7 @@ def predict(
         noise=judged.noise,
         band=opened.band,
         repairs=opened.repairs,
-        notes=(*opened.notes, *compared.told_apart),
+        notes=(*opened.notes, *compared.motion_note),
         torque=Trace(seen.name, "validation", "torque", seen.t, measured, torque),
         kinetic=kinetic[:, 0],
         potential=potential[:, 0],

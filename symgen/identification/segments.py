@@ -33,7 +33,7 @@ from symgen.estimation.covariance import bartlett, scores
 from symgen.estimation.equation_model import EquationModel
 from symgen.estimation.estimators import Ols
 from symgen.estimation.filtered_log import FilteredLog, filter_log
-from symgen.estimation.logs import held_from, open_log
+from symgen.estimation.logs import first_held_out, open_log
 from symgen.estimation.solve import (
     PASSES,
     least_squares_solution,
@@ -263,7 +263,7 @@ def sample_logs(
 
 def _split(s: Stretch) -> list[Stretch]:
     """Hold out the last fifth of a stretch."""
-    edge = s.rows[0] + held_from(s.count)
+    edge = s.rows[0] + first_held_out(s.count)
     late = replace(s.between(edge, s.rows[1]), name=f"{s.name} (last fifth)", kind="validation")
     return [s.between(s.rows[0], edge), late]
 

@@ -83,17 +83,17 @@ def _kind(result: Result) -> tuple[str, _Kind]:
     return next((name, kind) for name, kind in _KINDS.items() if isinstance(result, kind.made))
 
 
-def content(result: Value, *beside: Robot | None) -> Content:
+def content(result: Value, *extra: Robot | None) -> Content:
     """Return the content of a result for a page and a terminal.
 
     Args:
         result: result of identify, diagnose, predict, payload, study, compare, excite or load.
-        beside: for an estimate, its robot, which is drawn; for a diagnosis, the models moved by the
+        extra: for an estimate, its robot, which is drawn; for a diagnosis, the models moved by the
             measured torques.
     """
     if isinstance(result, Comparison | Plan | Evaluator):
         return _OTHERS[type(result)](result)
-    return _kind(result)[1].say(result, *beside)
+    return _kind(result)[1].say(result, *extra)
 
 
 def load_result(path: str | Path) -> Result:

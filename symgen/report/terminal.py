@@ -182,11 +182,11 @@ def print_content(content: Content) -> None:
         say(wrapped(line))
     if content.banner is not None:
         _print_verdict(content.banner)
-    for section in (s for s in content.sections if s.told is not None):
+    for section in (s for s in content.sections if s.printed is not None):
         if section.table is not None and section.table.rows and not section.folded:
             click.echo(f"\n{click.style(section.heading, bold=True)}")
             table(section.table.header, section.table.rows)
-        for line in section.told or ():
+        for line in section.printed or ():
             say(wrapped(line))
     for line in content.run:
         say(wrapped(line))

@@ -41,10 +41,10 @@ def frames(robot: Robot, q: dict[int, float]) -> list[NDArray[np.float64]]:
         at = sum((c * q[k] for k, c in joint.shares), joint.offset)
         slides = joint.slides
         theta, r = joint.theta + (0 if slides else at), joint.r + (at if slides else 0)
-        own = out[joint.antecedent]
+        frame = out[joint.antecedent]
         for axis, *lengths in ((2, joint.gamma, joint.b), (0, joint.alpha, joint.d), (2, theta, r)):
-            own = own @ screw(axis, *map(float, lengths)).astype(float)
-        out.append(own)
+            frame = frame @ screw(axis, *map(float, lengths)).astype(float)
+        out.append(frame)
     return out
 
 
@@ -60,9 +60,9 @@ def turned_by(rotation: Array, within: float = TOLERANCE) -> tuple[Any, Any, Any
     defined. Roll is then zero.
     """
     digits, (x, y, z) = context(), rotation.T
-    level = digits.hypot(x[0], x[1])
-    pitch = digits.atan2(-x[2], level)
-    if level < within:
+    horizontal = digits.hypot(x[0], x[1])
+    pitch = digits.atan2(-x[2], horizontal)
+    if horizontal < within:
         return digits.mpf(0), pitch, digits.atan2(-y[0], y[1])
     return digits.atan2(y[2], z[2]), pitch, digits.atan2(x[1], x[0])
 
@@ -87,9 +87,9 @@ def normal(first: Line, second: Line, parallel: float = _PARALLEL) -> Line | Non
     sine = norm(across)
     if sine > parallel:
         return point + along * (np.cross(between, direction) @ across / sine**2), across / sine
-    apart = between - along * (between @ along)
-    distance = norm(apart)
-    return (point, apart / distance) if distance > _TOUCH else None
+    offset = between - along * (between @ along)
+    distance = norm(offset)
+    return (point, offset / distance) if distance > _TOUCH else None
 
 
 def crossing(base: Array, line: Line) -> Array:

@@ -70,21 +70,21 @@ class TableReader:
         self.joints, self.movable = joints, movable
         self.geometry: dict[str, sp.Expr] = {}
 
-    def table(self, kind: type[Table], table: Any, place: str, **beside: Any) -> Table:
+    def table(self, kind: type[Table], table: Any, place: str, **more: Any) -> Table:
         """Return a table as a frozen value.
 
         Args:
             kind: the dataclass.
             table: the content in the file.
             place: name of the table in messages, such as "joint 2".
-            beside: values of the fields that are not keys.
+            more: values of the fields that are not keys.
 
         Raises:
             RobotError: a key is unknown or missing, or its value is not accepted.
         """
         known = keys(kind)
         require_keys(table, known, place)
-        found = dict(beside)
+        found = dict(more)
         for key, value in table.items():
             found[key] = self.value(known[key], value, f"{place}, key {key!r}")
         for f in fields(kind):  # type: ignore[arg-type]  # every kind is a dataclass

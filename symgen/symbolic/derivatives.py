@@ -63,7 +63,7 @@ _HALF = sp.Rational(1, 2)
 class Screws:
     """S, 2 S' and S" of a joint in one frame: angular and linear parts."""
 
-    own: Screw
+    screw: Screw
     twice: Screw
     second: Screw
 
@@ -183,19 +183,19 @@ def _rigid(p: Plant, qdd: ByJoint) -> tuple[Rows, Rows]:
             if j not in screws:
                 continue
             before = screws[j]
-            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.own))
-            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.own))
+            by_q[j][i] = tape.name(f"P{j}_{i}", acting(place[j], before.screw))
+            by_qd[j][i] = tape.name(f"Q{j}_{i}", acting(speed[j], before.screw))
             if j == i:
                 continue
             half = _HALF * acting(couple[j], before.twice)
             value = half + acting(inertia[j], before.second)
             by_q[i][j] = tape.name(f"P{i}_{j}", value)
-            value = acting(couple[j], before.own) + acting(inertia[j], before.twice)
+            value = acting(couple[j], before.screw) + acting(inertia[j], before.twice)
             by_qd[i][j] = tape.name(f"Q{i}_{j}", value)
     return by_q, by_qd
 
 
-def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
+def _screws(screw: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeBuilder) -> Screws:
     (w, V), dw = frame.twist, motion.dw
     p = products(w, j, tape)
     turn = named(scaled(sp.Integer(2), cross(w, Z)), f"a{j}_", tape)
@@ -205,11 +205,11 @@ def _screws(own: Screw, frame: LinkState, motion: LinkState, j: int, tape: TapeB
         tape.name(f"A23{j}", p[2][1] - dw[0]),
         -tape.name(f"Q3{j}", p[0][0] + p[1][1]),
     )
-    if own[0] == ZERO:
-        return Screws(own, (ZERO, turn), (ZERO, second))
+    if screw[0] == ZERO:
+        return Screws(screw, (ZERO, turn), (ZERO, second))
     slide = named(scaled(sp.Integer(2), cross(V, Z)), f"b{j}_", tape)
     linear = named(plus(cross(motion.a, Z), cross(V, turn)), f"c{j}_", tape)
-    return Screws(own, (turn, slide), (second, linear))
+    return Screws(screw, (turn, slide), (second, linear))
 
 
 def reaction_wrenches(
@@ -232,7 +232,7 @@ def reaction_wrenches(
         i: number of the joint, for names.
         tape: receives the named steps.
     """
-    (e, v), (turn, _) = screws.own, screws.twice
+    (e, v), (turn, _) = screws.screw, screws.twice
     (lin, ang), (f, n) = momentum, force
     second, first = body.momentum(screws.second), body.momentum(screws.twice)
     spin = matvec(rate.J, e)
@@ -247,7 +247,7 @@ def reaction_wrenches(
             plus(first[0], scaled(double, cross(e, lin))),
             plus(first[1], spin, cross(e, ang)),
         ),
-        "m": body.momentum(screws.own),
+        "m": body.momentum(screws.screw),
         "u": (ZERO, plus(spin, cross(ang, e), scaled(double, cross(lin, v)))),
     }
     return [

@@ -74,20 +74,20 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
     a, b = (dict(e.provenance) for e in (c.a, c.b))
     origin = [(key, _short(a.get(key, "-")), _short(b.get(key, "-"))) for key in {**a, **b}]
     return (
-        Section("Differences", (_DIFFERENCE,), table, told=()),
+        Section("Differences", (_DIFFERENCE,), table, printed=()),
         Section(
             "Side by side",
             ("Residuals of different models and logs are not of the same quantity.",),
             Table(("", "a", "b"), sides),
-            told=(),
+            printed=(),
         ),
         Section(f"Why a is {c.a.verdict}", tuple(r.text for r in c.a.reasons)),
         Section(f"Why b is {c.b.verdict}", tuple(r.text for r in c.b.reasons)),
-        Section("Not compared", (left,), Table(("name", "why"), c.left_out), told=()),
+        Section("Not compared", (left,), Table(("name", "why"), c.left_out), printed=()),
         Section(
             "Notes",
             tuple(f"{n[:1].upper()}{n[1:]}." for n in c.notes),
-            told=tuple(f"note: {n}" for n in c.notes),
+            printed=tuple(f"note: {n}" for n in c.notes),
         ),
         Section("Provenance", table=Table(("item", "a", "b"), (("estimate", *c.names), *origin))),
     )

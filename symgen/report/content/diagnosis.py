@@ -82,7 +82,7 @@ def _sections(d: Diagnosis) -> list[Section]:
             (f"Measured, and by the model {models}, in the motion's band.",),
             figure=partial(diagnosis_plots.torques, d),
         ),
-        Section("Effects", (_EFFECTS,), _effect_table(d), told=()),
+        Section("Effects", (_EFFECTS,), _effect_table(d), printed=()),
         _gap_section(d),
         _advice_section(d, {*(tie(e, d.extended) for e in tied)}),
     )
@@ -128,7 +128,7 @@ def _advice_section(d: Diagnosis, effect_lines: Container[str]) -> Section:
         )
     if d.command:
         text.append(d.command)
-    return Section("What to do", tuple(text), told=lines)
+    return Section("What to do", tuple(text), printed=lines)
 
 
 def _gap_section(diagnosis: Diagnosis) -> Section:
@@ -136,7 +136,7 @@ def _gap_section(diagnosis: Diagnosis) -> Section:
         "The torque error is the RMS of measured minus modelled torque over the RMS of the "
         "measured torque. The noise floor is the error that the sensor noise alone would cause."
     )
-    return Section("Torque error by joint", (text,), _gap_table(diagnosis), told=())
+    return Section("Torque error by joint", (text,), _gap_table(diagnosis), printed=())
 
 
 def _gap_table(d: Diagnosis) -> Table:

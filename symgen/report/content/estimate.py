@@ -139,10 +139,10 @@ def _simulation_sections(e: Estimate) -> list[Section]:
     if use.diverged:
         text.append(f"The identified model diverges in {use.diverged} of the windows.")
     return [
-        Section("Position error in simulation", tuple(text), table, told=()),
+        Section("Position error in simulation", tuple(text), table, printed=()),
         Section(
             f"Position error in simulation by joint after {last.seconds:g} s", (),
-            Table(("joint", *(name for name, _ in models)), by_joint), told=(), folded=True,
+            Table(("joint", *(name for name, _ in models)), by_joint), printed=(), folded=True,
         ),
     ]  # fmt: skip
 
@@ -195,7 +195,7 @@ def _error_section(e: Estimate) -> Section:
     ]
     rows.append(("all joints", "", "", *(percent(r.relative) for r in errors.values())))
     header = ("joint", "RMS torque", "RMS error", *errors)
-    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), told=())
+    return Section(f"{said.capitalize()} by joint", (_ERROR,), Table(header, rows), printed=())
 
 
 def _model_section(e: Estimate) -> Section:
@@ -210,7 +210,7 @@ def _model_section(e: Estimate) -> Section:
         for a in e.alternatives
     ]
     header = ("model", "error on folds", "error on held-out data", "condition number")
-    return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), told=())
+    return Section("Models", (_MODELS,), Table(header, rows if len(rows) > 1 else ()), printed=())
 
 
 def _suspected_sections(e: Estimate) -> list[Section]:
@@ -219,7 +219,7 @@ def _suspected_sections(e: Estimate) -> list[Section]:
         return []
     texts = [reason.text for reason in e.suspected]
     lines = tuple(f"suspected: {text}" for text in texts)
-    return [Section("Suspected", (_SUSPECTED, *texts), told=lines)]
+    return [Section("Suspected", (_SUSPECTED, *texts), printed=lines)]
 
 
 def _known_section(e: Estimate) -> Section:
@@ -229,7 +229,7 @@ def _known_section(e: Estimate) -> Section:
         f"Standard deviations exclude: {e.excludes or 'not stated'}.",
         f"Physical consistency: {e.physical.text}.",
     )
-    return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), told=told)
+    return Section(heading, (_KNOWN, *told), Table(_COLUMNS, rows), printed=told)
 
 
 def _weak_section(e: Estimate) -> Section:
@@ -269,8 +269,10 @@ def _values_sections(e: Estimate) -> list[Section]:
             known = [number(value), number(std, 3), number(apart, 3)]
             row += ["-"] * 3 if math.isinf(std) else known
         rows.append(tuple(row))
-    told = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
-    return [Section(f"Values beside {told}", (*_VALUES, *tests), Table(header, rows), told=())]
+    sources = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
+    return [
+        Section(f"Values beside {sources}", (*_VALUES, *tests), Table(header, rows), printed=())
+    ]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:

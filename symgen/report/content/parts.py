@@ -49,10 +49,10 @@ class Section:
         figure: draws the figure when a page is made; returns None if there is nothing to draw. A
             section without figure and rows is left out, unless it is text alone.
         picture: SVG.
-        told: lines that a terminal prints below the table; with None it prints nothing of the
+        printed: lines that a terminal prints below the table; with None it prints nothing of the
             section. A section with such lines alone is not on a page.
         folded: whether a page shows only the heading until it is clicked. Print and terminal omit a
-            folded section, except for `told`.
+            folded section, except for `printed`.
     """
 
     heading: str
@@ -60,7 +60,7 @@ class Section:
     table: Table | None = None
     figure: Callable[[], Figure | None] | None = None
     picture: str = ""
-    told: tuple[str, ...] | None = None
+    printed: tuple[str, ...] | None = None
     folded: bool = False
 
 
@@ -111,15 +111,15 @@ class Content:
 
 def run_lines(band: Band | None, repairs: Sequence[Fault]) -> tuple[str, ...]:
     """Return lines on the logs: band, speeds and repairs, then one line for each kind of repair."""
-    said = "no band" if band is None else band.in_words()
+    text = "no band" if band is None else band.in_words()
     alike: dict[tuple[str, str], list[Fault]] = {}
     for r in repairs:  # numbers differ between logs
         alike.setdefault((re.sub(r"[0-9.]+", "", _short(r)), r.done), []).append(r)
     mended = [r for r in repairs if r.kind != CONVERTED]
-    lines = [f"run: {said}; repaired: {_columns(mended) or 'nothing'}"]
-    for own in alike.values():
-        label = "note" if own[0].kind == CONVERTED else "repair"
-        lines.append(f"{label}: {_one_line(own)}")
+    lines = [f"run: {text}; repaired: {_columns(mended) or 'nothing'}"]
+    for group in alike.values():
+        label = "note" if group[0].kind == CONVERTED else "repair"
+        lines.append(f"{label}: {_one_line(group)}")
     return tuple(lines)
 
 
@@ -159,7 +159,7 @@ def notes_section(notes: Sequence[str]) -> tuple[Section, ...]:
         for text, names in logs.items()
         if names != ["band"]
     )
-    return (Section("Notes", tuple(notes), told=lines),) if notes else ()
+    return (Section("Notes", tuple(notes), printed=lines),) if notes else ()
 
 
 def repairs_section(repairs: Sequence[Fault]) -> Section:

@@ -42,8 +42,8 @@ def payload_content(payload: Payload) -> Content:
     origin, text = _LOAD.format(payload.frame_label), f"Method: {payload.method}."
     sections = (
         Section("Torque with and without the load", (_TORQUES,), figure=partial(_torques, payload)),
-        Section("Load", (origin, text), table, told=(origin,)),
-        Section("Torque error by joint", (_ERROR,), _errors(payload), told=()),
+        Section("Load", (origin, text), table, printed=(origin,)),
+        Section("Torque error by joint", (_ERROR,), _errors(payload), printed=()),
         repairs_section(payload.repairs),
         *notes_section(payload.notes),
     )

@@ -48,9 +48,9 @@ def plan_content(plan: Plan) -> Content:
         f"{counted(len(plan.runs), 'run')} of {', '.join(lengths)} s, from which identify can "
         f"determine the parameters of {plan.robot} with the {plan.model} model.",
     )
-    done, asked = plan.searches
+    done, total = plan.searches
     why = "" if plan.stopped == "done" else f"; stopped: {plan.stopped}"
-    search = f"completed searches: {done} of {asked}{why}"
+    search = f"completed searches: {done} of {total}{why}"
     rows = [
         (name + (" (searched for)" if name == plan.model else ""), number(condition, 3))
         for name, condition in plan.conditions.items()
@@ -74,9 +74,9 @@ def plan_content(plan: Plan) -> Content:
     notes = (*plan.notes, *(f"{text}." for text in plan.other_models))
     sections = (
         Section("Motion", (_MOTION,), figure=partial(_motion, plan)),
-        Section("Use of the limits", (_USES,), _uses(plan), told=()),
-        Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), told=()),
-        Section("Condition numbers", (_CONDITIONS, search), conditions, told=(search,)),
+        Section("Use of the limits", (_USES,), _uses(plan), printed=()),
+        Section("Expected standard deviations", (_DEVIATIONS,), _deviations(plan), printed=()),
+        Section("Condition numbers", (_CONDITIONS, search), conditions, printed=(search,)),
         *notes_section(notes),
     )
     return Content(f"Motion for {plan.robot}", lead, sections, banner)

@@ -51,7 +51,7 @@ def prediction_content(prediction: Prediction) -> Content:
     torques, energies = partial(_torques, prediction), partial(_energies, prediction)
     sections = (
         Section("Measured and predicted torque", (filters,), figure=torques),
-        Section("Torque error by joint", (_ERROR,), table, told=()),
+        Section("Torque error by joint", (_ERROR,), table, printed=()),
         Section(
             "Energy",
             ("Potential energy is known up to a constant.",),

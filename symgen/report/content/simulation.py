@@ -40,10 +40,10 @@ def simulation_content(result: SimulationComparison) -> Content:
     )
     sections = (
         Section("A window", figure=partial(_window, result, joints, units)),
-        Section("Position error over the horizon", text, table, told=()),
+        Section("Position error over the horizon", text, table, printed=()),
         Section(
             f"Position error by joint after {last:g} s", (),
-            Table(("joint", *(f.file for f in result.files)), by_joint), told=(),
+            Table(("joint", *(f.file for f in result.files)), by_joint), printed=(),
         ),
         *notes_section(result.notes),
     )  # fmt: skip
