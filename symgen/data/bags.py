@@ -60,7 +60,7 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         path: the file or folder.
         reading: topic, joint names in the messages, and meaning of the fields.
         names: names of the movable joints of the robot, used if `reading` has none.
-        currents: whether a field may hold currents (reading.columns {"i": "effort"}).
+        currents: whether a field may contain currents (reading.columns {"i": "effort"}).
 
     Raises:
         LogError: rosbags is missing, the bag is damaged, or its messages do not
@@ -95,7 +95,8 @@ def read_bag(path: Path, reading: Reading, names: Sequence[str], currents: bool)
         if field in content:
             pairs = zip(wanted, orders, strict=True)
             arrays[role] = np.array([_row(m, field, order) for m, order in pairs])
-            if np.isnan(arrays[role]).all():  # ros2_control has NaN for what is not measured
+            # ros2_control writes NaN for quantities without a sensor.
+            if np.isnan(arrays[role]).all():
                 del arrays[role]
     again = np.append(False, np.diff(stamps) == 0)  # a repetition of the previous message
     for k in np.flatnonzero(again):

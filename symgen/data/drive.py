@@ -4,10 +4,10 @@ With the gear ratios N, torque constants K and gains g of [drive]:
 
     q_motor = N q_joint        tau_joint = g N' tau_motor        tau_motor = K i
 
-The gains g come from a calibration of the drives; the default is
-1. For g = 1, both sides have the same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano
-et al., Robotics, 2009, sec. 5.1). Friction and rotor inertia then act at the joint: IA = N^2 times
-the inertia of the rotor. Motor positions are zero where the joint positions are zero.
+The gains g come from a calibration of the drives; the default is 1. For g = 1, both sides have the
+same power: qd_motor' tau_motor = qd_joint' tau_joint (Siciliano et al., Robotics, 2009, sec. 5.1).
+Friction and rotor inertia then act at the joint: IA = N^2 times the inertia of the rotor. Motor
+positions are zero where the joint positions are zero.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def joint_side(log: Log, drive: Drive) -> Log:
         tau = (log.current * drive.torque_constant) @ N
         unused = ""
         if logged is not None:
-            unused = f"; the log's own tau {_difference(logged, tau)}, unused"
+            unused = f"; the recorded tau {_difference(logged, tau)} and is not used"
         notes.append(
             "tau is that of the motor currents i1.. by the torque constants and ratios of "
             f"[drive]{unused}"

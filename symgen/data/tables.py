@@ -256,7 +256,7 @@ def _csv(path: Path, wanted: Wanted) -> ColumnTable:
 
 
 def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
-    """Return columns of a CSV as an Arrow table of numbers; the column t may hold dates.
+    """Return columns of a CSV as an Arrow table of numbers; the column t may contain dates.
 
     Args:
         path: the file.

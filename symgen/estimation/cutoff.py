@@ -4,8 +4,8 @@ A low cutoff distorts the motion; a high one lets noise of accelerations into th
 increase the torque error on folds of the training logs that the fit does not use. symgen measures
 this error in one comparison band for all cutoffs. Joints have equal weight, each relative to its
 smallest error. All errors contain the same torque noise, so symgen compares them block by block of
-time. A cutoff is as good as the best one if its error is larger by at most one standard deviation
-of the difference (the one-standard-error rule of Breiman et al. 1984, section 3.4.3).
+time. A cutoff is as good as the best one if its error is at most one standard deviation of the
+difference larger. This is the one-standard-error rule (Breiman et al. 1984, section 3.4.3).
 
 In a log of point-to-point moves, joints are at rest most of the time. At each rest, Coulomb
 friction has another value, which no column explains. Plain least squares would attribute it to

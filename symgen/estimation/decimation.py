@@ -30,7 +30,7 @@ from symgen.estimation.values import FloatArray
 PER_PERIOD = 4
 #: Seconds to leave out at both ends of a log, where the filter settles.
 ENDS = 0.3
-#: Approximate number of nodes to evaluate at once: many columns of so many fit into a cache.
+#: Approximate number of nodes to evaluate at once: many columns of this length fit into a cache.
 BLOCK = 256
 
 

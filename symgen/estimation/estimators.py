@@ -156,7 +156,7 @@ class Prior:
     mean: FloatArray
     std: FloatArray
     name: ClassVar[str] = "prior"
-    excludes: ClassVar[str] = NOISE_BIAS + "; errors of the prior beyond the std that it was given"
+    excludes: ClassVar[str] = NOISE_BIAS + "; errors of the prior beyond its std"
 
     def solve(self, system: LinearSystem) -> Solution:
         """Solve by QR of the rows and the prior below them."""
@@ -189,10 +189,10 @@ class TotalLeastSquares:
     ||D v||. Its solution is v = R^-1 w, with w the first right singular vector of D R^-1 (Golub and
     Van Loan 1980; noise may be 0 as in Van Huffel and Vandewalle 1991, ch. 3).
 
-    It removes the bias of least squares if the errors of the columns are independent of each other
-    and from row to row, and if their ratio to those of y is known. A robot's regressor does not
-    satisfy this; instrumental variables need less. The precision is the sandwich of the estimating
-    equations sum e (w + e C X/(1 + X'C X)) = 0.
+    It removes the bias of least squares under two conditions. The errors of the columns are
+    independent of each other and from row to row, and their ratio to those of y is known. A robot's
+    regressor does not satisfy them; instrumental variables need less. The precision is the sandwich
+    of the estimating equations sum e (w + e C X/(1 + X'C X)) = 0.
 
     Attributes:
         noise: (p,) standard deviation of the error of each column over that of y; 0 where exact.

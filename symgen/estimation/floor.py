@@ -25,8 +25,7 @@ from symgen.estimation.torque_error import TorqueFit
 from symgen.estimation.values import SEED, FloatArray
 from symgen.runtime.evaluator import Evaluator
 
-#: A gap is visible above so many times the noise floor, and so many times the smallest gap that
-#: matters.
+#: A gap is visible above these multiples of the noise floor and of the smallest gap that matters.
 _LOUD, _VISIBLE = 3.0, 2.0
 #: Largest ratio of the noise density in one octave to that in the next. It is 0.4 to 10 in logs of
 #: six robots, and at least 75 in torques after a second-order low-pass.

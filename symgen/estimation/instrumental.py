@@ -221,8 +221,9 @@ def bias_of_least_squares(
         least: weighted least squares of these equations, if already solved.
 
     Returns:
-        The solution with tests and comparison, and in words a bias that the intervals do not hold,
-        or "": significant, above 3 std, and above 5 % of a parameter that is known to 30 %.
+        The solution with tests and comparison, and a text on a bias that the intervals do not
+        contain, or "". Such a bias is significant, above 3 std, and above 5 % of a parameter that
+        is known to 30 %.
     """
     if any(e.Z is None for e in system.logs):
         return solution, ""

@@ -95,7 +95,7 @@ def _require_base_motion(log: Log) -> None:
     """Refuse a log that lacks the motion of the base, or has its specific force in other units."""
     if log.imu is None:
         refuse(
-            "has no motion of the base, which the robot file says moves",
+            "lacks the motion of the base, which moves according to the robot file",
             f"columns {', '.join(IMU)} in m/s2 and rad/s, in the axes of the base (imu (N, 6) "
             "for NPZ), or a robot file without base = 'imu'",
         )

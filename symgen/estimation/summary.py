@@ -233,7 +233,7 @@ def block_summary(logs: Sequence[Sequence[Equations]], reach: float = 0.0) -> Bl
         IdentificationError: a log has no equation.
     """
     if not all(len(e.t) for log in logs for e in log):
-        raise IdentificationError("a log is too short: no equation is left of it")
+        raise IdentificationError("a log is too short for any equation")
     spans = [(min(e.t[0] for e in log), max(e.t[-1] for e in log)) for log in logs]
     total = sum(end - start for start, end in spans) or 1.0
     m, width = len(logs[0]), logs[0][0].W.shape[1] + 1

@@ -17,7 +17,7 @@ from symgen.estimation.values import FloatArray
 #: From q, qd (k, n) to functions of the state (k, m, a) and rates (k, m, c).
 Terms = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 _OVERLAP = 10
-_FINE = 20  # minimum number of nodes of a window, if the log has so many
+_FINE = 20  # minimum number of nodes of a window, if the log has enough
 
 
 @dataclass(frozen=True)

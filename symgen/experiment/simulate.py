@@ -222,7 +222,7 @@ def simulate(
     if torque is not None and follows:
         raise ParameterError("simulate: torques and a trajectory; accepted: one of the two")
     if torque is not None and made.rate is not None:
-        raise ParameterError("simulate: torques have stamps of their own; accepted: no rate")
+        raise ParameterError("simulate: torques already have stamps; accepted: no rate")
     numbers = range(runs) if isinstance(runs, int) else runs
     if not numbers or min(numbers) < 0 or seed < 0:
         raise ParameterError(

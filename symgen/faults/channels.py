@@ -56,10 +56,10 @@ def runs(x: FloatArray) -> tuple[Places, Places]:
 def outliers(x: FloatArray) -> Places:
     """Return the indices of single samples that stand out from their neighbours.
 
-    An outlier differs from both neighbours in the same direction. The difference exceeds 12 times
-    the usual distance of a sample from the mean of its neighbours, 12 last digits, 4 times the
-    adjacent steps, and 4 times the third largest step around it. The two largest steps may belong
-    to another outlier.
+    An outlier differs from both neighbours in the same direction. The difference exceeds four
+    limits: 12 times the usual distance of a sample from the mean of its neighbours, 12 last digits,
+    4 times the adjacent steps, and 4 times the third largest step around it. The two largest steps
+    may belong to another outlier.
 
     Args:
         x: (N,) the channel.

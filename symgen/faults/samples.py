@@ -130,8 +130,8 @@ def _outliers(c: Channel) -> Symptom | None:
 def _follows(q: FloatArray, height: FloatArray) -> bool:
     """Return whether the speed of a joint changes at the peaks of its torque.
 
-    With h the height of a torque peak and e the change of the mean speed from the samples before it
-    to those after it, h e is zero on average for a torque that did not act.
+    h is the height of a torque peak, and e the change of the mean speed from before it to after it.
+    For a torque that did not act, h e is zero on average.
 
     Args:
         q: (N,) position of the joint.

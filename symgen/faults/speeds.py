@@ -35,9 +35,9 @@ def mended_speeds(samples: Samples, comparison_hz: float) -> tuple[Samples, tupl
 
         qd = (1 + GV) v(t - LV) + OV,    v = dq/dt
 
-    v replaces a speed if the fit differs from v by more than what matters, and explains a fifth of
-    the squared difference between the speed and v. v also replaces a speed without correlation to
-    v.
+    v replaces a speed if the fit differs from v by more than what matters. The fit must also
+    explain a fifth of the squared difference between the speed and v. v also replaces a speed
+    without correlation to v.
 
     Args:
         samples: a log with uniform steps and measured speeds.

@@ -173,7 +173,7 @@ def from_table(
             accepted = ", ".join(n for n, d in known.items() if d.declarable)
             raise RobotError(
                 f"key 'name': {expressions.shortened(table.name)!r} is no effect that needs no "
-                f"'torque'{where}; accepted: {accepted}, or an own name with a torque"
+                f"'torque'{where}; accepted: {accepted}, or another name with a torque"
             )
         if table.linear:
             raise RobotError("key 'linear': an effect of the library has its own")
@@ -202,6 +202,6 @@ def _declared_by(definition: Definition) -> str:
         return f"a word of the joint's friction: {definition.native!r}"
     if definition.native:
         return {"rotor": "rotor_inertia of the joint"}.get(
-            definition.native, f"a table of its own: {definition.native}"
+            definition.native, f"a separate table: {definition.native}"
         )
     return f"kind {definition.kind}: a robot file does not declare it"

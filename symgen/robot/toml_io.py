@@ -208,8 +208,8 @@ def _head(table: Any, reader: TableReader) -> Head:
         return head
     if head.base != names.BASES[0]:
         raise RobotError(
-            "robot, key 'gravity': 'input' has no place beside base = 'imu', whose specific force "
-            "holds gravity; accepted: gravity where the base rests, three numbers"
+            "robot, key 'gravity': 'input' is not possible with base = 'imu', whose specific force "
+            "contains gravity; accepted: gravity where the base rests, three numbers"
         )
     return replace(head, gravity=GRAVITY_INPUT)
 

@@ -105,8 +105,8 @@ def _probe(command: tuple[str, ...]) -> tuple[int | None, str]:
 
 def _silent(command: tuple[str, ...]) -> str:
     return (
-        f"{' '.join(command)} does not answer a probe of one line in {_PROBE_SECONDS:g} s and is "
-        "left alone; SYMGEN_CC chooses another compiler"
+        f"{' '.join(command)} does not compile a probe of one line in {_PROBE_SECONDS:g} s and is "
+        "not used; SYMGEN_CC chooses another compiler"
     )
 
 

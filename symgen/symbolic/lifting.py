@@ -242,6 +242,6 @@ class _Exact(Arithmetic):
         if isinstance(a, _Circle) and isinstance(b, _Circle):
             return a.plus(b)
         if self.following:
-            raise NeedsValuesError("a constant angle beside joints that follow others")
+            raise NeedsValuesError("a constant angle and joints that follow others")
         # Adding a constant keeps the point random.
         return a if isinstance(a, _Circle) else b

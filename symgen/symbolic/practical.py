@@ -38,9 +38,8 @@ _DIGITS = 2  # of figures in the manifest, so that they are the same on all comp
 def practical_base(robot: Robot, exact: BaseParameters, nominal: BaseParameters) -> BaseParameters:
     """Return the base parameters to use: those of the nominal geometry if they express all torques.
 
-    Among the parameters that only the exact geometry separates, those with the smallest torque
-    regroup as in the nominal geometry, as long as less than LIMIT of any joint's torque is left
-    out.
+    Some parameters are separated by the exact geometry only. Those with the smallest torque regroup
+    as in the nominal geometry, as long as less than LIMIT of any joint's torque is left out.
 
     Args:
         robot: the mechanism, with its exact geometry.

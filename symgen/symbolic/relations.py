@@ -40,8 +40,7 @@ class _Formulas(TapeBuilder):
 def structural_relations(robot: Robot) -> list[Relation]:
     """Return the relations of all joints, from the base to the tips, then those of the payload."""
     found: list[Relation] = []
-    # Direction in each link that all rotations so far keep: () before a rotation, None if there is
-    # none.
+    # Direction in each link that all rotations so far keep: () before a rotation, None without one.
     direction: dict[int, Vector | None] = {0: None if robot.imu else ()}
     for joint in robot.joints:
         c, s = cosine_sine(joint.theta)

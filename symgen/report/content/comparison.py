@@ -26,7 +26,7 @@ def comparison_content(c: Comparison) -> Content:
     lead = (f"Two estimates of the robot {c.a.robot}: a is {c.names[0]}, b is {c.names[1]}.",)
     reasons = tuple(
         f"{p.name}: {number(p.a.value, 4)} in a, {number(p.b.value, 4)} {p.a.unit} in b, "
-        f"{number(p.sigmas, 3)} combined std apart"
+        f"a difference of {number(p.sigmas, 3)} combined std"
         for p in c.moved[:10]
     )
     facts = (
@@ -67,9 +67,9 @@ def _sections(c: Comparison) -> tuple[Section, ...]:
         )
         for p in c.parameters
     ]
-    table = Table(("name", "a", "std", "b", "std", "apart, std", "unit", "formula"), rows)
-    beside = _of_itself(c.b)
-    sides = [(key, said, beside[key]) for key, said in _of_itself(c.a).items()]
+    table = Table(("name", "a", "std", "b", "std", "distance, std", "unit", "formula"), rows)
+    second = _of_itself(c.b)
+    sides = [(key, value, second[key]) for key, value in _of_itself(c.a).items()]
     left = f"{counted(len(c.left_out), 'parameter')} cannot be compared."
     a, b = (dict(e.provenance) for e in (c.a, c.b))
     origin = [(key, _short(a.get(key, "-")), _short(b.get(key, "-"))) for key in {**a, **b}]

@@ -259,20 +259,19 @@ def _values_sections(e: Estimate) -> list[Section]:
     tests = bias_tests(e)
     if not others:
         return [Section("Bias", tests)]
-    header = ("name", *(k for label in others for k in (label, "std", "apart, std")))
+    header = ("name", *(k for label in others for k in (label, "std", "distance, std")))
     rows = []
     for p in e.parameters:
         row = [p.name]
         for other in others.values():
             value, std = other.of(p.name)
-            apart = (value - p.value) / std if std > 0 else math.nan
-            known = [number(value), number(std, 3), number(apart, 3)]
+            distance = (value - p.value) / std if std > 0 else math.nan
+            known = [number(value), number(std, 3), number(distance, 3)]
             row += ["-"] * 3 if math.isinf(std) else known
         rows.append(tuple(row))
     sources = " and ".join(["prior"] * bool(e.prior) + ["other methods"] * bool(e.comparison))
-    return [
-        Section(f"Values beside {sources}", (*_VALUES, *tests), Table(header, rows), printed=())
-    ]
+    heading = f"Values from {sources}"
+    return [Section(heading, (*_VALUES, *tests), Table(header, rows), printed=())]
 
 
 def bias_tests(estimate: Estimate) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ def prediction_content(prediction: Prediction) -> Content:
     """Return the torque error of each joint, the curves, the energies and notes."""
     trace, moving, band = prediction.torque, prediction.moving, prediction.band
     lead = (
-        f"Torque of the model of {prediction.robot} along {trace.log}, beside the measured torque.",
+        f"Torque of the model of {prediction.robot} along {trace.log}, and the measured torque.",
     )
     labels = [joint.label for joint in prediction.joints]
     units = [joint.unit for joint in prediction.joints]
