@@ -102,7 +102,7 @@ def _drawn(n: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     for d in ways:
         lengths = np.exp(rng.uniform(np.log(_SLOW), np.log(_FAST), d.shape[1]))
         d *= lengths / np.linalg.norm(d, axis=0)
-        size = lengths**-0.5  # long waves are more probable than short ones
+        size = lengths**-0.5  # long waves have larger coefficients than short ones
         sizes.append(size / np.linalg.norm(size) / np.sqrt(len(ways)))
     return ways[0], ways[1], np.concatenate(sizes), rng.normal(size=(n, 2 * WAVES))
 

@@ -337,7 +337,7 @@ def rational(residues: Sequence[int], moduli: Sequence[int]) -> sp.Rational | No
     for r, p in zip(residues, moduli, strict=True):  # Chinese remainders
         value += product * ((r - value) * pow(product, -1, p) % p)
         product *= p
-    # a rational with twice as many bits would fit by chance
+    # with half of the bits, a rational would fit by chance
     bound = 1 << (product.bit_length() // 3)
     a, b, u, v = product, value, 0, 1
     while b > bound:

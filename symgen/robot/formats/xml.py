@@ -158,7 +158,7 @@ def inserted(content: bytes, element: Element, lines: Iterable[str]) -> Edit:
     margin = content[content.rfind(b"\n", 0, element.start) + 1 : element.start]
     indent = margin.decode("utf-8") if not margin.strip() else ""
     new = "".join(f"\n{indent}  {line}" for line in lines)
-    if element.end > element.close:  # the end tag is on its line
+    if element.end > element.close:  # it has an end tag
         blank = len(content[: element.close]) - len(content[: element.close].rstrip())
         at = element.close - blank
         return at, element.close, f"{new}\n{indent}".encode()
