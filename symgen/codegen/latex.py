@@ -75,7 +75,7 @@ def latex_document(robot: Robot, base: BaseParameters, kernels: Sequence[Kernel]
 
     Args:
         robot: the robot.
-        base: its base parameters.
+        base: base parameters of the robot.
         kernels: kernels; energy and torque regressors are printed up to three joints.
     """
     regressors = []

@@ -97,7 +97,7 @@ def with_servo_torques(log: Log, servo: Servo | None) -> Log:
     currents, or without a reference, is returned unchanged.
 
     Args:
-        log: on the joint side.
+        log: the log on the joint side.
         servo: gains of the controller.
 
     Raises:

@@ -92,7 +92,7 @@ class Stretch:
         times: times of the first and the last row, s.
         step: sampling step, s.
         measured: whether the file has speeds.
-        units: of the columns of the file.
+        units: units of the columns of the file.
         kind: "train" or "validation".
     """
 

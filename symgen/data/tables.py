@@ -260,7 +260,7 @@ def _read_csv(path: Path, form: CsvForm, used: Mapping[str, str]) -> Any:
 
     Args:
         path: the file.
-        form: its form.
+        form: form of the CSV.
         used: number of a column, from 0 -> log column.
 
     Raises:

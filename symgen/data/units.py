@@ -184,7 +184,7 @@ def units_of(raw: Raw, wanted: Wanted) -> Units:
     """Return the units of a file.
 
     Args:
-        raw: its first rows, unconverted.
+        raw: the first rows of the file, unconverted.
         wanted: options, and types of the joints.
 
     Raises:

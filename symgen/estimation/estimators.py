@@ -93,8 +93,8 @@ class Huber:
     from Huber (1981), section 7.6: A = (sum of w w' over rows within the threshold)^-1.
 
     Attributes:
-        threshold: in deviations; 1.345 has 95 % of the efficiency of least squares under normal
-            noise.
+        threshold: threshold in deviations; 1.345 has 95 % of the efficiency of least squares under
+            normal noise.
         passes: maximum number of passes.
         tolerance: relative change of X at which the passes end.
     """

@@ -111,7 +111,7 @@ def features_of(logs: Sequence[FilteredLog], sigma: Sequence[int]) -> Features:
     """Return random functions of the state of some logs, on the scale of their motion.
 
     Args:
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         sigma: (n,) types of the joints.
     """
     states = np.concatenate([np.hstack([log.q, log.qd]) for log in logs])

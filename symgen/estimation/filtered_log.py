@@ -207,7 +207,7 @@ class FilteredLog:
         """Return a model along the log, in the comparison band at the kept samples, (K, ...).
 
         Args:
-            model: from the arrays of `motion`, (k, n) each, to (k, ...).
+            model: function from the arrays of `motion`, (k, n) each, to (k, ...).
             block_size: approximate number of nodes to evaluate at once.
             stride: samples from node to node; None for `FilteredLog.stride`.
         """

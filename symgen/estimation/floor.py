@@ -44,7 +44,7 @@ def noise_floor(
     It is NaN for a torque that was filtered before it was recorded.
 
     Args:
-        log: in the band of the run.
+        log: the log in the band of the run.
         error: (N, n) measured minus modelled torque, unfiltered.
         model: returns the modelled torque (N, n) of a log.
         counts: (K, n) kept rows to use; None for all.
@@ -84,7 +84,7 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         X: parameters, (p,).
     """
     out = TorqueFit.none(evaluator.model.robot.n)

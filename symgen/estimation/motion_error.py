@@ -35,7 +35,7 @@ def motion_error(
 
     Args:
         evaluator: the compiled model, with inverse_dynamics.
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         X: parameters, (p,).
         fit: torque fit of these parameters on these logs.
     """

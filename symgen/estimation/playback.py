@@ -55,8 +55,8 @@ class Window:
 
     Attributes:
         log: the log in the band of the run.
-        start: its first sample.
-        seconds: its length.
+        start: first sample of the window.
+        seconds: length of the window.
     """
 
     log: FilteredLog
@@ -108,7 +108,7 @@ def windows_of(logs: Sequence[FilteredLog], most: int) -> list[Window]:
     """Return windows of the longest possible horizon, evenly over each log and free of masks.
 
     Args:
-        logs: in the band of the run.
+        logs: the logs in the band of the run.
         most: maximum number of windows of each log.
     """
     for seconds in reversed(HORIZONS):

@@ -33,7 +33,7 @@ class Solution:
         X: the parameters, (p,), in the units of the model.
         noise: covariance of X from noise, (p, p), robust to residuals that are correlated in time.
         misfit: covariance of X from model misfit, (p, p); 0 if unknown.
-        condition_number: of the regressor with its columns scaled to unit norm.
+        condition_number: condition number of the regressor with columns scaled to unit norm.
         weights: 1/sigma of the residuals, one a log.
         notes: notes on the solution, as text.
         endogeneity: tests of whether least squares is biased.
@@ -202,7 +202,7 @@ def weighed(system: LinearSystem, weights: Sequence[FloatArray]) -> Solution:
 
     Args:
         system: the equations.
-        weights: of the residuals, (K,) a log.
+        weights: weights of the residuals, (K,) a log.
 
     Raises:
         IdentificationError: the data do not determine the parameters.

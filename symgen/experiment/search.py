@@ -197,7 +197,7 @@ class Objective:
         others.
 
         Args:
-            z: its coefficients.
+            z: coefficients of the run.
             grow: also enlarge joints that do not reach their limits.
             allowed: largest share of torque limits and cell.
         """

@@ -22,7 +22,7 @@ def of_library(
     """Return an effect of the library on one joint.
 
     Args:
-        definition: from `definitions`.
+        definition: an effect from `definitions`.
         joint: number of the joint.
         sigma: type of the joint.
         constants: name in the library -> value of each nonlinear constant.

@@ -140,7 +140,7 @@ def build_module(
     Args:
         sources: name and content of every .c and .h file.
         declarations: the functions that Python uses, in the syntax of cffi.
-        compiler: from `find_compiler`.
+        compiler: the compiler, from `find_compiler`.
         flags: flags for this machine's processor, in addition to those of every build.
 
     Returns:

@@ -57,7 +57,7 @@ class KernelFunction(ABC):
 
     Attributes:
         kernel: the kernel.
-        robot: its robot.
+        robot: robot of the kernel.
     """
 
     kernel: Kernel

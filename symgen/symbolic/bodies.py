@@ -218,7 +218,7 @@ class Inertia:
             n = m x a + J dw + w_real x ((J - tr(J)/2) w)
 
         Args:
-            motion: from `references`.
+            motion: the reference motion, from `references`.
             tag: suffix of the names of parameter sums.
             tape: receives the named steps.
             name: names the intermediate products h and k, and the results F and N.
@@ -235,7 +235,7 @@ def composites(way: Way, bodies: Mapping[int, Inertia], tape: TapeBuilder) -> Ma
     """Return the composite body of every link, by joint number.
 
     Args:
-        way: from `steps`.
+        way: the steps to every joint, from `way_of`.
         bodies: the links alone.
         tape: receives the named steps.
     """

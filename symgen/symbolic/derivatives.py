@@ -227,7 +227,7 @@ def reaction_wrenches(
         screws: screws of joint i, in some frame. All other arguments are in the same frame.
         body: link i with all links that it carries.
         rate: the rate of its inertia.
-        momentum: its momentum.
+        momentum: the momentum of the body.
         force: the wrench on the body.
         i: number of the joint, for names.
         tape: receives the named steps.

@@ -115,7 +115,7 @@ def state_columns(
 
     Args:
         energy: tape of the inertial parameters among them.
-        parameters: in the order of the columns.
+        parameters: the parameters, in the order of the columns.
         arithmetic: the number system.
         state: entries of q and qd, and of the inputs that describe the base.
         rest: entries of q and qd of x0.

@@ -126,8 +126,9 @@ def velocities(way: Way, base: LinkState, tape: TapeBuilder) -> Mapping[int, Lin
     """Derive the twist, gravity and height of every link by joint number; 0 is the base.
 
     Args:
-        way: from `steps`.
-        base: from `base_velocity`, or AT_REST if the caller does not use gravity.
+        way: the steps to every joint, from `way_of`.
+        base: the motion of the base, from `base_velocity`; AT_REST if the caller does not use
+            gravity.
         tape: receives the named steps.
     """
     states = {0: base}
@@ -144,8 +145,8 @@ def accelerations(
     """Derive w, dw and a of every link by joint number.
 
     Args:
-        way: from `steps`; its speeds may be zero.
-        base: from `base_acceleration`.
+        way: the steps to every joint, from `way_of`; their speeds may be zero.
+        base: the motion of the base, from `base_acceleration`.
         qdd: joint accelerations by joint number; absent means zero.
         tape: receives the named steps.
     """
@@ -169,13 +170,14 @@ def references(
     """Derive the reference motion of links by joint number, with their real velocity.
 
     Args:
-        way: from `steps`, with the real speeds; links before its first joint are at rest.
+        way: the steps to every joint, from `way_of`, with the real speeds; links before its first
+            joint are at rest.
         real: the real motion of every link, from `accelerations`.
-        base: from `base_acceleration`.
+        base: the motion of the base, from `base_acceleration`.
         speed: reference speeds by joint number; absent means zero.
         acceleration: reference accelerations by joint number.
         tape: receives the named steps.
-        letters: for the names of steps.
+        letters: letters for the names of steps.
     """
     states: dict[int, LinkState] = {}
     for step in way:

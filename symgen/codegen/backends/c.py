@@ -71,7 +71,7 @@ def functions(
 
     Args:
         model: the derived model.
-        kernels: their names; all by default.
+        kernels: names of the kernels; all by default.
         panels: whether batches work on panels; otherwise they are loops of single calls, which
             compile faster.
         runtime: whether to add the identifiers.

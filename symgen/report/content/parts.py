@@ -92,7 +92,7 @@ class Content:
     Attributes:
         title: title of the page.
         lead: paragraphs below the title.
-        sections: in the order of page and terminal.
+        sections: the sections, in the order of page and terminal.
         banner: the verdict.
         run: lines for the terminal on the band and the repairs of the logs.
     """
