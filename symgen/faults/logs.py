@@ -117,7 +117,7 @@ def join_bands(
     """Repair measured speeds that are delayed or scaled, and torques that contain only noise.
 
     Args:
-        train, held: training and held-out logs.
+        train, held_out: training and held-out logs.
         comparison: their comparison band, Hz; by default that of the training logs.
     """
     comparison = comparison or comparison_band(train)
