@@ -115,7 +115,7 @@ def export(
 
 
 def _same_robot(path: Path, source: Path) -> bool:
-    """Whether two files describe the same robot, so that one may replace the other."""
+    """Return whether two files describe the same robot, so that one may replace the other."""
     from symgen.identification.parameters import with_fixed_links
     from symgen.robot.toml_io import read_imported
 

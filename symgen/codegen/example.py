@@ -20,7 +20,9 @@ _LINE = 95
 
 
 def has_controller(package: Package) -> bool:
-    """Whether the package contains the example of the controller, which calls the identifier."""
+    """Return whether the package contains the example of the controller, which calls the
+    identifier.
+    """
     return "c" in package.targets and bool(package.runtime) and package.has(*_CONTROLLER)
 
 
@@ -50,7 +52,7 @@ def _literals(package: Package, error: float) -> list[str]:
 
 
 def has_optimal_control(package: Package) -> bool:
-    """Whether the package can contain the optimal control, which needs smooth torques."""
+    """Return whether the package can contain the optimal control, which needs smooth torques."""
     robot = package.model.robot
     return not (robot.effects or robot.imu) and package.has(*_OPTIMAL_CONTROL)
 

@@ -49,7 +49,7 @@ def _rubbing(s: Subject) -> list[tuple[str, int]]:
 
 
 def _rubs(s: Subject) -> bool:
-    """Whether a robot has friction or effects with columns."""
+    """Return whether a robot has friction or effects with columns."""
     return bool(_rubbing(s))
 
 

@@ -22,8 +22,8 @@ LARGEST, LONGEST = 1024, 2000
 
 
 def panelled(kernel: Kernel) -> bool:
-    """Whether a kernel has panels: array inputs, separate outputs, and a limited number of entries
-    and steps.
+    """Return whether a kernel has panels: array inputs, separate outputs, and a limited number of
+    entries and steps.
 
     Larger kernels have a loop of single calls.
     """
@@ -85,7 +85,7 @@ class _PanelPrinter(Printer):
                 self.sampled.add(symbol)
 
     def of_sample(self, expr: sp.Expr) -> bool:
-        """Whether a value depends on the sample."""
+        """Return whether a value depends on the sample."""
         return bool(sp.sympify(expr).free_symbols & self.sampled)
 
     def step(self, symbol: sp.Symbol, expr: sp.Expr) -> str:

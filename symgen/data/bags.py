@@ -46,7 +46,7 @@ class _Message(NamedTuple):
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a path is an MCAP file, a bag file, or a bag folder."""
+    """Return whether a path is an MCAP file, a bag file, or a bag folder."""
     return (path / "metadata.yaml").is_file() if path.is_dir() else path.suffix.lower() in _SUFFIXES
 
 

@@ -38,7 +38,7 @@ _ACCEPTED = "Parquet, CSV or NPZ files, a folder of them, a pattern such as 'log
 
 
 def is_long(sources: Sequence[Source]) -> bool:
-    """Whether logs are read segment by segment: tables with many samples, or a URL.
+    """Return whether logs are read segment by segment: tables with many samples, or a URL.
 
     A CSV is not, because it is read completely.
     """

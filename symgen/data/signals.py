@@ -393,7 +393,7 @@ def _end_of_cubic(window: int) -> FloatArray:
 
 
 def can_filter(cutoff: float, step: float) -> bool:
-    """Whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
+    """Return whether a cutoff in Hz is far enough below the Nyquist frequency for a low-pass."""
     return cutoff < OPEN / step
 
 

@@ -688,7 +688,7 @@ def rows_of(name: str) -> int:
 
 
 def reads_rows(name: str) -> bool:
-    """Whether single rows of a file can be read: in Parquet and uncompressed NPZ."""
+    """Return whether single rows of a file can be read: in Parquet and uncompressed NPZ."""
     suffix = name[name.rfind(".") :].lower()
     return suffix == ".parquet" or (suffix == ".npz" and rows_of(name) > 0)
 

@@ -60,7 +60,7 @@ class Band:
             raise ValueError("no run has such a band")
 
     def filters(self, step: float) -> bool:
-        """Whether symgen low-passes the positions of a log with this sampling step."""
+        """Return whether symgen low-passes the positions of a log with this sampling step."""
         return can_filter(self.cutoff_hz, step)
 
     def in_words(self) -> str:

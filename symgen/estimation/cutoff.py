@@ -167,7 +167,7 @@ def choose_band(
 
 
 def _takes_noise(logs: Sequence[Samples], hz: float) -> bool:
-    """Whether a low-pass removes from every position less motion than it contains noise."""
+    """Return whether a low-pass removes from every position less motion than it contains noise."""
     return all(
         1 / hz < float(s.t[-1] - s.t[0])  # one period over the log
         and (rms(s.q - lowpass(s.q, s.step, hz)) <= 2**0.5 * channel_noise(s.q)).all()

@@ -101,7 +101,7 @@ def noise_fit(evaluator: Evaluator, logs: Sequence[FilteredLog], X: FloatArray) 
 
 
 def quiet(gap: Sequence[float], noise: Sequence[float], least: float) -> bool:
-    """Whether no joint has a visible gap: above three noise floors and above twice `least`.
+    """Return whether no joint has a visible gap: above three noise floors and above twice `least`.
 
     An unknown noise floor (NaN) counts as 0.
     """

@@ -150,7 +150,7 @@ class Effect:
         return "model" if any(self.loads(name) for name, _ in self.linear) else "linear"
 
     def loads(self, coefficient: str) -> bool:
-        """Whether the torque of a coefficient depends on the rigid-body torque, taur."""
+        """Return whether the torque of a coefficient depends on the rigid-body torque, taur."""
         return bool(self.column(coefficient).has(sp.Symbol(f"taur{self.joint}", real=True)))
 
     @property

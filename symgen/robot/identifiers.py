@@ -34,23 +34,23 @@ _API = frozenset("JOINTS PARAMETERS INERTIAL NEAR ROUND VERSION OK OUTLIER STAND
 
 
 def fits_c(name: str) -> bool:
-    """Whether a name is a valid identifier in C."""
+    """Return whether a name is a valid identifier in C."""
     fits = _IDENTIFIER.fullmatch(name) is not None and len(name) <= MAX_NAME
     return fits and name not in _KEYWORDS
 
 
 def is_robot_name(name: str) -> bool:
-    """Whether a robot can have this name: NAME.h must not hide a header of C."""
+    """Return whether a robot can have this name: NAME.h must not hide a header of C."""
     return fits_c(name) and name not in _HEADERS
 
 
 def is_geometry_name(name: str) -> bool:
-    """Whether a length can have this name: parameters and variables must not use it."""
+    """Return whether a length can have this name: parameters and variables must not use it."""
     return fits_c(name) and _RESERVED.fullmatch(name) is None
 
 
 def is_coefficient_name(name: str) -> bool:
-    """Whether a coefficient of an effect can have this name; in C it becomes NAME_name."""
+    """Return whether a coefficient of an effect can have this name; in C it becomes NAME_name."""
     return is_geometry_name(name) and _COEFFICIENT.fullmatch(name) is not None and name not in _API
 
 

@@ -127,7 +127,7 @@ class Evaluator(Viewable, KernelMethods):
         return f"<Evaluator of {self.model.robot.name}: {count} kernels by {by}>"
 
     def has(self, name: str) -> bool:
-        """Whether the model was derived with this kernel."""
+        """Return whether the model was derived with this kernel."""
         return name in self._functions
 
     def __getitem__(self, name: str) -> KernelFunction:
@@ -144,7 +144,7 @@ class Evaluator(Viewable, KernelMethods):
             ) from None
 
     def friction_power(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Columns (p - p_inertial,) of the power of friction, W; empty without friction."""
+        """Return the columns (p - p_inertial,) of friction power, W; empty without friction."""
         if not self.has("friction_power"):
             arrays, _ = checked(self["energy_regressor"].kernel, (q, qd))
             return np.zeros((*arrays[0].shape[:-1], 0))

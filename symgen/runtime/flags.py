@@ -33,6 +33,6 @@ def panel_flags(compiler: Compiler) -> tuple[str, ...]:
 
 
 def _has(compiler: Compiler, wanted: tuple[str, ...]) -> bool:
-    """Whether the compiler predefines these macros for this processor."""
+    """Return whether the compiler predefines these macros for this processor."""
     macros = {line.split()[1] for line in native(compiler).splitlines() if line}
     return macros.issuperset(wanted)

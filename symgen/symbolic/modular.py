@@ -185,7 +185,7 @@ class PrimeField(Arithmetic):
         return (z + inverse) * self._half % self.p, (z - inverse) * self._half_i % self.p
 
     def _is_angle(self, expr: sp.Expr) -> bool:
-        """Whether a constant is a sum of angles of the geometry; a length added to q is not."""
+        """Return whether a constant is a sum of angles of the geometry; a length is not."""
         return all(
             base is sp.pi or (base in self._unit and (number / self._unit[base]).is_Integer)
             for number, base in _angle_terms(expr)

@@ -40,7 +40,7 @@ class Package:
     values: Values | None = None
 
     def has(self, *kernels: str) -> bool:
-        """Whether the package contains all these kernels."""
+        """Return whether the package contains all these kernels."""
         return set(kernels) <= {k.name for k in self.kernels}
 
     @cached_property

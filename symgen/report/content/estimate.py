@@ -319,6 +319,6 @@ def _provenance(e: Estimate) -> Table:
 
 
 def _weak(e: Estimate, parameter: ParameterEstimate) -> bool:
-    """Whether a parameter is not known: its deviation is large, NaN or missing."""
+    """Return whether a parameter is not known: its deviation is large, NaN or missing."""
     known = parameter.relative_std_percent <= KNOWN
     return not known or parameter.name in e.at_bound
