@@ -70,7 +70,7 @@ def _constant(key: str, search: SearchRange) -> str:
 
 def _declaration(d: Definition) -> str:
     if d.native in names.FRICTION:
-        return f'friction = ["{d.native}"] of the joint, with its other words'
+        return f'friction = ["{d.native}"] of the joint, in addition to its other words'
     if d.native == "rotor":
         return "rotor_inertia = true of the joint (the default)"
     if d.native == "coupling":
